@@ -1,0 +1,141 @@
+"""The periodic grid: positions, wavevectors, Fourier transforms, integrals.
+
+The only module that knows an FFT convention (see :mod:`continuum`).  No physics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import ducc0.fft
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Complex", "Grid", "Real"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A periodic rectangle of ``lengths`` (in a0) covered by ``shape`` points.
+
+    Parameters
+    ----------
+    shape : (nx, ny), at least 2 points each; odd and non-square grids are as good as any.
+    lengths : (Lx, Ly), the periods, in a0.
+    threads : threads of one Fourier transform.  Results do not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a number of points is below 2 or a period is not a positive finite number.
+    """
+
+    shape: tuple[int, int]
+    lengths: tuple[float, float]
+    threads: int = field(default=1, compare=False)
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if min(self.shape) < 2:
+            msg = f"a grid needs at least 2 points in each direction, got {self.shape}"
+            raise ValueError(msg)
+        if not all(np.isfinite(length) and length > 0 for length in self.lengths):
+            msg = f"the periods of a grid are positive finite numbers, got {self.lengths}"
+            raise ValueError(msg)
+
+    @classmethod
+    def square(cls, n: int, spacing: float = 1.0, threads: int = 1) -> Grid:
+        """An n x n grid of the given spacing: one point for each surface atom when the spacing is a0."""
+        return cls((n, n), (n * spacing, n * spacing), threads)
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return self.shape[0] * self.shape[1]
+
+    @property
+    def shape_q(self) -> tuple[int, int]:
+        """Shape of a half spectrum."""
+        return self.shape[0], self.shape[1] // 2 + 1
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Distance of neighbouring points along x and y, in a0."""
+        return self.lengths[0] / self.shape[0], self.lengths[1] / self.shape[1]
+
+    @property
+    def area(self) -> float:
+        """Area of the period, A0, in a0²."""
+        return self.lengths[0] * self.lengths[1]
+
+    @property
+    def cell_area(self) -> float:
+        """Area of one point, in a0²."""
+        return self.area / self.size
+
+    @property
+    def positions(self) -> tuple[Real, Real]:
+        """Coordinates x, shape (nx, 1), and y, shape (1, ny), in a0."""
+        x = np.arange(self.shape[0])[:, None] * self.spacing[0]
+        y = np.arange(self.shape[1])[None, :] * self.spacing[1]
+        return x, y
+
+    @property
+    def mode_numbers(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Integers m, shape (nx, 1), and n, shape (1, ny//2+1), of q = 2 pi (m/Lx, n/Ly)."""
+        nx, ny = self.shape
+        m = (np.arange(nx) + nx // 2) % nx - nx // 2
+        return m[:, None], np.arange(ny // 2 + 1)[None, :]
+
+    @property
+    def wavevectors(self) -> tuple[Real, Real]:
+        """Components qx, shape (nx, 1), and qy, shape (1, ny//2+1), in 1/a0."""
+        m, n = self.mode_numbers
+        return 2 * np.pi * m / self.lengths[0], 2 * np.pi * n / self.lengths[1]
+
+    @property
+    def wavenumber(self) -> Real:
+        """|q| over the half spectrum, in 1/a0."""
+        qx, qy = self.wavevectors
+        return np.hypot(qx, qy)
+
+    @cached_property
+    def mode_weights(self) -> Real:
+        """How often each stored mode counts in a sum over all q: 1 or 2; shape (1, ny//2+1)."""
+        ny = self.shape[1]
+        weights = np.full((1, ny // 2 + 1), 2.0)
+        weights[0, 0] = 1.0
+        if ny % 2 == 0:
+            weights[0, -1] = 1.0
+        return weights
+
+    def forward(self, values: Real) -> Complex:
+        """Half spectrum of a field: values_q = mean(values exp(-i q x))."""
+        spectrum: Complex = ducc0.fft.r2c(
+            np.asarray(values, dtype=np.float64), axes=(0, 1), inorm=2, nthreads=self.threads
+        )
+        return spectrum
+
+    def inverse(self, values_q: Complex) -> Real:
+        """Field of a half spectrum: values(x) = sum over q of values_q exp(i q x)."""
+        values: Real = ducc0.fft.c2r(
+            values_q, axes=(0, 1), lastsize=self.shape[1], inorm=0, nthreads=self.threads
+        )
+        return values
+
+    def integrate(self, values: Real) -> float:
+        """Integral of a field over the period: a traction becomes a load, an energy per area an energy."""
+        return float(np.sum(values)) * self.cell_area
+
+    def mean(self, values: Real) -> float:
+        """Mean of a field over the period."""
+        return float(np.sum(values)) / self.size
+
+    def inner_q(self, a_q: Complex, b_q: Complex) -> float:
+        """Mean over the grid of a(x) b(x), from the half spectra (Parseval)."""
+        product = a_q.real * b_q.real + a_q.imag * b_q.imag
+        return float(np.sum(product * self.mode_weights))
