@@ -11,7 +11,7 @@ Units
     modulus.  Real units exist only at the edges, in :mod:`continuum.units`.
 Signs
     Tractions are per area, compression positive.  ``gap = separation + height - displacement`` is the height
-    of the rigid wall above the deformed surface; the displacement of the surface is positive towards the wall.
+    of the rigid wall above the deformed surface; a displacement is positive towards the wall.
     A wall law gives energy, traction = -d energy/d gap and stiffness = d²energy/d gap², all per area.
 Contact
     ``wall.zero_gap`` is the gap where the traction changes sign: a0 for the paper's law, 0 for a hard wall.
@@ -21,7 +21,7 @@ Totals
 Fourier transforms
     ``field(x) = sum_q field_q exp(i q x)``, so that the q = 0 component is the mean.  The suffix ``_q`` marks
     a field over wavevectors, stored as the half spectrum of a real FFT, shape (nx, ny // 2 + 1); no suffix
-    marks a field over the grid, shape (nx, ny).  The only transforms are those of :class:`continuum.grid.Grid`.
+    marks a field over the grid, shape (nx, ny).  :class:`continuum.grid.Grid` has the only transforms.
 Elastic response
     ``traction_q = -K_q displacement_q`` with K_q = 1/G_zz(q): lateral tractions vanish.  For an isotropic
     half-space K_q = E* |q|/2.

@@ -80,8 +80,8 @@ class Grid:
     @property
     def positions(self) -> tuple[Real, Real]:
         """Coordinates x, shape (nx, 1), and y, shape (1, ny), in a0."""
-        x = np.arange(self.shape[0])[:, None] * self.spacing[0]
-        y = np.arange(self.shape[1])[None, :] * self.spacing[1]
+        x = np.arange(self.shape[0], dtype=np.float64)[:, None] * self.spacing[0]
+        y = np.arange(self.shape[1], dtype=np.float64)[None, :] * self.spacing[1]
         return x, y
 
     @property
@@ -95,7 +95,8 @@ class Grid:
     def wavevectors(self) -> tuple[Real, Real]:
         """Components qx, shape (nx, 1), and qy, shape (1, ny//2+1), in 1/a0."""
         m, n = self.mode_numbers
-        return 2 * np.pi * m / self.lengths[0], 2 * np.pi * n / self.lengths[1]
+        per_mode = [2 * np.pi / length for length in self.lengths]
+        return m.astype(np.float64) * per_mode[0], n.astype(np.float64) * per_mode[1]
 
     @property
     def wavenumber(self) -> Real:
@@ -123,7 +124,7 @@ class Grid:
     def inverse(self, values_q: Complex) -> Real:
         """Field of a half spectrum: values(x) = sum over q of values_q exp(i q x)."""
         values: Real = ducc0.fft.c2r(
-            values_q, axes=(0, 1), lastsize=self.shape[1], inorm=0, nthreads=self.threads
+            values_q, axes=(0, 1), lastsize=self.shape[1], forward=False, inorm=0, nthreads=self.threads
         )
         return values
 

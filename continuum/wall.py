@@ -1,8 +1,8 @@
 """Wall laws: energy, traction and stiffness per area of the rigid wall on the surface, at a given gap.
 
 A law is a pure function of the gap.  Its core, where the paper's (a0/z)^10 would overflow, is continued with
-constant stiffness below ``core``: finite everywhere, and exact for every state whose smallest gap is above it,
-which :mod:`continuum.loading` checks at the end of each solve.
+constant stiffness below ``core``: finite everywhere, and exact for every state whose smallest gap is above
+it, which :mod:`continuum.loading` checks at the end of each solve.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class LennardJonesSpline:
 
     @property
     def work_of_adhesion(self) -> float:
-        """w = k Δr²/(12 a0²), in E* a0; equal to l_a in reduced units."""
+        """Depth w = k Δr²/(12 a0²), in E* a0; equal to l_a in reduced units."""
         return self.minimum_stiffness * self.range**2 / 12
 
     @property
