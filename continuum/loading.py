@@ -118,9 +118,7 @@ def follow(
             good = [*good[-1:], state]
 
 
-def _extrapolate(
-    problem: ContactProblem, good: Sequence[State], target: float, branch: Branch
-) -> Real | None:
+def _extrapolate(problem: ContactProblem, good: Sequence[State], target: float, branch: Branch) -> Real | None:
     """Gap to start from: linear in the target along one branch, else the last state shifted rigidly."""
     if not good:
         return None

@@ -153,7 +153,6 @@ def minimise(
     energy_start = 0.5 * grid.inner_q(u_q, w_q) + grid.mean(here.energy)
     quadratic = 0.5 * grid.inner_q(u_q, w_q)
     energy = energy_start
-    rounding = 1e-13 * (abs(quadratic) + grid.mean(np.abs(here.energy)) + 1e-300)
     d_q: Complex = np.zeros_like(g_q)
     g_old_q, g_s = d_q, 1.0
     history: list[Iteration] = []
@@ -194,7 +193,8 @@ def minimise(
         w_q += step * stiffness * d_q
         quadratic += step * (slope + 0.5 * step * curvature)
         new_energy = quadratic + grid.mean(here.energy)
-        if new_energy > energy + rounding + 1e-12 * abs(energy):
+        # Far above rounding, far below any rise that a step of this line search could make by mistake.
+        if new_energy - energy > 1e-9 * (quadratic + grid.mean(np.abs(here.energy))):
             status = Status.ENERGY_ROSE
             break
         energy = new_energy

@@ -76,9 +76,7 @@ class SelfAffine:
         power[0, 0] = 0.0
         slope = _moments(grid, power).rms_slope
         if slope == 0.0:
-            msg = (
-                f"no wavevector of the grid lies below 2π/λ_s: λ_s = {self.lambda_s}, periods {grid.lengths}"
-            )
+            msg = f"no wavevector of the grid lies below 2π/λ_s: λ_s = {self.lambda_s}, periods {grid.lengths}"
             raise ValueError(msg)
         return power * (self.rms_slope / slope) ** 2
 

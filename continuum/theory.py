@@ -107,12 +107,11 @@ class Westergaard:
     @property
     def half_width(self) -> float:
         """Half-width a of a contact, p̄ = p* sin²(πa/λ)."""
-        return float(
-            self.wavelength / np.pi * np.arcsin(np.sqrt(min(self.mean_pressure / self.full_pressure, 1)))
-        )
+        return float(self.wavelength / np.pi * np.arcsin(np.sqrt(min(self.mean_pressure / self.full_pressure, 1))))
 
     def pressure(self, x: Real) -> Real:
         """Pressure 2p̄ cos ψ sqrt(sin² ψ_a - sin² ψ)/sin² ψ_a, ψ = πx/λ, at x from a crest; zero outside."""
         psi, edge = np.pi * x / self.wavelength, np.sin(np.pi * self.half_width / self.wavelength) ** 2
         inside = np.maximum(edge - np.sin(psi) ** 2, 0.0)
-        return 2 * self.mean_pressure * np.abs(np.cos(psi)) * np.sqrt(inside) / edge
+        pressure: Real = 2 * self.mean_pressure * np.abs(np.cos(psi)) * np.sqrt(inside) / edge
+        return pressure

@@ -118,7 +118,8 @@ class LennardJonesSpline:
         below = np.minimum(x + 1.0 - self.core, 0.0)
         core_stiffness = k / 6 * (10 * inv3**3 / z**2 - 4 * inv3 / z**2)
         core_traction = k / 6 * (inv3**3 / z - inv3 / z)
-        energy = k / 6 * (inv3**3 / 9 - inv3 / 3 + 2 / 9) - self.work_of_adhesion
+        # z^-9/9 - z^-3/3 + 2/9, factored: near the minimum the terms cancel to second order.
+        energy = k / 54 * (inv3 - 1) ** 2 * (inv3 + 2) - self.work_of_adhesion
         energy += below * (0.5 * below * core_stiffness - core_traction)
         traction = core_traction - below * core_stiffness
         stiffness = core_stiffness

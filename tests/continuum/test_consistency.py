@@ -46,9 +46,7 @@ def wall(request: pytest.FixtureRequest) -> Wall:
 
 
 @pytest.fixture(params=RESPONSES.values(), ids=RESPONSES.keys())
-def problem(
-    request: pytest.FixtureRequest, grid: Grid, wall: Wall, rng: np.random.Generator
-) -> ContactProblem:
+def problem(request: pytest.FixtureRequest, grid: Grid, wall: Wall, rng: np.random.Generator) -> ContactProblem:
     response: Response = request.param(grid)
     return ContactProblem(grid, wall, 0.2 * rng.normal(size=grid.shape), response)
 

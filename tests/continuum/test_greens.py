@@ -50,9 +50,7 @@ def test_layer_solves_its_boundary_value_problem(nu: float, qd: float) -> None:
 def test_a_deep_layer_is_a_half_space(nu: float, depth: float) -> None:
     grid = Grid.square(8)
     # exp(-2 q depth) (q depth)² is below 1e-17 for q depth > 2π 30/8 = 23.
-    np.testing.assert_allclose(
-        Layer(depth, nu, "free").stiffness(grid), HalfSpace("free").stiffness(grid), rtol=1e-14
-    )
+    np.testing.assert_allclose(Layer(depth, nu, "free").stiffness(grid), HalfSpace("free").stiffness(grid), rtol=1e-14)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
@@ -95,9 +93,7 @@ def test_stiffness_falls_with_depth(nu: float) -> None:
 def test_stiffness_is_proportional_to_the_modulus(modulus: float) -> None:
     grid = Grid.square(6)
     for make in (lambda e: HalfSpace("free", e), lambda e: Layer(2, 0.4, "free", e)):
-        np.testing.assert_allclose(
-            make(modulus).stiffness(grid), modulus * make(1.0).stiffness(grid), rtol=1e-14
-        )
+        np.testing.assert_allclose(make(modulus).stiffness(grid), modulus * make(1.0).stiffness(grid), rtol=1e-14)
 
 
 @pytest.mark.parametrize(("mean", "value"), [("clamped", np.inf), ("free", 0.0), (0.25, 0.25)])

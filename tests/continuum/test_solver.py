@@ -63,9 +63,7 @@ def test_hertz(indentation: float) -> None:
     # Images: the neighbouring contacts bend the surface by about (a/L)³ of the curvature, 0.3 % at a/L = 1/8,
     # and the finite cells blur the edge.  Both are far below 3 % of the peak pressure over the inner contact.
     inner = r < 0.8 * hertz.contact_radius
-    np.testing.assert_allclose(
-        traction[inner], hertz.pressure(r[inner]), atol=0.03 * hertz.pressure(np.zeros(1))[0]
-    )
+    np.testing.assert_allclose(traction[inner], hertz.pressure(r[inner]), atol=0.03 * hertz.pressure(np.zeros(1))[0])
     area = np.count_nonzero(traction > 1e-6)
     # A disc on a square grid: the boundary has about 2πa cells, of which half a cell is uncertain.
     assert np.sqrt(area / np.pi) == pytest.approx(hertz.contact_radius, abs=0.5)
@@ -166,9 +164,7 @@ def test_adhesion_makes_approach_and_retraction_differ() -> None:
     assert all(state.status.ok for state in states)
     approach = {state.target: state for state in states[:21]}
     gaps = {
-        round(s.target, 6): (s.gap.min(), approach[s.target].gap.min())
-        for s in states[21:]
-        if s.target in approach
+        round(s.target, 6): (s.gap.min(), approach[s.target].gap.min()) for s in states[21:] if s.target in approach
     }
     differ = [abs(a - b) > 0.05 for a, b in gaps.values()]
     assert any(differ)
@@ -239,9 +235,7 @@ def test_a_resumed_path_is_the_undisturbed_one() -> None:
     targets = [f * touching(problem) for f in (1.1, 1.0, 0.9, 0.8, 0.9, 1.0)]
     whole = list(follow(problem, "separation", targets, TIGHT))
     for done in (1, 2, 4, 5):
-        rest = list(
-            follow(problem, "separation", targets[done:], TIGHT, previous=whole[max(0, done - 2) : done])
-        )
+        rest = list(follow(problem, "separation", targets[done:], TIGHT, previous=whole[max(0, done - 2) : done]))
         for a, b in zip(whole[done:], rest, strict=True):
             assert a.branch == b.branch
             np.testing.assert_array_equal(a.gap, b.gap)

@@ -27,9 +27,7 @@ def test_moments_of_a_wave_are_analytic() -> None:
 
 @given(st.sampled_from([(64, 64), (63, 81), (81, 50)]), st.floats(0.1, 0.95), st.integers(0, 1000))
 @settings(max_examples=30)
-def test_a_realisation_has_the_slope_that_was_asked_for(
-    shape: tuple[int, int], hurst: float, seed: int
-) -> None:
+def test_a_realisation_has_the_slope_that_was_asked_for(shape: tuple[int, int], hurst: float, seed: int) -> None:
     grid = Grid(shape, (64.0, 64.0))
     surface = SelfAffine(hurst, 0.07, 4.0, 32.0)
     heights = surface.synthesise(grid, np.random.default_rng(seed))
@@ -41,9 +39,7 @@ def test_the_ensemble_has_the_analytic_moments_and_scatter() -> None:
     grid = Grid.square(64)
     surface = SelfAffine(0.8, 0.1, 8.0, 32.0, rescale=False)
     count = 400
-    found = np.array(
-        [moments(grid, surface.synthesise(grid, np.random.default_rng(i))) for i in range(count)]
-    )
+    found = np.array([moments(grid, surface.synthesise(grid, np.random.default_rng(i))) for i in range(count)])
     expected = np.array(surface.expected_moments(grid))
     assert expected[1] == pytest.approx(0.1, rel=1e-12)
     # Relative error of a mean square over `count` draws: twice the scatter of the rms over sqrt(count).
@@ -54,9 +50,7 @@ def test_the_ensemble_has_the_analytic_moments_and_scatter() -> None:
     assert found[:, 1].std() / 0.1 == pytest.approx(scatter, rel=4 / np.sqrt(2 * count))
 
 
-@pytest.mark.parametrize(
-    ("n", "lambda_s", "percent", "digit"), [(4096, 32, 2, 0.5), (256, 16, 6, 0.5), (32, 8, 15, 1)]
-)
+@pytest.mark.parametrize(("n", "lambda_s", "percent", "digit"), [(4096, 32, 2, 0.5), (256, 16, 6, 0.5), (32, 8, 15, 1)])
 def test_slope_scatter_of_known_systems(n: int, lambda_s: float, percent: float, digit: float) -> None:
     found = SelfAffine(0.8, 0.1, lambda_s, n / 2).slope_scatter(Grid.square(n))
     assert 100 * found == pytest.approx(percent, abs=digit)  # printed to a whole percent
@@ -114,9 +108,7 @@ def test_power_spectrum_integrates_to_the_mean_square() -> None:
         weights=np.broadcast_to(grid.mode_weights, grid.shape_q).ravel(),
     )[1:]
     cell = (2 * np.pi) ** 2 / grid.area
-    assert np.sum(c * modes[: c.size]) * cell == pytest.approx(
-        moments(grid, heights).rms_height ** 2, rel=1e-10
-    )
+    assert np.sum(c * modes[: c.size]) * cell == pytest.approx(moments(grid, heights).rms_height ** 2, rel=1e-10)
 
 
 def test_a_surface_finer_than_the_grid_is_refused() -> None:

@@ -49,12 +49,8 @@ def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
 
 def test_effective_ranges_of_the_untruncated_laws() -> None:
     # Eq. (deltar): 1.15 a0 for 9-3 and 0.62 a0 for 12-6, the latter as a surface law, pressure z^-7 - z^-13.
-    assert theory.effective_range(lambda x: (1 + x) ** -4 - (1 + x) ** -10) == pytest.approx(
-        1.15294, abs=5e-6
-    )
-    assert theory.effective_range(lambda x: (1 + x) ** -7 - (1 + x) ** -13) == pytest.approx(
-        0.62043, abs=5e-6
-    )
+    assert theory.effective_range(lambda x: (1 + x) ** -4 - (1 + x) ** -10) == pytest.approx(1.15294, abs=5e-6)
+    assert theory.effective_range(lambda x: (1 + x) ** -7 - (1 + x) ** -13) == pytest.approx(0.62043, abs=5e-6)
 
 
 @given(st.floats(0.01, 3), st.floats(0.05, 50), st.floats(0.5, 0.9))

@@ -1,0 +1,5 @@
+"""``python -m continuum`` is the command ``continuum``."""
+
+from continuum.cli import main
+
+raise SystemExit(main())

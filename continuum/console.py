@@ -1,0 +1,94 @@
+"""What a person sees of long work: a progress bar or plain lines, tables, errors."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "complain", "progress", "show_table"]
+
+OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
+"""Exit codes: all well; something did not converge or hold; the input is at fault and nothing was written."""
+
+# A pipe or a batch log has no width of its own: wide enough that no table is cut.
+_console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+
+
+class Reporter(Protocol):
+    """Called after each finished part of the work."""
+
+    def __call__(self, done: int, text: str) -> None:
+        """Say how many parts are done, and what the last one was."""
+
+
+@contextmanager
+def progress(total: int, title: str, done: int = 0) -> Iterator[Reporter]:
+    """Show progress: a bar on a terminal, one line with the time for each part where there is none.
+
+    Parameters
+    ----------
+    total, done : parts in all, and those that an earlier run has finished.
+    title : of the work.
+    """
+    if _console.is_terminal:
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            TextColumn("[dim]{task.fields[text]}"),
+        )
+        with Progress(*columns, console=_console) as bar:
+            task = bar.add_task(title, total=total, completed=done, text="")
+
+            def report(done: int, text: str) -> None:
+                bar.update(task, completed=done, text=text)
+
+            yield report
+        return
+    handler = logging.StreamHandler(sys.stdout)
+    handler.setFormatter(logging.Formatter("%(asctime)s  %(message)s", datefmt="%Y-%m-%d %H:%M:%S"))
+    logger = logging.getLogger("stickiness.progress")
+    logger.setLevel(logging.INFO)
+    logger.propagate = False
+    logger.addHandler(handler)
+    try:
+        yield lambda done, text: logger.info("%s %d/%d  %s", title, done, total, text)
+    finally:
+        logger.removeHandler(handler)
+
+
+def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], caption: str | None = None) -> None:
+    """Print a table; numbers, which are all but the first column, to the right."""
+    table = Table(title=title, title_justify="left", title_style="bold", caption=caption, caption_justify="left")
+    for i, name in enumerate(head):
+        numeric = i > 0 and all(_is_number(row[i]) for row in rows)
+        table.add_column(name, justify="right" if numeric else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    _console.print(table)
+
+
+def _is_number(cell: str) -> bool:
+    return cell.strip("%±<> ").replace(".", "").replace("e-", "").replace("-", "").isdigit()
+
+
+def complain(message: object) -> None:
+    """Print an error where errors go, as it is."""
+    print(message, file=sys.stderr)  # noqa: T201 - the one place

@@ -1,0 +1,215 @@
+"""From a configuration to the contact problem that it describes, and what solving it will cost."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum import greens, store
+from continuum.config import (
+    HDF5_SUFFIXES,
+    Fault,
+    FileSurface,
+    LayerTable,
+    RunConfig,
+    SelfAffineSurface,
+    SineSurface,
+    SphereSurface,
+    SplineWall,
+    TableWall,
+    refuse,
+)
+from continuum.grid import Grid, Real
+from continuum.minimise import Settings
+from continuum.problem import ContactProblem
+from continuum.surface import Moments, SelfAffine, moments, sine, sphere
+from continuum.wall import LennardJonesSpline, Tabulated, Wall
+
+__all__ = ["Estimate", "System", "build", "estimate"]
+
+# Peak memory of a solve in bytes per grid point, measured by the tests of this module.
+_BYTES_PER_POINT = 240
+# FFT pairs of one point to a residual of 1e-6 h'rms E*, warm, up to 1024², with and without adhesion; larger
+# grids and points near an instability take up to three times as many (notes of the solver, and the tests).
+_PAIRS_REPULSIVE, _PAIRS_ADHESIVE = 35, 80
+_DECADES = 6.0  # for which these hold; pairs grow linearly with the decades of tolerance
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a run will take, to within a factor of about three."""
+
+    memory: int
+    """Peak, in bytes."""
+    points: int
+    """Points of the path."""
+    fft_pairs: int
+    """Forward and inverse transforms of all points, halved."""
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A contact problem with what belongs to it."""
+
+    config: RunConfig
+    problem: ContactProblem = field(repr=False)
+    realised: Moments
+    """Moments of the heights as they are."""
+    expected: Moments | None
+    """Moments of the ensemble that they were drawn from; None if they were not drawn."""
+    settings: Settings
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of the problem."""
+        return self.problem.grid
+
+
+def estimate(config: RunConfig) -> Estimate:
+    """Memory and transforms of a run, from its configuration alone."""
+    nx, ny = config.grid.n
+    size, points = nx * ny, len(config.loading.path)
+    # Contact maps take two bits per point, fields four bytes, and a rewrite holds them twice.
+    kept = points * size * 2 * (0.25 + (4 if config.output.fields else 0))
+    wall = config.wall
+    adhesive = not (isinstance(wall, SplineWall) and not (wall.range or wall.adhesion_length))
+    pairs = _PAIRS_ADHESIVE if adhesive else _PAIRS_REPULSIVE
+    decades = -float(np.log10(config.solver.tolerance))
+    per_point = min(pairs * max(decades, 1.0) / _DECADES, config.solver.max_iterations + 3)
+    return Estimate(int(size * _BYTES_PER_POINT + kept), points, round(per_point * points))
+
+
+def build(config: RunConfig) -> System:
+    """The contact problem of a configuration.
+
+    Raises
+    ------
+    ConfigError
+        If the run does not fit into memory, or a file does not hold what it should.
+    """
+    needed, available = estimate(config).memory, _physical_memory()
+    if needed > available:
+        cause = "too many points of the grid, or of the path with output.fields"
+        limit = f"a run that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
+        raise refuse(config, Fault(("grid", "n"), limit, cause))
+    grid = Grid(config.grid.n, config.grid.lengths, config.grid.threads)
+
+    faults: list[Fault] = []
+    heights = expected = wall = None
+    try:
+        heights, expected = _heights(config, grid)
+    except (ValueError, OSError) as error:
+        faults.append(Fault(("surface", _place(config.surface)), _usable(error)))
+    try:
+        wall = _wall(config)
+    except (ValueError, OSError) as error:
+        faults.append(Fault(("wall", _place(config.wall)), _usable(error)))
+    if heights is None or wall is None:
+        raise refuse(config, *faults)
+
+    realised = moments(grid, heights)
+    if not 0 < realised.rms_slope < np.inf:
+        what = f"heights with a finite slope, which the tolerance refers to, not {realised.rms_slope:g}"
+        raise refuse(config, Fault(("surface", _place(config.surface)), what, "a flat or enormous surface"))
+    solver = config.solver
+    settings = Settings(solver.tolerance * realised.rms_slope, solver.max_iterations, solver.shift)
+    problem = ContactProblem(grid, wall, heights, _response(config))
+    return System(config, problem, realised, expected, settings)
+
+
+def _physical_memory() -> float:
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (ValueError, OSError, AttributeError):
+        return float("inf")
+
+
+def _place(table: object) -> str:
+    return "path" if isinstance(table, (FileSurface, TableWall)) else "law" if _is_wall(table) else "kind"
+
+
+def _is_wall(table: object) -> bool:
+    return isinstance(table, SplineWall)
+
+
+def _usable(error: Exception) -> str:
+    return f"what can be used; here: {error}"
+
+
+def _response(config: RunConfig) -> greens.Response:
+    substrate = config.substrate
+    if isinstance(substrate, LayerTable):
+        return greens.Layer(substrate.depth, substrate.poisson, substrate.mean)
+    return greens.HalfSpace(substrate.mean)
+
+
+def _wall(config: RunConfig) -> Wall:
+    table = config.wall
+    if isinstance(table, TableWall):
+        columns = _read_text(table.path)
+        if columns.shape[1] != 2:
+            msg = f"{table.path} has {columns.shape[1]} columns, a wall has 2: gap and traction"
+            raise ValueError(msg)
+        return Tabulated(columns[:, 0], columns[:, 1])
+    if table.range is not None:
+        return LennardJonesSpline(table.range, core=table.core)
+    spline = LennardJonesSpline.from_adhesion_length(table.adhesion_length or 0.0)
+    return LennardJonesSpline(spline.range, core=table.core)
+
+
+def _heights(config: RunConfig, grid: Grid) -> tuple[Real, Moments | None]:
+    surface = config.surface
+    if isinstance(surface, SelfAffineSurface):
+        spectrum = SelfAffine(surface.hurst, surface.rms_slope, surface.lambda_s, surface.lambda_L, surface.rescale)
+        return spectrum.synthesise(grid, np.random.default_rng(surface.seed)), spectrum.expected_moments(grid)
+    if isinstance(surface, SineSurface):
+        return sine(grid, surface.amplitude, surface.waves), None
+    if isinstance(surface, SphereSurface):
+        return sphere(grid, surface.radius), None
+    heights = _read_heights(surface, grid.shape)
+    missing = np.count_nonzero(~np.isfinite(heights))
+    if missing:
+        msg = f"{missing} of the {heights.size} heights in {surface.path} are not finite numbers"
+        raise ValueError(msg)
+    return heights, None
+
+
+def _read_heights(surface: FileSurface, shape: tuple[int, int]) -> Real:
+    """Heights from a file; its shape is looked at before anything is loaded."""
+    path, suffix = surface.path, surface.path.suffix.lower()
+    if suffix in HDF5_SUFFIXES:
+        return store.read_array(path, surface.dataset or "", shape)
+    if suffix == ".npy":
+        # Mapped, so that a header that claims terabytes costs nothing; never pickled.
+        try:
+            values: NDArray[Any] = np.lib.format.open_memmap(path, mode="r")
+        except (ValueError, EOFError) as error:
+            msg = f"{path} is not a plain .npy file, or is truncated ({error})"
+            raise ValueError(msg) from error
+    else:
+        values = _read_text(path)
+    if values.shape != shape:
+        msg = f"{path} holds an array of shape {values.shape}, the grid has {shape}"
+        raise ValueError(msg)
+    if values.dtype.kind not in "iuf":
+        msg = f"{path} holds {values.dtype}, not real numbers"
+        raise ValueError(msg)
+    return np.array(values, dtype=np.float64)
+
+
+def _read_text(path: Path) -> Real:
+    delimiter = "," if path.suffix.lower() == ".csv" else None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # an empty file: its shape says it
+            values: Real = np.loadtxt(path, dtype=np.float64, delimiter=delimiter, ndmin=2, encoding="utf-8-sig")
+    except ValueError as error:
+        msg = f"{path} is not a table of numbers with a point as decimal mark ({error})"
+        raise ValueError(msg) from error
+    return values
