@@ -1,0 +1,149 @@
+"""The input file of a cross-validation, table by table.  Lengths are in a0, pressures in E*."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from continuum.config import Document, Fault, Positive, Table, check
+
+__all__ = ["CaseTable", "SlabTable", "SolverTable", "SurfaceTable", "ToleranceTable", "ValidateConfig"]
+
+_LARGEST_RANGE = 3.0
+_Fraction = Annotated[float, Field(gt=0, lt=1)]
+_Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
+
+Quantity = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
+
+
+class SlabTable(Table):
+    """The atoms."""
+
+    model: Literal["springs"]
+    """interatomic model"""
+    n: Annotated[int, Field(ge=8, le=512)]
+    """surface atoms along x and along y; the period is n a0"""
+    depth: Annotated[float, Field(ge=2, le=512)]
+    """from the surface plane to the frozen base, in a0, rounded to whole layers"""
+
+
+class SurfaceTable(Table):
+    """The rough wall: self-affine, rescaled to each slope of a case."""
+
+    hurst: _Fraction
+    """Hurst exponent H"""
+    lambda_s: Positive
+    """shortest wavelength, in a0"""
+    lambda_L: Positive
+    """roll-off wavelength, in a0"""
+    seeds: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(min_length=1)]
+    """one surface for each"""
+
+
+class ToleranceTable(Table):
+    """A bound on the difference of two rungs: coefficient times rms_slope to a power."""
+
+    quantity: Quantity
+    """what differs between lattice response and atoms: "load" relative to N_rep, "gross_load" relative to
+    N_rep + N_att, "displacement" (largest, in a0), areas relative to A0"""
+    coefficient: Positive
+    """bound = coefficient x rms_slope^power"""
+    power: Annotated[float, Field(ge=0, le=4)] = 0.0
+    """0 for a bound that does not depend on the slope"""
+    areas: tuple[_Fraction, ...] = ()
+    """areas of the case that it holds for; all if left out"""
+    reason: Annotated[str, Field(min_length=10)]
+    """why the bound is what it is, in words"""
+
+
+class ExponentTable(Table):
+    """A scaling law: the difference of two rungs grows as rms_slope to a power."""
+
+    quantity: Literal["load", "displacement"]
+    """what differs"""
+    expected: Positive
+    """exponent that the theory gives"""
+    tolerance: Positive
+    """by how much the fitted exponent may differ"""
+    slopes: Annotated[tuple[Positive, ...], Field(min_length=2)]
+    """slopes of the case that the fit uses"""
+    reason: Annotated[str, Field(min_length=10)]
+    """why the exponent is what it is, in words"""
+
+
+class CaseTable(Table):
+    """One wall law, pressed at several slopes to several areas."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
+    """letters, digits, - and _"""
+    adhesion_length: Annotated[float, Field(ge=0)]
+    """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
+    rms_slopes: _Slopes
+    """h'_rms of each run"""
+    areas: Annotated[tuple[_Fraction, ...], Field(min_length=1)]
+    """repulsive area fractions at which the rungs are compared"""
+    branches: Annotated[tuple[Literal["approach", "retract"], ...], Field(min_length=1)] = ("approach",)
+    """branches of the loading path on which states are taken"""
+    tolerance: tuple[ToleranceTable, ...] = ()
+    exponent: tuple[ExponentTable, ...] = ()
+
+    @check
+    def _the_range_is_atomic(self) -> Iterator[Fault]:
+        largest = _LARGEST_RANGE**2 / 24
+        if self.adhesion_length > largest:
+            yield Fault(
+                ("adhesion_length",),
+                f"at most {largest:g}: beyond a range of sqrt(24 l_a) = {_LARGEST_RANGE:g} a0 "
+                "the tension exceeds the strength of crystals",
+                "an adhesion length in other units than a0",
+            )
+
+    @check
+    def _bounds_speak_of_what_is_run(self) -> Iterator[Fault]:
+        for i, tolerance in enumerate(self.tolerance):
+            for area in set(tolerance.areas) - set(self.areas):
+                allowed = f"areas of this case, {self.areas}"
+                yield Fault(("tolerance", i, "areas"), allowed, f"{area} is not run")
+        for i, exponent in enumerate(self.exponent):
+            for slope in set(exponent.slopes) - set(self.rms_slopes):
+                allowed = f"slopes of this case, {self.rms_slopes}"
+                yield Fault(("exponent", i, "slopes"), allowed, f"{slope} is not run")
+
+
+class SolverTable(Table):
+    """When an equilibrium is one."""
+
+    tolerance: Positive = 1e-9
+    """largest rms residual of the continuum rungs, relative to rms_slope E*"""
+    force_tolerance: Annotated[float, Field(gt=0, le=1e-8)] = 1e-8
+    """largest force left on an atom, relative to rms_slope E* a0²"""
+
+
+class ValidateConfig(Document):
+    """Input of ``atomistic validate``."""
+
+    result_schema: ClassVar[str] = "stickiness-validation"
+    result_version: ClassVar[int] = 1
+
+    slab: SlabTable
+    surface: SurfaceTable
+    case: Annotated[tuple[CaseTable, ...], Field(min_length=1)]
+    solver: SolverTable = SolverTable()
+
+    @check
+    def _the_surface_fits_the_slab(self) -> Iterator[Fault]:
+        if self.surface.lambda_s < 2:
+            yield Fault(("surface", "lambda_s"), "at least 2, two spacings of atoms", "a length in other units")
+        if self.surface.lambda_L > self.slab.n:
+            yield Fault(("surface", "lambda_L"), f"at most the period, slab.n = {self.slab.n}")
+        if self.surface.lambda_L < self.surface.lambda_s:
+            yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {self.surface.lambda_s}")
+
+    @check
+    def _names_are_distinct(self) -> Iterator[Fault]:
+        names = [case.name for case in self.case]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                yield Fault(("case", i, "name"), "a name of its own", "a case copied and not renamed")

@@ -1,0 +1,170 @@
+"""Equilibrium of the slab under the wall.
+
+LAMMPS minimises what the deck says, from the start that the deck holds.  Where the linear response of the
+slab is known, that start can first be brought to equilibrium with few evaluations of the forces: since the
+atoms differ from the linear lattice only by the geometry of finite displacements, each iteration puts that
+difference, measured by LAMMPS, into the lattice problem and solves the contact anew (a chord iteration).  The
+deck is then written with this start, and its own run, with its own wall, certifies the equilibrium, or
+finishes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from atomistic.deck import Deck, write_deck
+from atomistic.engine import Session, run_in_process
+from atomistic.lattice import LatticeResponse
+from atomistic.result import Result
+from continuum import loading, minimise
+from continuum.grid import Real
+from continuum.problem import ContactProblem
+from continuum.wall import Wall
+
+__all__ = ["Iterated", "apply_wall", "iterate", "lattice_start", "relax"]
+
+
+def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
+    """Displacements of the slab at an equilibrium of the lattice response, given its gap.
+
+    Parameters
+    ----------
+    response : of the slab.
+    wall : the law.
+    gap : at each surface atom, shape (nx, ny), in a0.
+
+    Returns
+    -------
+    Real
+        Shape (layers, nx, ny, 3), in a0.
+    """
+    return response.displacements_of_surface_force(-wall.evaluate(gap).traction)
+
+
+def relax(
+    deck: Deck,
+    directory: Path,
+    response: LatticeResponse | None = None,
+    run: Callable[[Path], Result] = run_in_process,
+) -> Result:
+    """Equilibrium of a deck, which is written to a directory and run there.
+
+    Parameters
+    ----------
+    deck : what to relax; ``deck.displacements`` is where to start.
+    directory : of the deck; see :func:`atomistic.deck.write_deck`.
+    response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the
+        deck.
+    run : how to run it: :func:`~atomistic.engine.run_in_process`, or
+        ``lambda directory: run_command(directory, ranks=4)``.
+
+    Returns
+    -------
+    Result
+        The last state, an equilibrium or not: look at its status, or ask ``require()``.
+
+    Raises
+    ------
+    LammpsError
+        If LAMMPS fails.
+    """
+    write_deck(directory, deck)
+    if response is None:
+        return run(directory)
+    with Session(directory) as session:
+        better = iterate(deck, session, response)
+    write_deck(directory, replace(deck, displacements=better.displacements))
+    result = run(directory)
+    return replace(result, evaluations=result.evaluations + better.evaluations)
+
+
+@dataclass(frozen=True, eq=False)
+class Iterated:
+    """What :func:`iterate` has found."""
+
+    displacements: Real = field(repr=False)
+    """The best state, shape (layers, nx, ny, 3), in a0."""
+    largest_forces: tuple[float, ...]
+    """On a mobile atom, before each iteration, in E* a0²; the displacements are those of the smallest."""
+    converged: bool
+    """Whether the smallest is below half the tolerance of the deck."""
+
+    @property
+    def evaluations(self) -> int:
+        """Of the forces."""
+        return len(self.largest_forces)
+
+
+def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 40) -> Iterated:
+    """Equilibrium by the Green's-function-preconditioned iteration.
+
+    With F(u) the forces between the atoms, K the stiffness of the linear slab and f(u) the force of the
+    wall::
+
+        w = u + K^-1 F(u),      u <- w + K^-1 f(u)
+
+    of which the second, with its wall, is a contact problem with the linear response, for the wall shifted by
+    the displacement of w at the surface.  Ends when converged, when forces no longer fall, or at the limit.
+
+    Parameters
+    ----------
+    deck : the wall, where it stands, and the start.
+    session : LAMMPS on the atoms of the deck.
+    response : of the slab.
+    limit : iterations at most.
+    """
+    wall, separation = deck.wall, deck.separation
+    settings = minimise.Settings(tolerance=deck.tolerance / 100)
+    u = best = deck.start
+    residuals: list[float] = []
+    while True:
+        _, forces = session.evaluate(u)
+        gap = separation + deck.heights - u[0, ..., 2]
+        total = forces[: deck.slab.mobile].copy()
+        total[0, ..., 2] -= wall.evaluate(gap).traction
+        largest = float(np.sqrt(np.max(np.sum(total**2, axis=-1))))
+        if not residuals or largest < min(residuals):
+            best = u
+        residuals.append(largest)
+        if largest <= deck.tolerance / 2:
+            break
+        stalled = len(residuals) > 3 and min(residuals[-3:]) > 0.5 * min(residuals[:-3])
+        if not np.isfinite(largest) or stalled or len(residuals) > limit:
+            break
+        w = u + response.displacements(forces)
+        problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
+        # An unconverged contact only makes a worse iterate: the forces judge it.
+        gap = loading.solve(problem, "separation", separation, settings, start=gap).gap
+        u = w + lattice_start(response, wall, gap)
+    return Iterated(best, tuple(residuals), min(residuals) <= deck.tolerance / 2)
+
+
+def apply_wall(session: Session, wall: Wall, heights: Real, separation: float) -> None:
+    """Let any wall law act on the surface atoms of a session, evaluated in Python at each step.
+
+    Parameters
+    ----------
+    session : LAMMPS on the atoms.
+    wall : the law.
+    heights : of the wall, shape (nx, ny), in a0.
+    separation : in a0.
+
+    Raises
+    ------
+    ValueError
+        If the heights do not fit the slab.
+    """
+    if heights.shape != session.slab.shape:
+        msg = f"heights of shape {heights.shape} do not fit a slab of {session.slab.shape} atoms"
+        raise ValueError(msg)
+
+    def force(z: Real) -> tuple[Real, float]:
+        law = wall.evaluate(separation + heights - z)
+        # A surface atom stands for the area a0².
+        return -law.traction, float(np.sum(law.energy))
+
+    session.apply(force)

@@ -1,0 +1,240 @@
+"""Cross-validation: one input, every rung of the ladder, compared state by state, stored.
+
+The unit of work is one surface at one slope under one wall: its loading path is followed on the lattice model,
+states are chosen on it, and each is handed to the other rungs, the atoms starting from the lattice solution.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from atomistic.config import ValidateConfig
+from atomistic.crystal import Slab
+from atomistic.deck import Deck
+from atomistic.interatomic import Springs
+from atomistic.ladder import (
+    CONTINUUM_RUNGS,
+    Difference,
+    Rung,
+    RungName,
+    approach_and_retract,
+    compare,
+    response_of,
+    rung_of,
+    select,
+)
+from atomistic.lattice import LatticeResponse
+from atomistic.relax import relax
+from continuum.geometry import measure
+from continuum.grid import Grid, Real
+from continuum.loading import Branch, solve
+from continuum.minimise import Settings
+from continuum.problem import ContactProblem
+from continuum.surface import SelfAffine
+from continuum.wall import LennardJonesSpline
+
+__all__ = ["STEPS", "Curve", "StepName", "Unit", "UnitResult", "ValidatedState", "units", "validate", "validate_unit"]
+
+StepName = str
+STEPS: dict[StepName, tuple[RungName, RungName]] = {
+    "depth": ("half-space", "layer"),
+    "anisotropy and discreteness": ("layer", "lattice"),
+    "nonlinearity": ("lattice", "atoms"),
+    "total": ("half-space", "atoms"),
+}
+"""Differences of the budget: a rung and the one it is held against."""
+
+
+class Unit(NamedTuple):
+    """One loading path: what a worker takes."""
+
+    case: str
+    adhesion_length: float
+    rms_slope: float
+    seed: int
+    areas: tuple[float, ...]
+    branches: tuple[Branch, ...]
+    curves: bool
+    """Whether to keep area and load along the path."""
+
+    @property
+    def label(self) -> str:
+        """For progress lines."""
+        return f"{self.case}, h' = {self.rms_slope:g}, seed {self.seed}"
+
+
+@dataclass(frozen=True, eq=False)
+class ValidatedState:
+    """One state on all rungs."""
+
+    target_area: float
+    branch: Branch
+    rungs: dict[RungName, Rung]
+    differences: dict[StepName, Difference]
+    load_ratio_at_equal_separation: float
+    """N of the half-space over N of the lattice, both at the lattice's separation: what ignoring the mean
+    compliance would do."""
+    largest_force: float
+    """Left on a mobile atom, under the native wall, in E* a0²."""
+    evaluations: int
+    """Of the forces, in LAMMPS."""
+    seconds: float
+    """Of the relaxation."""
+
+
+class Curve(NamedTuple):
+    """Contact along the loading path, on one continuum rung: arrays over the points of the path."""
+
+    rung: RungName
+    mean_gap: Real
+    area_rep: Real
+    area_att: Real
+    load: Real
+
+
+@dataclass(frozen=True, eq=False)
+class UnitResult:
+    """What a unit gave."""
+
+    unit: Unit
+    mean_stiffness: float
+    """K_0 of the slab, in E*/a0."""
+    states: tuple[ValidatedState, ...]
+    curves: tuple[Curve, ...]
+
+
+def units(config: ValidateConfig) -> tuple[Unit, ...]:
+    """The work that an input asks for.  Curves belong to the first surface at the steepest slope of each case."""
+    return tuple(
+        Unit(
+            case.name,
+            case.adhesion_length,
+            slope,
+            seed,
+            case.areas,
+            case.branches,
+            curves=seed == config.surface.seeds[0] and slope == max(case.rms_slopes),
+        )
+        for case in config.case
+        for slope in case.rms_slopes
+        for seed in config.surface.seeds
+    )
+
+
+def validate(
+    config: ValidateConfig, todo: tuple[Unit, ...], workers: int = 1, decks: Path | None = None
+) -> Iterator[UnitResult]:
+    """Results of units, as they are finished, in any order.
+
+    Parameters
+    ----------
+    config : the input.
+    todo : units of it.
+    workers : processes, each with one thread.
+    decks : directory that keeps the LAMMPS decks; they are temporary if None.
+    """
+    if workers == 1:
+        yield from (validate_unit(config, unit, decks) for unit in todo)
+        return
+    # "spawn": a forked copy of a process that has LAMMPS and MPI loaded is undefined.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        futures = [pool.submit(validate_unit, config, unit, decks) for unit in todo]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def validate_unit(config: ValidateConfig, unit: Unit, decks: Path | None = None) -> UnitResult:
+    """Follow the path of a unit and compare all rungs at its states.
+
+    Raises
+    ------
+    continuum.minimise.NotConvergedError
+        If any state of any rung is no equilibrium.
+    """
+    grid = Grid.square(config.slab.n)
+    slab = Slab.of_depth(grid, config.slab.depth)
+    springs = Springs.reduced()
+    lattice = LatticeResponse.of_springs(slab, springs)
+    surface = config.surface
+    heights = SelfAffine(surface.hurst, unit.rms_slope, surface.lambda_s, surface.lambda_L).synthesise(
+        grid, np.random.default_rng(unit.seed)
+    )
+    wall = LennardJonesSpline.from_adhesion_length(unit.adhesion_length)
+    problems: dict[RungName, ContactProblem] = {
+        name: ContactProblem(grid, wall, heights, response_of(name, lattice)) for name in CONTINUUM_RUNGS
+    }
+    settings = Settings(config.solver.tolerance * unit.rms_slope)
+    path = list(approach_and_retract(problems["lattice"], max(unit.areas), settings))
+
+    def on(name: RungName, mean_gap: float, start: Real) -> Rung:
+        state = solve(problems[name], "mean-gap", mean_gap, settings, start)
+        return rung_of(problems[name], name, state)
+
+    def compared(area: float, branch: Branch) -> ValidatedState:
+        chosen = select(problems["lattice"], path, area, branch, settings)
+        reference = rung_of(problems["lattice"], "lattice", chosen)
+        rungs: dict[RungName, Rung] = {
+            name: on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:2]
+        }
+        deck = Deck(
+            slab,
+            springs,
+            wall,
+            heights,
+            chosen.separation,
+            lattice.displacements_of_surface_force(-reference.traction),
+            tolerance=config.solver.force_tolerance * unit.rms_slope,
+        )
+        began = time.perf_counter()
+        with tempfile.TemporaryDirectory() as scratch:
+            name = f"{unit.case}-h{unit.rms_slope:g}-seed{unit.seed}-a{area:g}-{branch}"
+            found = relax(deck, Path(scratch) / "deck" if decks is None else decks / name).require()
+        seconds = time.perf_counter() - began
+        atoms = Rung("atoms", chosen.separation, found.gap, found.traction, measure(grid, wall, found.gap))
+        rungs |= {"lattice": reference, "atoms": atoms}
+        at_mean_gap_of_atoms = on("half-space", atoms.mean_gap, atoms.gap)
+        differences = {
+            step: compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], wall)
+            for step, (a, b) in STEPS.items()
+        }
+        rigid = solve(problems["half-space"], "separation", chosen.separation, settings)
+        load = rung_of(problems["half-space"], "half-space", rigid).contact.load
+        return ValidatedState(
+            area,
+            branch,
+            rungs,
+            differences,
+            load / reference.contact.load,
+            found.largest_force,
+            found.evaluations,
+            seconds,
+        )
+
+    states = tuple(compared(area, branch) for branch in unit.branches for area in unit.areas)
+    curves: tuple[Curve, ...] = ()
+    if unit.curves:
+        approach = [state for state in path if state.branch != "retract"]
+        lattice_rungs = [rung_of(problems["lattice"], "lattice", state) for state in approach]
+        curves = tuple(
+            _curve(name, [r if name == "lattice" else on(name, r.mean_gap, r.gap) for r in lattice_rungs])
+            for name in CONTINUUM_RUNGS
+        )
+    return UnitResult(unit, problems["lattice"].mean_stiffness, states, curves)
+
+
+def _curve(name: RungName, rungs: list[Rung]) -> Curve:
+    columns = [(r.mean_gap, r.contact.area_rep, r.contact.area_att, r.contact.load) for r in rungs]
+    return Curve(name, *np.array(columns).T)

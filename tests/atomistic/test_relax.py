@@ -1,0 +1,173 @@
+"""Atoms against their own linear response, and the ways to equilibrium against one another."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from atomistic.crystal import Slab
+from atomistic.deck import Deck, read_wall_table, write_deck
+from atomistic.engine import Session, run_command
+from atomistic.interatomic import Springs
+from atomistic.lattice import LatticeResponse
+from atomistic.relax import apply_wall, iterate, lattice_start, relax
+from continuum.geometry import measure
+from continuum.grid import Grid
+from continuum.loading import State, solve
+from continuum.minimise import Settings
+from continuum.problem import ContactProblem
+from continuum.surface import SelfAffine
+from continuum.wall import LennardJonesSpline
+
+SPRINGS = Springs.reduced()
+
+
+def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
+    slab = Slab.of_depth(Grid.square(32), 32.0)
+    lattice = LatticeResponse.of_springs(slab, SPRINGS)
+    deck = Deck(slab, SPRINGS, LennardJonesSpline(0.0), np.zeros(slab.shape), 0.0)
+    write_deck(tmp_path, deck)
+    point = np.zeros(slab.shape)
+    point[5, 9] = SPRINGS.stiffness  # amplitudes are in k_s a0
+
+    def response(amplitude: float) -> np.ndarray:
+        force = amplitude * point
+        with Session(tmp_path) as session:
+            session.command("variable tolerance index 1e-12")
+            session.command("variable evaluations index 5000")
+            session.apply(lambda z: (force, -float(np.sum(force * z))))
+            session.run("in.relax")
+            assert session.variable("largest_force") <= 1e-12
+            return session.displacements()[0, ..., 2] / amplitude
+
+    errors = []
+    for amplitude in (4e-3, 1e-3):
+        symmetric = (response(amplitude) + response(-amplitude)) / 2
+        compliance = slab.grid.forward(symmetric) / slab.grid.forward(point)
+        error = compliance / lattice.compliance_q[..., 2, 2].real - 1
+        errors.append(np.abs(error).max())
+    # The first correction to the symmetrised response is cubic: relative to the linear one, its square.  A
+    # residual force of 1e-12 in a response to 1e-3 adds 1e-9 times the softness of long waves, 1e-8 at most.
+    assert 1e-8 < errors[1] < 1e-5
+    assert np.log(errors[0] / errors[1]) / np.log(4) == pytest.approx(2, abs=0.1)
+
+
+def contact(
+    n: int = 16, slope: float = 0.01, adhesion_length: float = 0.0, area: float = 0.15
+) -> tuple[ContactProblem, State, Deck]:
+    """A rough wall at about the repulsive area wanted, in equilibrium with the lattice response."""
+    grid = Grid.square(n)
+    slab = Slab.of_depth(grid, float(n))
+    lattice = LatticeResponse.of_springs(slab, SPRINGS)
+    heights = SelfAffine(0.8, slope, 8.0, float(n)).synthesise(grid, np.random.default_rng(3))
+    wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
+    problem = ContactProblem(grid, wall, heights, lattice)
+    low, high = 1 - 6 * np.std(heights), 1 - heights.min() + wall.range
+    for _ in range(12):
+        separation = (low + high) / 2
+        state = solve(problem, "separation", separation, Settings(1e-13))
+        if measure(grid, wall, state.gap).area_rep < area:
+            high = separation
+        else:
+            low = separation
+    state = solve(problem, "separation", separation, Settings(1e-15), start=state.gap)
+    state.solution.require()
+    start = lattice_start(lattice, wall, state.gap)
+    return problem, state, Deck(slab, SPRINGS, wall, heights, separation, start)
+
+
+def test_the_lattice_start_is_the_lattice_equilibrium():
+    problem, state, deck = contact()
+    assert np.abs(deck.start).max() > 1e-3
+    expected = problem.displacement(state.gap, state.separation)
+    assert np.allclose(deck.start[0, ..., 2], expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("adhesion_length", [0.0, 0.005])
+@pytest.mark.parametrize("slope", [0.1, 0.001])
+def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
+    problem, _, deck = contact(slope=slope, adhesion_length=adhesion_length)
+    lattice = problem.response
+    assert isinstance(lattice, LatticeResponse)
+    # Ten times below what is asked of every equilibrium: forces of 1e-8 h' on all atoms can add up to
+    # more than 1e-8 N_rep.
+    deck = replace(deck, tolerance=1e-9 * slope)
+    fast = relax(deck, tmp_path, lattice).require()
+    plain = relax(deck, tmp_path).require()
+    ranks = relax(deck, tmp_path, lattice, run=lambda path: run_command(path, ranks=2)).require()
+    assert fast.evaluations < 20 < plain.evaluations
+    pushing = np.maximum(fast.traction, 0).sum()
+    for other in (plain, ranks):
+        assert other.load == pytest.approx(fast.load, abs=1e-8 * pushing)
+        # A force of this size on each atom of a column against the softest mode, K_0 = 0.06.
+        atol = deck.tolerance * deck.slab.mobile / 0.06
+        assert np.allclose(other.displacements, fast.displacements, rtol=0, atol=atol)
+    # It is not the lattice solution: the springs turn with the bonds.
+    assert np.abs(fast.displacements - deck.start).max() > 0.01 * slope**2
+    # Balance: what the wall pushes, the base takes up; no net lateral force is left.
+    assert np.abs(fast.forces.sum(axis=(0, 1, 2))).max() < 1e-8 * pushing
+
+
+def test_the_difference_to_the_lattice_is_geometric(tmp_path):
+    loads, displacements, slopes = [], [], (0.01, 0.0025)
+    for slope in slopes:
+        problem, state, deck = contact(slope=slope)
+        lattice = problem.response
+        assert isinstance(lattice, LatticeResponse)
+        atoms = relax(deck, tmp_path, lattice).require()
+        linear = problem.wall.evaluate(state.gap).traction.sum()
+        loads.append(abs(atoms.load / linear - 1))
+        displacements.append(np.abs(atoms.displacements - deck.start).max())
+    ratio = np.log(slopes[0] / slopes[1])
+    # Leading orders h' and h'²; the next order at h' = 0.01 changes the exponent by some h'.  The area is
+    # that of a few points of 256, and not the same to the last, hence 0.1.
+    assert loads[0] > 1e-5
+    assert np.log(loads[0] / loads[1]) / ratio == pytest.approx(1, abs=0.1)
+    assert np.log(displacements[0] / displacements[1]) / ratio == pytest.approx(2, abs=0.1)
+
+
+def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
+    _, _, deck = contact(slope=0.05, adhesion_length=0.005)
+    native = relax(deck, tmp_path).require()
+    table = read_wall_table(tmp_path / "wall.table")
+    with Session(tmp_path) as session:
+        apply_wall(session, table, deck.heights, deck.separation)
+        session.command("variable tolerance index 1e-11")
+        session.command("variable evaluations index 5000")
+        session.run("in.relax")
+        assert session.variable("largest_force") <= 1e-11
+        displacements = session.displacements()
+    # A traction wrong by 4e-8 everywhere would move the surface by 4e-8 / K_0 = 4e-7.
+    difference = np.abs(displacements - native.displacements).max()
+    assert 0 < difference < 4e-7
+
+
+def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_path):
+    problem, _, deck = contact(slope=0.1)
+    wrong = LatticeResponse.of_springs(deck.slab, Springs(SPRINGS.stiffness / 4))
+    write_deck(tmp_path, deck)
+    with Session(tmp_path) as session:
+        stopped = iterate(deck, session, wrong)
+    assert not stopped.converged
+    # The best state is kept, not the last.
+    assert min(stopped.largest_forces) <= stopped.largest_forces[0]
+    result = relax(deck, tmp_path, wrong).require()
+    assert isinstance(problem.response, LatticeResponse)
+    expected = relax(deck, tmp_path, problem.response).require()
+    assert result.load == pytest.approx(expected.load, rel=1e-8)
+
+
+def test_heights_of_another_surface_are_refused(tmp_path):
+    _, _, deck = contact()
+    with Session(write_deck(tmp_path, deck)) as session, pytest.raises(ValueError, match="do not fit"):
+        apply_wall(session, deck.wall, np.zeros((4, 4)), 1.0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("slope", [0.1, 0.03, 0.01, 0.003, 0.001])
+@pytest.mark.parametrize("adhesion_length", [0.0, 0.0005, 0.005, 0.05])
+def test_the_written_deck_converges_alone(tmp_path, slope, adhesion_length):
+    _, _, deck = contact(n=32, slope=slope, adhesion_length=adhesion_length, area=0.1)
+    assert deck.start.any()
+    for start in (deck, replace(deck, displacements=None)):
+        relax(start, tmp_path).require()
