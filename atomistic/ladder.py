@@ -184,14 +184,16 @@ def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
     # Repulsive and attracted part at zero_gap, attracted and out of range at the cut-off.
     edge = np.where(np.maximum(kinds, kinds_ref) == 2, wall.zero_gap, wall.zero_gap + wall.range)
     margin = np.abs(reference.gap - edge)[differ]
+    touches = b.load_rep > 0
+    pressure = np.mean((rung.traction - reference.traction) ** 2)
     return Difference(
-        load=(a.load - b.load) / b.load_rep if b.load_rep > 0 else np.inf,
-        gross_load=(a.load - b.load) / (b.load_rep + b.load_att) if b.load_rep > 0 else np.inf,
+        load=(a.load - b.load) / b.load_rep if touches else np.inf,
+        gross_load=(a.load - b.load) / (b.load_rep + b.load_att) if touches else np.inf,
         area_rep=a.area_rep - b.area_rep,
         area_att=a.area_att - b.area_att,
         # Equal separation or equal mean gap: either way the heights cancel and what is left is -(u - u').
         displacement=float(np.abs(rung.gap - reference.gap).max()),
-        pressure=float(np.sqrt(np.mean((rung.traction - reference.traction) ** 2) / np.mean(reference.traction**2))),
+        pressure=float(np.sqrt(pressure / np.mean(reference.traction**2))) if touches else np.inf,
         pixels=int(np.count_nonzero(differ)),
         pixel_margin=float(margin.max(initial=0.0)),
     )

@@ -1,0 +1,360 @@
+"""The ladder and its budget: what is compared, and what the verdicts are worth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from atomistic import archive, budget
+from atomistic.cli import main
+from atomistic.config import ValidateConfig
+from atomistic.crystal import Slab
+from atomistic.interatomic import Springs
+from atomistic.ladder import Rung, approach_and_retract, compare, kinds_of, response_of, rung_of, select
+from atomistic.lattice import LatticeResponse
+from atomistic.validate import STEPS, UnitResult, units, validate_unit
+from continuum.config import load
+from continuum.geometry import measure
+from continuum.grid import Grid
+from continuum.loading import solve
+from continuum.minimise import Settings
+from continuum.problem import ContactProblem
+from continuum.surface import SelfAffine
+from continuum.wall import LennardJonesSpline
+
+SMALL = """
+[slab]
+model = "springs"
+n = 16
+depth = 8.0
+
+[surface]
+hurst = 0.8
+lambda_s = 8.0
+lambda_L = 16.0
+seeds = [2]
+
+[[case]]
+name = "plain"
+adhesion_length = 0.0
+rms_slopes = [0.02, 0.01]
+areas = [0.1]
+
+[[case.tolerance]]
+quantity = "load"
+coefficient = 0.5
+power = 1
+reason = "of first order in the slope; the coefficient belongs to the surface"
+
+[[case.exponent]]
+quantity = "displacement"
+expected = 2.0
+tolerance = 0.2
+slopes = [0.02, 0.01]
+reason = "of second order in the slope, with corrections of third order at 0.02"
+
+[[case]]
+name = "sticky"
+adhesion_length = 0.0005
+rms_slopes = [0.05]
+areas = [0.15]
+branches = ["approach", "retract"]
+
+[[case.tolerance]]
+quantity = "gross_load"
+coefficient = 0.5
+power = 1
+reason = "of first order in the slope, on all that pushes and pulls"
+"""
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory: pytest.TempPathFactory) -> ValidateConfig:
+    path = tmp_path_factory.mktemp("input") / "small.toml"
+    path.write_text(SMALL)
+    return load(path, ValidateConfig)
+
+
+@pytest.fixture(scope="module")
+def results(config: ValidateConfig) -> list[UnitResult]:
+    return [validate_unit(config, unit) for unit in units(config)]
+
+
+@pytest.fixture
+def columns(results: list[UnitResult]) -> dict[str, np.ndarray]:
+    return {name: dataset.values for name, dataset in archive.datasets_of(results).items()}
+
+
+def contact(adhesion_length: float = 0.0, slope: float = 0.1) -> ContactProblem:
+    grid = Grid.square(24)
+    lattice = LatticeResponse.of_springs(Slab.of_depth(grid, 12.0), Springs.reduced())
+    heights = SelfAffine(0.8, slope, 8.0, 24.0).synthesise(grid, np.random.default_rng(2))
+    return ContactProblem(grid, LennardJonesSpline.from_adhesion_length(adhesion_length), heights, lattice)
+
+
+# --- the ladder --------------------------------------------------------------------------------------------
+
+
+def test_rungs_are_compared_at_equal_mean_gap_and_atoms_at_equal_separation(results: list[UnitResult]) -> None:
+    for result in results:
+        for state in result.states:
+            rungs = state.rungs
+            for name in ("half-space", "layer"):
+                assert rungs[name].mean_gap == pytest.approx(rungs["lattice"].mean_gap, abs=1e-12)
+            assert rungs["atoms"].separation == rungs["lattice"].separation
+            # Equal separation and equal compliance: mean gaps differ by the nonlinearity only, but they do.
+            assert rungs["atoms"].mean_gap == pytest.approx(rungs["lattice"].mean_gap, abs=1e-3)
+            assert rungs["atoms"].mean_gap != rungs["lattice"].mean_gap
+
+
+def test_only_the_lattice_gives_way_as_a_whole(results: list[UnitResult]) -> None:
+    for result in results:
+        for state in result.states:
+            lattice, rigid = state.rungs["lattice"], state.rungs["half-space"]
+            given_way = result.mean_stiffness * (lattice.mean_gap - lattice.separation)
+            # Heights have no mean, so the mean displacement is separation minus mean gap.
+            assert given_way == pytest.approx(lattice.contact.load, abs=1e-9)
+            assert rigid.separation == pytest.approx(rigid.mean_gap, abs=1e-12)
+            if result.unit.adhesion_length == 0:
+                assert state.load_ratio_at_equal_separation > 1.05
+
+
+def test_atoms_are_in_equilibrium_with_what_they_carry(results: list[UnitResult]) -> None:
+    for result in results:
+        for state in result.states:
+            assert state.largest_force <= 1e-8 * result.unit.rms_slope
+            atoms = state.rungs["atoms"]
+            wall = LennardJonesSpline.from_adhesion_length(result.unit.adhesion_length)
+            # Tractions as LAMMPS computed them are the law at the gaps as LAMMPS found them.
+            np.testing.assert_allclose(atoms.traction, wall.evaluate(atoms.gap).traction, atol=1e-13)
+
+
+def test_a_path_approaches_touches_and_lets_go() -> None:
+    problem = contact(0.005, 0.05)
+    path = list(approach_and_retract(problem, 0.2, Settings(1e-9)))
+    area = [measure(problem.grid, problem.wall, s.gap).area_rep for s in path]
+    assert area[0] == 0
+    assert max(area) >= 0.2
+    assert path[-1].gap.min() >= problem.wall.zero_gap + problem.wall.range
+    assert np.all(np.diff([s.separation for s in path[: int(np.argmax(area)) + 1]]) < 0)
+    # Adhesion holds on: on the way back contact lasts to larger separations.
+    last = max(s.separation for s, a in zip(path, area, strict=True) if a > 0 and s.branch == "retract")
+    first = max(s.separation for s, a in zip(path, area, strict=True) if a > 0 and s.branch == "approach")
+    assert last >= first
+
+
+@pytest.mark.parametrize("area", [0.05, 0.1, 0.2])
+def test_an_area_is_met_to_the_point_without_adhesion(area: float) -> None:
+    problem = contact()
+    settings = Settings(1e-9)
+    state = select(problem, list(approach_and_retract(problem, 0.25, settings)), area, "approach", settings)
+    found = measure(problem.grid, problem.wall, state.gap).area_rep
+    assert area <= found <= area + 2 / problem.grid.size  # two points may touch at once
+
+
+def test_an_area_that_the_path_does_not_reach_is_refused() -> None:
+    problem = contact()
+    path = list(approach_and_retract(problem, 0.05, Settings(1e-9)))
+    with pytest.raises(ValueError, match="does not reach"):
+        select(problem, path, 0.5, "approach", Settings(1e-9))
+
+
+def test_a_rung_does_not_differ_from_itself_and_differs_as_it_was_changed() -> None:
+    problem = contact(0.005)
+    state = solve(problem, "mean-gap", 1.3, Settings(1e-9))
+    rung = rung_of(problem, "lattice", state)
+    same = compare(rung, rung, problem.wall)
+    assert not any(same)
+    moved = rung.gap.copy()
+    # The repulsive point closest to the edge of its contact, lifted over it.
+    at = np.unravel_index(np.argmax(np.where(moved < 1, moved, -np.inf)), moved.shape)
+    lift = 2 * (1 - moved[at])
+    moved[at] += lift
+    traction = problem.wall.evaluate(moved).traction
+    other = Rung("layer", rung.separation, moved, traction, measure(problem.grid, problem.wall, moved))
+    difference = compare(other, rung, problem.wall)
+    assert difference.pixels == 1
+    assert difference.displacement == pytest.approx(lift, rel=1e-9)
+    assert difference.pixel_margin == pytest.approx(lift / 2, rel=1e-9)
+    assert difference.area_rep == pytest.approx(-1 / problem.grid.size, rel=1e-12)
+    assert difference.load == pytest.approx((other.contact.load - rung.contact.load) / rung.contact.load_rep, rel=1e-12)
+
+
+def test_atoms_are_told_by_the_sign_of_their_force() -> None:
+    problem = contact(0.005)
+    rung = rung_of(problem, "lattice", solve(problem, "mean-gap", 1.3, Settings(1e-9)))
+    atoms = replace(rung, name="atoms", traction=np.zeros_like(rung.traction))
+    assert set(np.unique(kinds_of(rung, problem.wall))) == {0, 1, 2}
+    assert not kinds_of(atoms, problem.wall).any()
+
+
+def test_a_reference_out_of_contact_is_infinitely_far() -> None:
+    problem = contact(0.005)
+    rung = rung_of(problem, "lattice", solve(problem, "mean-gap", 1.3, Settings(1e-9)))
+    apart = rung_of(problem, "lattice", solve(problem, "mean-gap", 9.0, Settings(1e-9)))
+    assert compare(rung, apart, problem.wall).load == np.inf
+
+
+def test_each_step_of_the_budget_changes_one_response() -> None:
+    lattice = LatticeResponse.of_springs(Slab.of_depth(Grid.square(16), 8.0), Springs.reduced())
+    k = {name: response_of(name, lattice).stiffness(Grid.square(16)) for name in ("half-space", "layer", "lattice")}
+    long_wave = {name: values[0, 1] for name, values in k.items()}
+    assert long_wave["half-space"] == pytest.approx(np.pi / 16, rel=1e-12)
+    assert long_wave["half-space"] < long_wave["layer"]  # a base at half a wavelength is felt
+    assert np.isinf(k["layer"][0, 0])
+    assert np.isfinite(k["lattice"][0, 0])
+    assert [STEPS[step] for step in STEPS] == [
+        ("half-space", "layer"),
+        ("layer", "lattice"),
+        ("lattice", "atoms"),
+        ("half-space", "atoms"),
+    ]
+
+
+# --- the budget --------------------------------------------------------------------------------------------
+
+
+def test_bounds_that_hold_and_bounds_that_fail(config: ValidateConfig, columns: dict[str, np.ndarray]) -> None:
+    verdicts = list(budget.verdicts(config, columns))
+    assert all(verdict.holds for verdict in verdicts)
+    assert all(verdict.measured > 0 for verdict in verdicts if verdict.quantity not in ("contact map",))
+    worse = dict(columns)
+    worse["nonlinearity_load"] = columns["nonlinearity_load"] * 10
+    failed = [verdict for verdict in budget.verdicts(config, worse) if not verdict.holds]
+    assert [(v.case, v.quantity) for v in failed] == [("plain", "load")]
+    worse = dict(columns)
+    worse["largest_force"] = columns["largest_force"] * 1e3
+    assert {v.quantity for v in budget.verdicts(config, worse) if not v.holds} == {"largest force"}
+    for bad in (np.nan, np.inf):
+        worse["nonlinearity_gross_load"] = np.where(columns["case"] == "sticky", bad, 0.0)
+        assert "gross load" in {v.quantity for v in budget.verdicts(config, worse) if not v.holds}
+
+
+def test_a_bound_that_applies_to_nothing_does_not_hold(config: ValidateConfig, columns: dict[str, np.ndarray]) -> None:
+    only_plain = {
+        name: values[..., columns["case"] == "plain"] if values.shape[-1:] == columns["case"].shape else values
+        for name, values in columns.items()
+    }
+    failed = {v.case for v in budget.verdicts(config, only_plain) if not v.holds}
+    assert failed == {"sticky"}
+
+
+def test_exponents_of_exact_power_laws_are_found(columns: dict[str, np.ndarray]) -> None:
+    made = dict(columns)
+    made["nonlinearity_load"] = 0.3 * columns["rms_slope"]
+    made["nonlinearity_displacement"] = -0.7 * columns["rms_slope"] ** 2
+    fits = {fit.quantity: fit for fit in budget.exponents(made)}
+    assert fits["load"].fitted == pytest.approx(1, abs=1e-12)
+    assert fits["displacement"].fitted == pytest.approx(2, abs=1e-12)
+    assert fits["load"].slopes == (0.02, 0.01)
+
+
+def test_the_table_of_costs_takes_the_worst_state(columns: dict[str, np.ndarray]) -> None:
+    rows = {(row.case, row.rms_slope): row for row in budget.costs(columns, tuple(STEPS))}
+    assert list(rows) == [("plain", 0.02), ("plain", 0.01), ("sticky", 0.05)]
+    sticky = columns["case"] == "sticky"
+    worst = np.abs(columns["total_load"][sticky]).max()
+    assert rows["sticky", 0.05].load["total"] == worst > 0
+
+
+# --- on disk, and as a command -----------------------------------------------------------------------------
+
+
+def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path
+) -> None:
+    stored = []
+    for name, order in (("a", results), ("b", results[::-1])):
+        data: dict = {}
+        for i, result in enumerate(order):
+            data = archive.join(config, data, archive.datasets_of([result]))
+            finished = archive.write(tmp_path / f"{name}.h5", config, data)
+            assert finished == (i == len(order) - 1)
+        stored.append(archive.read(tmp_path / f"{name}.h5")[0])
+    a, b = stored
+    assert a.finished
+    assert list(a.columns["case"]) == ["plain", "plain", "sticky", "sticky"]
+    for name in a.columns:
+        if not name.startswith("journal/"):
+            np.testing.assert_array_equal(a.columns[name], b.columns[name], err_msg=name)
+    assert a.columns["gap"].shape == (4, 4, 16, 16)
+
+
+def test_a_validation_goes_on_where_it_stopped(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert config.source is not None
+    path = tmp_path / "small.h5"
+    archive.write(path, config, archive.datasets_of(results[:2]))
+    assert main(["validate", str(config.source.path), "-o", str(tmp_path), "-j", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "validate small 3/3" in out  # one part was left
+    assert "validate small 1/3" not in out
+    assert "bounds hold" in out
+    assert archive.read(path)[0].finished
+    for figure in ("contact", "curves", "scaling"):
+        assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
+        assert (tmp_path / f"small-{figure}.pdf").exists()
+    # A finished one is only shown again.
+    before = path.read_bytes()
+    assert main(["validate", str(config.source.path), "-o", str(tmp_path)]) == 0
+    assert path.read_bytes() == before
+
+
+def test_another_validation_in_the_way_is_left_alone(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changed = tmp_path / "small.toml"
+    changed.write_text(SMALL.replace("depth = 8.0", "depth = 9.0"))
+    archive.write(tmp_path / "small.h5", config, archive.datasets_of(results))
+    before = (tmp_path / "small.h5").read_bytes()
+    assert main(["validate", str(changed), "-o", str(tmp_path)]) == 2
+    assert "another validation" in capsys.readouterr().err
+    assert (tmp_path / "small.h5").read_bytes() == before
+
+
+def test_a_failing_bound_is_the_exit_code(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    strict = tmp_path / "small.toml"
+    strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
+    archive.write(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results))
+    assert main(["validate", str(strict), "-o", str(tmp_path)]) == 1
+    assert "1 FAIL" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("n = 16", "n = 16.5", "slab.n = 16.5"),
+        ("lambda_s = 8.0", "lambda_s = 1.0", "surface.lambda_s = 1.0"),
+        ("lambda_L = 16.0", "lambda_L = 17.0", "surface.lambda_L = 17.0"),
+        ("adhesion_length = 0.0005", "adhesion_length = 0.5", "case[1].adhesion_length = 0.5"),
+        ("rms_slopes = [0.05]", "rms_slopes = [nan]", "case[1].rms_slopes[0] = nan"),
+        ('name = "sticky"', 'name = "plain"', "case[1].name"),
+        ('name = "sticky"', 'name = "a/../b"', "case[1].name"),
+        ("slopes = [0.02, 0.01]\nreason", "slopes = [0.02, 0.5]\nreason", "case[0].exponent[0].slopes"),
+        ('quantity = "gross_load"', 'quantity = "groß"', "case[1].tolerance[0].quantity"),
+        ("seeds = [2]", "sedes = [2]", "did you mean seeds"),
+    ],
+)
+def test_bad_input_is_one_message_and_leaves_nothing(
+    old: str, new: str, fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert old in SMALL
+    path = tmp_path / "bad.toml"
+    path.write_text(SMALL.replace(old, new))
+    assert main(["validate", str(path), "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert fault in error
+    assert f"{path}:" in error
+    assert "allowed:" in error
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+def test_the_doctor_says_usable(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "usable"
