@@ -6,8 +6,12 @@ import argparse
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import continuum
+
+if TYPE_CHECKING:
+    from atomistic.result import Result
 
 __all__ = ["main"]
 
@@ -44,6 +48,14 @@ def _parser() -> argparse.ArgumentParser:
     validate.add_argument("--keep-decks", type=Path, metavar="DIR", help="keep every LAMMPS deck in this folder")
     validate.add_argument("--force", action="store_true", help="start anew, whatever is stored")
 
+    deck = commands.add_parser("deck", help="write a LAMMPS deck that a stock lmp runs, serial or with MPI")
+    deck.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
+    deck.add_argument("-o", "--output", type=Path, help="directory of the deck (default: decks/NAME)")
+    deck.add_argument("--run", action="store_true", help="run it in this process and print what it found")
+
+    read = commands.add_parser("read", help="print what a run of a deck found, and whether it is an equilibrium")
+    read.add_argument("deck", type=Path, help="directory of the deck")
+
     commands.add_parser("doctor", help="is LAMMPS usable here, which one, and if not what to do")
     return parser
 
@@ -51,16 +63,16 @@ def _parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parsed = _parser().parse_args(arguments)
-    from atomistic.engine import LammpsError
+    from atomistic.result import LammpsError
     from continuum.config import ConfigError
     from continuum.console import BAD_INPUT, NOT_CONVERGED, complain
     from continuum.minimise import NotConvergedError
     from continuum.store import StoreError
 
-    command = {"validate": _validate, "doctor": _doctor}[parsed.command]
+    command = {"validate": _validate, "deck": _deck, "read": _read, "doctor": _doctor}[parsed.command]
     try:
         return command(parsed)
-    except (ConfigError, StoreError) as error:
+    except (ConfigError, StoreError, FileExistsError) as error:
         complain(error)
         return BAD_INPUT
     except (LammpsError, NotConvergedError) as error:
@@ -147,6 +159,52 @@ def _validate(parsed: argparse.Namespace) -> int:
         print(f"figure   {figure}")
     print(f"{len(verdicts) - failed} of {len(verdicts)} bounds hold" + (f", {failed} FAIL" if failed else ""))
     return NOT_CONVERGED if failed else OK
+
+
+def _deck(parsed: argparse.Namespace) -> int:
+    from atomistic.config import DeckConfig
+    from atomistic.deck import write_deck
+    from atomistic.engine import run_in_process
+    from atomistic.relax import deck_of
+    from continuum.config import load
+    from continuum.console import OK
+
+    deck = deck_of(load(parsed.file, DeckConfig))
+    directory = write_deck(parsed.output or Path("decks") / Path(parsed.file).stem, deck)
+    print(f"deck     {directory}: {deck.slab.size} atoms, starting from the lattice solution")
+    if parsed.run:
+        return _show(run_in_process(directory))
+    print("run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory")
+    print(f"then     atomistic read {directory}")
+    return OK
+
+
+def _read(parsed: argparse.Namespace) -> int:
+    from atomistic.result import read_result
+
+    return _show(read_result(parsed.deck))
+
+
+def _show(result: Result) -> int:
+    from continuum.console import NOT_CONVERGED, OK, show_table
+
+    area = result.slab.shape[0] * result.slab.shape[1]
+    pushing, pulling = result.traction > 0, result.traction < 0
+    rows = [
+        ["separation", f"{result.separation:.10g}", "a0"],
+        ["mean gap", f"{result.gap.mean():.10g}", "a0"],
+        ["load N", f"{result.load:.10g}", "E* a0²"],
+        ["repulsive load N_rep", f"{result.traction[pushing].sum():.10g}", "E* a0²"],
+        ["A_rep/A0", f"{pushing.sum() / area:.6g}", ""],
+        ["A_att/A0", f"{pulling.sum() / area:.6g}", ""],
+        ["total energy", f"{result.total_energy:.10g}", "E* a0³"],
+        ["largest force left", f"{result.largest_force:.3g}", "E* a0²"],
+        ["force evaluations", str(result.evaluations), ""],
+        ["LAMMPS", str(result.lammps_version), ""],
+        ["status", result.status.value, ""],
+    ]
+    show_table("equilibrium of the deck", ["quantity", "value", "unit"], rows)
+    return OK if result.status.ok else NOT_CONVERGED
 
 
 def _doctor(parsed: argparse.Namespace) -> int:

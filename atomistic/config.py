@@ -1,4 +1,4 @@
-"""The input file of a cross-validation, table by table.  Lengths are in a0, pressures in E*."""
+"""The input files of a cross-validation and of a deck, table by table.  Lengths are in a0, pressures in E*."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ from pydantic import Field
 
 from continuum.config import Document, Fault, Positive, Table, check
 
-__all__ = ["CaseTable", "SlabTable", "SolverTable", "SurfaceTable", "ToleranceTable", "ValidateConfig"]
+__all__ = [
+    "CaseTable",
+    "DeckConfig",
+    "ExponentTable",
+    "SlabTable",
+    "SolverTable",
+    "SurfaceTable",
+    "ToleranceTable",
+    "ValidateConfig",
+]
 
 _LARGEST_RANGE = 3.0
 _Fraction = Annotated[float, Field(gt=0, lt=1)]
@@ -133,13 +142,8 @@ class ValidateConfig(Document):
     solver: SolverTable = SolverTable()
 
     @check
-    def _the_surface_fits_the_slab(self) -> Iterator[Fault]:
-        if self.surface.lambda_s < 2:
-            yield Fault(("surface", "lambda_s"), "at least 2, two spacings of atoms", "a length in other units")
-        if self.surface.lambda_L > self.slab.n:
-            yield Fault(("surface", "lambda_L"), f"at most the period, slab.n = {self.slab.n}")
-        if self.surface.lambda_L < self.surface.lambda_s:
-            yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {self.surface.lambda_s}")
+    def _fits(self) -> Iterator[Fault]:
+        yield from _misfits(self.slab, self.surface)
 
     @check
     def _names_are_distinct(self) -> Iterator[Fault]:
@@ -147,3 +151,53 @@ class ValidateConfig(Document):
         for i, name in enumerate(names):
             if name in names[:i]:
                 yield Fault(("case", i, "name"), "a name of its own", "a case copied and not renamed")
+
+
+class DeckSurfaceTable(Table):
+    """The rough wall: self-affine, rescaled to the slope."""
+
+    hurst: _Fraction
+    """Hurst exponent H"""
+    rms_slope: Annotated[float, Field(gt=0, le=1)]
+    """h'_rms"""
+    lambda_s: Positive
+    """shortest wavelength, in a0"""
+    lambda_L: Positive
+    """roll-off wavelength, in a0"""
+    seed: Annotated[int, Field(ge=0)]
+    """of the random numbers"""
+
+
+class DeckWallTable(Table):
+    """The law between wall and surface: the paper's, with k = E* a0/2."""
+
+    adhesion_length: Annotated[float, Field(ge=0, le=_LARGEST_RANGE**2 / 24)]
+    """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
+
+
+class DeckConfig(Document):
+    """Input of ``atomistic deck``."""
+
+    result_schema: ClassVar[str] = "stickiness-deck"
+    result_version: ClassVar[int] = 1
+
+    slab: SlabTable
+    surface: DeckSurfaceTable
+    wall: DeckWallTable
+    separation: float
+    """height of the wall's mean plane above the undeformed surface, in a0"""
+    solver: SolverTable = SolverTable()
+
+    @check
+    def _fits(self) -> Iterator[Fault]:
+        yield from _misfits(self.slab, self.surface)
+
+
+def _misfits(slab: SlabTable, surface: SurfaceTable | DeckSurfaceTable) -> Iterator[Fault]:
+    """Wavelengths that the surface atoms cannot show or the period cannot hold."""
+    if surface.lambda_s < 2:
+        yield Fault(("surface", "lambda_s"), "at least 2, two spacings of atoms", "a length in other units")
+    if surface.lambda_L > slab.n:
+        yield Fault(("surface", "lambda_L"), f"at most the period, slab.n = {slab.n}")
+    if surface.lambda_L < surface.lambda_s:
+        yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {surface.lambda_s}")

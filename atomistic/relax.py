@@ -16,16 +16,20 @@ from pathlib import Path
 
 import numpy as np
 
+from atomistic.config import DeckConfig
+from atomistic.crystal import Slab
 from atomistic.deck import Deck, write_deck
 from atomistic.engine import Session, run_in_process
+from atomistic.interatomic import Springs
 from atomistic.lattice import LatticeResponse
 from atomistic.result import Result
 from continuum import loading, minimise
-from continuum.grid import Real
+from continuum.grid import Grid, Real
 from continuum.problem import ContactProblem
-from continuum.wall import Wall
+from continuum.surface import SelfAffine
+from continuum.wall import LennardJonesSpline, Wall
 
-__all__ = ["Iterated", "apply_wall", "iterate", "lattice_start", "relax"]
+__all__ = ["Iterated", "apply_wall", "deck_of", "iterate", "lattice_start", "relax"]
 
 
 def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
@@ -43,6 +47,29 @@ def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
         Shape (layers, nx, ny, 3), in a0.
     """
     return response.displacements_of_surface_force(-wall.evaluate(gap).traction)
+
+
+def deck_of(config: DeckConfig) -> Deck:
+    """The deck of an input, starting from the lattice solution.
+
+    Raises
+    ------
+    continuum.minimise.NotConvergedError
+        If the lattice model has no equilibrium at this separation.
+    """
+    grid = Grid.square(config.slab.n)
+    slab, springs = Slab.of_depth(grid, config.slab.depth), Springs.reduced()
+    response = LatticeResponse.of_springs(slab, springs)
+    surface = config.surface
+    spectrum = SelfAffine(surface.hurst, surface.rms_slope, surface.lambda_s, surface.lambda_L)
+    heights = spectrum.synthesise(grid, np.random.default_rng(surface.seed))
+    wall = LennardJonesSpline.from_adhesion_length(config.wall.adhesion_length)
+    settings = minimise.Settings(config.solver.tolerance * surface.rms_slope)
+    problem = ContactProblem(grid, wall, heights, response)
+    gap = loading.solve(problem, "separation", config.separation, settings).solution.require().points
+    tolerance = config.solver.force_tolerance * surface.rms_slope
+    start = lattice_start(response, wall, gap)
+    return Deck(slab, springs, wall, heights, config.separation, start, tolerance)
 
 
 def relax(

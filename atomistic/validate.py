@@ -33,7 +33,7 @@ from atomistic.ladder import (
     select,
 )
 from atomistic.lattice import LatticeResponse
-from atomistic.relax import relax
+from atomistic.relax import lattice_start, relax
 from continuum.geometry import measure
 from continuum.grid import Grid, Real
 from continuum.loading import Branch, solve
@@ -195,7 +195,7 @@ def validate_unit(config: ValidateConfig, unit: Unit, decks: Path | None = None)
             wall,
             heights,
             chosen.separation,
-            lattice.displacements_of_surface_force(-reference.traction),
+            lattice_start(lattice, wall, reference.gap),
             tolerance=config.solver.force_tolerance * unit.rms_slope,
         )
         began = time.perf_counter()

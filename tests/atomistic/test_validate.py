@@ -12,6 +12,7 @@ from atomistic import archive, budget
 from atomistic.cli import main
 from atomistic.config import ValidateConfig
 from atomistic.crystal import Slab
+from atomistic.engine import run_command
 from atomistic.interatomic import Springs
 from atomistic.ladder import Rung, approach_and_retract, compare, kinds_of, response_of, rung_of, select
 from atomistic.lattice import LatticeResponse
@@ -353,6 +354,29 @@ def test_bad_input_is_one_message_and_leaves_nothing(
     assert f"{path}:" in error
     assert "allowed:" in error
     assert sorted(tmp_path.iterdir()) == [path]
+
+
+def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = tmp_path / "rough.toml"
+    # Two spacings deep is too shallow for physics and deep enough to see that files and commands fit.
+    source.write_text(
+        "separation = 1.1\n[slab]\nmodel = 'springs'\nn = 12\ndepth = 4.0\n[wall]\nadhesion_length = 0.005\n"
+        "[surface]\nhurst = 0.8\nrms_slope = 0.05\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 2\n"
+    )
+    deck = tmp_path / "deck"
+    assert main(["deck", str(source), "-o", str(deck)]) == 0
+    assert main(["read", str(deck)]) == 1  # nobody has run it
+    assert "no complete result" in capsys.readouterr().err
+    by_lmp = run_command(deck)
+    assert by_lmp.require().largest_force <= 5e-10
+    assert main(["read", str(deck)]) == 0
+    assert f"{by_lmp.load:.10g}" in capsys.readouterr().out
+    assert main(["deck", str(source), "-o", str(deck), "--run"]) == 0
+    assert f"{by_lmp.load:.7g}"[:8] in capsys.readouterr().out
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("")
+    assert main(["deck", str(source), "-o", str(tmp_path / "mine")]) == 2
+    assert [p.name for p in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
 
 
 def test_the_doctor_says_usable(capsys: pytest.CaptureFixture[str]) -> None:
