@@ -1,0 +1,47 @@
+"""Real units against reduced ones."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from continuum.units import GPA_PER_EV_PER_A3, Quantity, Units
+
+sizes = st.floats(1e-12, 1e3)
+
+
+def test_the_pressure_of_an_electronvolt_per_cubic_angstrom() -> None:
+    assert pytest.approx(160.2177, abs=5e-5) == GPA_PER_EV_PER_A3  # as many digits as DESIGN.md prints
+
+
+@given(sizes, sizes, st.sampled_from(get_args(Quantity)), st.floats(-1e6, 1e6))
+def test_there_and_back(a0: float, modulus: float, quantity: Quantity, value: float) -> None:
+    units = Units(a0, modulus)
+    assert units.from_si(units.to_si(value, quantity), quantity) == pytest.approx(value, rel=1e-12)
+    assert units.from_ev_angstrom(units.to_ev_angstrom(value, quantity), quantity) == pytest.approx(value, rel=1e-12)
+
+
+@given(sizes, sizes)
+def test_dimensions_multiply(a0: float, modulus: float) -> None:
+    units = Units(a0, modulus)
+    for system in (units.si, units.ev_angstrom):
+        assert system("force") == pytest.approx(system("pressure") * system("area"), rel=1e-12)
+        assert system("energy") == pytest.approx(system("force") * system("length"), rel=1e-12)
+        assert system("energy_per_area") == pytest.approx(system("energy") / system("area"), rel=1e-12)
+        assert system("stiffness") == pytest.approx(system("force") / system("length"), rel=1e-12)
+
+
+def test_copper() -> None:
+    # a0 = 2.556 Å and E* = 135.2 GPa: a work of adhesion of 0.05 E* a0 is 1.73 J/m².
+    units = Units(2.556e-10, 135.2e9)
+    assert units.to_si(0.05, "energy_per_area") == pytest.approx(1.7279, rel=1e-4)
+    assert Units.metal(2.556, 135.2 / GPA_PER_EV_PER_A3).to_si(1, "pressure") == pytest.approx(135.2e9, rel=1e-12)
+
+
+@pytest.mark.parametrize(("a0", "modulus"), [(0, 1), (-1, 1), (1, float("nan")), (1, float("inf"))])
+def test_sizes_that_are_none_are_refused(a0: float, modulus: float) -> None:
+    with pytest.raises(ValueError, match="positive finite"):
+        Units(a0, modulus)
