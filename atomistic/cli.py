@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["main"]
 
 
+LMP_HELP = 'how your site starts LAMMPS, e.g. "srun lmp" (default: the installed library, in this process)'
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="atomistic",
@@ -46,12 +49,14 @@ def _parser() -> argparse.ArgumentParser:
         help="processes, one core each (default: all cores, at most 4)",
     )
     validate.add_argument("--keep-decks", type=Path, metavar="DIR", help="keep every LAMMPS deck in this folder")
+    validate.add_argument("--lmp-command", metavar="CMD", help=LMP_HELP)
     validate.add_argument("--force", action="store_true", help="start anew, whatever is stored")
 
     deck = commands.add_parser("deck", help="write a LAMMPS deck that a stock lmp runs, serial or with MPI")
     deck.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
     deck.add_argument("-o", "--output", type=Path, help="directory of the deck (default: decks/NAME)")
-    deck.add_argument("--run", action="store_true", help="run it in this process and print what it found")
+    deck.add_argument("--run", action="store_true", help="run it at once and print what it found")
+    deck.add_argument("--lmp-command", metavar="CMD", help=LMP_HELP)
 
     read = commands.add_parser("read", help="print what a run of a deck found, and whether it is an equilibrium")
     read.add_argument("deck", type=Path, help="directory of the deck")
@@ -103,7 +108,7 @@ def _validate(parsed: argparse.Namespace) -> int:
     total = len(units(config))
     done = total - len(todo)
     with progress(total, f"validate {stem}", done) as report:
-        for result in validate(config, todo, min(workers, max(1, len(todo))), parsed.keep_decks):
+        for result in validate(config, todo, min(workers, max(1, len(todo))), parsed.keep_decks, parsed.lmp_command):
             datasets = archive.join(config, datasets, archive.datasets_of([result]))
             archive.write(path, config, datasets)
             done += 1
@@ -164,7 +169,7 @@ def _validate(parsed: argparse.Namespace) -> int:
 def _deck(parsed: argparse.Namespace) -> int:
     from atomistic.config import DeckConfig
     from atomistic.deck import write_deck
-    from atomistic.engine import run_in_process
+    from atomistic.engine import runner
     from atomistic.relax import deck_of
     from continuum.config import load
     from continuum.console import OK
@@ -173,7 +178,7 @@ def _deck(parsed: argparse.Namespace) -> int:
     directory = write_deck(parsed.output or Path("decks") / Path(parsed.file).stem, deck)
     print(f"deck     {directory}: {deck.slab.size} atoms, starting from the lattice solution")
     if parsed.run:
-        return _show(run_in_process(directory))
+        return _show(runner(parsed.lmp_command)(directory))
     print("run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory")
     print(f"then     atomistic read {directory}")
     return OK

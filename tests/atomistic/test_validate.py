@@ -382,3 +382,16 @@ def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.Ca
 def test_the_doctor_says_usable(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "usable"
+
+
+def test_a_site_may_start_its_own_lammps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deck = ["deck", "inputs/lammps/rough.toml", "-o", str(tmp_path / "deck"), "--run", "--lmp-command"]
+    assert main([*deck, "no-such-lmp"]) == 1
+    error = capsys.readouterr().err
+    assert "no-such-lmp" in error
+    assert "doctor" in error
+
+
+@pytest.mark.long
+def test_scaling_laws_over_two_decades_of_slope(tmp_path: Path) -> None:
+    assert main(["validate", "inputs/validate/springs.toml", "-o", str(tmp_path), "-j", "2"]) == 0
