@@ -133,7 +133,7 @@ class SolverTable(Table):
 class ValidateConfig(Document):
     """Input of ``atomistic validate``."""
 
-    result_schema: ClassVar[str] = "stickiness-validation"
+    result_schema: ClassVar[str] = "stickiness/validation"
     result_version: ClassVar[int] = 1
 
     slab: SlabTable
@@ -178,7 +178,7 @@ class DeckWallTable(Table):
 class DeckConfig(Document):
     """Input of ``atomistic deck``."""
 
-    result_schema: ClassVar[str] = "stickiness-deck"
+    result_schema: ClassVar[str] = "stickiness/deck"
     result_version: ClassVar[int] = 1
 
     slab: SlabTable
