@@ -1,22 +1,29 @@
 """Wall laws: energy, traction and stiffness per area of the rigid wall on the surface, at a given gap.
 
-A law is a pure function of the gap.  Its core, where the paper's (a0/z)^10 would overflow, is continued with
-constant stiffness below ``core``: finite everywhere, and exact for every state whose smallest gap is above
-it, which :mod:`continuum.loading` checks at the end of each solve.
+A law is a pure function of the gap.  Its core, where (a0/z)^10 would overflow, is continued with constant
+stiffness below ``core``: finite everywhere, and exact for every state whose smallest gap is above it, which
+:mod:`continuum.loading` checks at the end of each solve.  The formulas are those of :mod:`continuum.laws`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+from scipy.special import lambertw
 
+from continuum import laws, theory
 from continuum.grid import Real
+from continuum.laws import Law
 
-__all__ = ["LennardJonesSpline", "Response", "Tabulated", "Wall"]
+__all__ = ["Exponential", "InversePowers", "LennardJonesSpline", "Response", "Tabulated", "Wall"]
+
+_CORE = 0.7
 
 
 class Response(NamedTuple):
@@ -30,31 +37,81 @@ class Response(NamedTuple):
     """d²energy/d gap² = -d traction/d gap, in E*/a0; negative where the law softens."""
 
 
-class Wall(Protocol):
-    """The interface of a wall law."""
+class Wall:
+    """What every wall law offers.  Laws are frozen; lengths are in a0, tractions in E*."""
 
-    @property
-    def zero_gap(self) -> float:
-        """Gap at which the traction changes sign, in a0."""
+    if TYPE_CHECKING:  # fields in one law, derived in another: a property here would hide the field
 
-    @property
-    def range(self) -> float:
-        """Distance beyond ``zero_gap`` over which the wall attracts, in a0."""
+        @property
+        def law(self) -> Law:
+            """The law as compiled code takes it."""
 
-    @property
-    def core(self) -> float:
-        """Gap below which the law is continued with constant stiffness, in a0."""
+        @property
+        def zero_gap(self) -> float:
+            """Gap at which the traction changes sign."""
 
-    @property
-    def work_of_adhesion(self) -> float:
-        """Depth of the energy minimum, w, in E* a0."""
+        @property
+        def range(self) -> float:
+            """Distance beyond ``zero_gap`` over which the wall attracts: its cut-off, or its effective range."""
+
+        @property
+        def core(self) -> float:
+            """Gap below which the law is continued with constant stiffness."""
 
     def evaluate(self, gap: Real) -> Response:
         """Energy, traction and stiffness per area at each gap."""
+        return Response(*laws.evaluate(self.law, gap))
+
+    @property
+    def work_of_adhesion(self) -> float:
+        """Depth of the energy at ``zero_gap``, w, in E* a0; in reduced units also l_a = w/E*."""
+        return -float(self.evaluate(np.array(self.zero_gap)).energy)
+
+    @cached_property
+    def effective_range(self) -> float:
+        """Effective range of the attraction, Eq. (deltar); 0 without attraction."""
+        if self.work_of_adhesion <= 0:
+            return 0.0
+        cutoff = self.law.reach - self.zero_gap
+        return theory.effective_range(lambda x: -float(self.evaluate(np.array(self.zero_gap + x)).traction), cutoff)
+
+    @property
+    def largest_tension(self) -> float:
+        """Largest attractive traction, in E*."""
+        return self._largest(lambda gap: -self.evaluate(gap).traction)
+
+    @property
+    def largest_softening(self) -> float:
+        """Largest negative stiffness as a positive number, in E*/a0.
+
+        Flats snap together for wavelengths above :func:`continuum.theory.snap_in_wavelength` of it.
+        """
+        return self._largest(lambda gap: -self.evaluate(gap).stiffness)
+
+    def _largest(self, values: Callable[[Real], Real]) -> float:
+        end = min(self.law.reach, self.zero_gap + 20.0)
+        gaps = np.linspace(self.zero_gap, end, 20001)
+        i = int(np.argmax(values(gaps)))
+        bounds = gaps[max(i - 1, 0)], gaps[min(i + 1, gaps.size - 1)]
+        found = minimize_scalar(lambda gap: -float(values(np.array(gap))), bounds=bounds, method="bounded")
+        return max(0.0, -float(found.fun), float(values(gaps[i : i + 1])[0]))
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            msg = f"the {name.replace('_', ' ')} of a wall is a positive finite number, got {value}"
+            raise ValueError(msg)
+
+
+def _core(core: float) -> None:
+    if not 0 < core < 1:
+        msg = f"the core of a wall lies between 0 and a0, got {core}"
+        raise ValueError(msg)
 
 
 @dataclass(frozen=True)
-class LennardJonesSpline:
+class LennardJonesSpline(Wall):
     """The paper's law, Eq. (potential): repulsive 9-3 core, cubic-spline attraction of finite range.
 
     With z the gap, x = z - a0, k the stiffness at the minimum and r the range::
@@ -76,21 +133,85 @@ class LennardJonesSpline:
 
     range: float
     minimum_stiffness: float = 0.5
-    core: float = 0.7
+    core: float = _CORE
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
         if not (np.isfinite(self.range) and self.range >= 0):
             msg = f"the range of a wall is a finite number, zero or positive, got {self.range}"
             raise ValueError(msg)
-        if not 0 < self.core < 1:
-            msg = f"the core of a 9-3 wall lies between 0 and a0, got {self.core}"
-            raise ValueError(msg)
+        _positive(minimum_stiffness=self.minimum_stiffness)
+        _core(self.core)
 
     @classmethod
     def from_adhesion_length(cls, adhesion_length: float) -> LennardJonesSpline:
         """The paper's family: k = E* a0/2 and l_a = w/E* = Δr²/(24 a0)."""
         return cls(range=float(np.sqrt(24 * adhesion_length)))
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        parameters = np.array([self.minimum_stiffness, self.core, self.range, self.work_of_adhesion])
+        return Law(laws.SPLINE, parameters, 1.0 + self.range)
+
+    @property
+    def work_of_adhesion(self) -> float:
+        """Depth w = k Δr²/(12 a0²), in E* a0."""
+        return self.minimum_stiffness * self.range**2 / 12
+
+    @property
+    def largest_tension(self) -> float:
+        """(4/27) k Δr/a0², in E*, at a0 + Δr/3."""
+        return 4 / 27 * self.minimum_stiffness * self.range
+
+    @property
+    def largest_softening(self) -> float:
+        """k/3, in E*/a0, at a0 + 2Δr/3; whatever the range, if there is one."""
+        return self.minimum_stiffness / 3 if self.range > 0 else 0.0
+
+    @property
+    def zero_gap(self) -> float:
+        """The minimum of the energy, a0."""
+        return 1.0
+
+
+@dataclass(frozen=True)
+class InversePowers(Wall):
+    """Two inverse powers, not truncated: energy c [(a0/z)^m/m - (a0/z)^n/n], c = k a0/(m - n), minimum at a0.
+
+    (m, n) = (9, 3) integrates the 12-6 potential between atoms over a half-space; (12, 6) is the 12-6 law taken
+    for the surface itself, with a pressure of (a0/z)^13 - (a0/z)^7.  Work of adhesion k a0/(m n).
+
+    Parameters
+    ----------
+    powers : (m, n) of the energy, m > n > 1.
+    minimum_stiffness : k/a0², stiffness per area at the minimum, in E*/a0.
+    core : gap below which the traction continues linearly, in a0.
+    """
+
+    powers: tuple[int, int]
+    minimum_stiffness: float
+    core: float = _CORE
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if not self.powers[0] > self.powers[1] > 1:
+            msg = f"the powers of a wall fall and exceed 1: repulsion, then attraction; got {self.powers}"
+            raise ValueError(msg)
+        _positive(minimum_stiffness=self.minimum_stiffness)
+        _core(self.core)
+
+    @classmethod
+    def from_adhesion_length(cls, powers: tuple[int, int], adhesion_length: float) -> InversePowers:
+        """The law of a given w = l_a E*: here the stiffness follows, as the range cannot."""
+        return cls(powers, adhesion_length * powers[0] * powers[1])
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        m, n = self.powers
+        parameters = np.array([self.minimum_stiffness, self.core, float(m), float(n)])
+        return Law(laws.INVERSE_POWERS, parameters, np.inf)
 
     @property
     def zero_gap(self) -> float:
@@ -98,43 +219,74 @@ class LennardJonesSpline:
         return 1.0
 
     @property
-    def work_of_adhesion(self) -> float:
-        """Depth w = k Δr²/(12 a0²), in E* a0; equal to l_a in reduced units."""
-        return self.minimum_stiffness * self.range**2 / 12
+    def range(self) -> float:
+        """The effective range: there is no cut-off."""
+        return self.effective_range
+
+
+@dataclass(frozen=True)
+class Exponential(Wall):
+    """Exponential attraction on a stiff core: energy -γ exp(-z/ρ), and K z²/2 where z < 0.
+
+    The literature's hard wall with exponential adhesion is its limit of large K.  The traction changes sign at
+    z = ρ W(-γ/(K ρ²)), a little below 0, with W Lambert's function; the work of adhesion is a little below γ.
+
+    Parameters
+    ----------
+    surface_energy : γ, in E* a0.
+    decay_length : ρ, in a0.
+    core_stiffness : K, in E*/a0; more than e γ/ρ², or there is no equilibrium.
+    """
+
+    surface_energy: float
+    decay_length: float
+    core_stiffness: float
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        _positive(
+            surface_energy=self.surface_energy, decay_length=self.decay_length, core_stiffness=self.core_stiffness
+        )
+        if self.core_stiffness <= np.e * self.surface_energy / self.decay_length**2:
+            least = np.e * self.surface_energy / self.decay_length**2
+            msg = f"the core of this wall needs a stiffness above e γ/ρ² = {least:.4g}, got {self.core_stiffness}"
+            raise ValueError(msg)
+
+    @property
+    def core(self) -> float:
+        """Gap of -a0, below which the attraction grows no more."""
+        return -1.0
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        parameters = np.array([self.core_stiffness, self.surface_energy, self.decay_length])
+        return Law(laws.EXPONENTIAL, parameters, np.inf)
+
+    @cached_property
+    def zero_gap(self) -> float:
+        """Where core and attraction balance."""
+        ratio = self.surface_energy / (self.core_stiffness * self.decay_length**2)
+        return self.decay_length * float(lambertw(-ratio).real)
 
     @property
     def largest_tension(self) -> float:
-        """(4/27) k Δr/a0², in E*, reached at a0 + Δr/3."""
-        return 4 / 27 * self.minimum_stiffness * self.range
+        """γ/ρ, in E*, where the core ends."""
+        return self.surface_energy / self.decay_length
 
-    def evaluate(self, gap: Real) -> Response:
-        """Energy, traction and stiffness per area at each gap, Eq. (potential)."""
-        k, r = self.minimum_stiffness, self.range
-        x = np.asarray(gap, dtype=np.float64) - 1.0
+    @property
+    def largest_softening(self) -> float:
+        """γ/ρ², in E*/a0, where the core ends."""
+        return self.surface_energy / self.decay_length**2
 
-        # Repulsive side, with the traction continued linearly below the core.
-        z = 1.0 + np.clip(x, self.core - 1.0, 0.0)
-        inv3 = 1 / (z * z * z)
-        below = np.minimum(x + 1.0 - self.core, 0.0)
-        core_stiffness = k / 6 * (10 * inv3**3 / z**2 - 4 * inv3 / z**2)
-        core_traction = k / 6 * (inv3**3 / z - inv3 / z)
-        # z^-9/9 - z^-3/3 + 2/9, factored: near the minimum the terms cancel to second order.
-        energy = k / 54 * (inv3 - 1) ** 2 * (inv3 + 2) - self.work_of_adhesion
-        energy += below * (0.5 * below * core_stiffness - core_traction)
-        traction = core_traction - below * core_stiffness
-        stiffness = core_stiffness
-
-        outside = x > 0
-        if r == 0:
-            return Response(energy, traction, np.where(outside, 0.0, stiffness))
-        t = np.clip(x / r, 0.0, 1.0)
-        energy += k * r**2 * t**2 * (0.5 + t * (-2 / 3 + t / 4))
-        traction -= k * r * t * (1 - t) ** 2
-        return Response(energy, traction, np.where(outside, k * (1 - t) * (1 - 3 * t), stiffness))
+    @property
+    def range(self) -> float:
+        """The effective range: there is no cut-off."""
+        return self.effective_range
 
 
 @dataclass(frozen=True, eq=False)
-class Tabulated:
+class Tabulated(Wall):
     """A law given as a table of traction against gap: a cubic spline through the knots.
 
     The energy is the spline's integral, zero at the last knot, so that energy, traction and stiffness belong
@@ -174,14 +326,21 @@ class Tabulated:
             object.__setattr__(self, name, values)
 
     @cached_property
-    def _splines(self) -> tuple[PPoly, PPoly, PPoly]:
-        traction = CubicSpline(self.gap, self.traction)
-        return traction.antiderivative(), traction, traction.derivative()
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self.gap, self.traction)
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        integral = self._spline.antiderivative()
+        energy = float(integral(self.gap[-1])) - integral(self.gap[:-1])
+        parts = (np.array([self.gap.size - 1.0]), self.gap, energy, self._spline.c.T.ravel())
+        return Law(laws.TABLE, np.concatenate(parts), float(self.gap[-1]))
 
     @cached_property
     def zero_gap(self) -> float:
         """First gap at which the traction vanishes: the sign change, or where a repulsive law ends."""
-        roots = self._splines[1].roots(extrapolate=False)
+        roots = self._spline.roots(extrapolate=False)
         return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
 
     @property
@@ -193,20 +352,3 @@ class Tabulated:
     def core(self) -> float:
         """The first knot, in a0."""
         return float(self.gap[0])
-
-    @cached_property
-    def work_of_adhesion(self) -> float:
-        """-energy at ``zero_gap``, in E* a0."""
-        return -float(self.evaluate(np.array([self.zero_gap])).energy[0])
-
-    def evaluate(self, gap: Real) -> Response:
-        """Energy, traction and stiffness per area at each gap."""
-        integral, p, slope = self._splines
-        gap = np.asarray(gap, dtype=np.float64)
-        z = np.clip(gap, self.gap[0], self.gap[-1])
-        below = np.minimum(gap - self.gap[0], 0.0)
-        inside = gap < self.gap[-1]
-        traction, stiffness = p(z) * inside, -slope(z) * inside
-        energy = float(integral(self.gap[-1])) - integral(z)
-        energy += below * (0.5 * below * stiffness - traction)
-        return Response(energy, traction - below * stiffness, stiffness)

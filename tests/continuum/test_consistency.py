@@ -8,7 +8,7 @@ import pytest
 from continuum.greens import HalfSpace, Layer, Response, Tabulated
 from continuum.grid import Grid, Real
 from continuum.problem import ContactProblem
-from continuum.wall import LennardJonesSpline, Wall
+from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.wall import Tabulated as TabulatedWall
 
 GRIDS = [Grid((8, 8), (8.0, 8.0)), Grid((7, 9), (7.0, 11.0)), Grid((10, 5), (5.0, 5.0))]
@@ -25,6 +25,9 @@ WALLS = {
     "nonadhesive": LennardJonesSpline(0.0),
     "stiff": LennardJonesSpline(0.3, minimum_stiffness=20.0),
     "table": _table_wall(),
+    "9-3": InversePowers((9, 3), 0.5),
+    "12-6": InversePowers((12, 6), 1.0),
+    "exponential": Exponential(0.01, 0.3, 2.0),
 }
 RESPONSES = {
     "half-space, clamped": lambda grid: HalfSpace("clamped"),

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import simpson
+from scipy.special import gamma
 
 from continuum import theory
-from continuum.wall import LennardJonesSpline, Tabulated
+from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Tabulated, Wall
 
 RANGES = [0.10954, 0.34641, 1.09545]
 
@@ -117,3 +121,70 @@ def test_a_table_that_is_no_wall_is_refused(gap: list[float], traction: list[flo
 def test_a_law_that_is_none_is_refused(bad: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="wall"):
         LennardJonesSpline(**bad)
+
+
+UNTRUNCATED: dict[str, Wall] = {
+    "9-3": InversePowers.from_adhesion_length((9, 3), 0.005),
+    "12-6": InversePowers.from_adhesion_length((12, 6), 0.005),
+    "exponential": Exponential(0.005, 0.3, 2.0),
+}
+
+
+@pytest.mark.parametrize("wall", UNTRUNCATED.values(), ids=UNTRUNCATED.keys())
+def test_every_law_knows_its_own_numbers(wall: Wall) -> None:
+    """Against nothing but samples of the law: where it crosses zero, how deep, how steep, how far."""
+    at_zero = wall.evaluate(np.array([wall.zero_gap - 1e-6, wall.zero_gap, wall.zero_gap + 1e-6])).traction
+    assert at_zero[0] > 0 > at_zero[2]
+    assert abs(at_zero[1]) < 1e-15
+    # The exponential's tension and softening are largest at 0 exactly, where its core ends.
+    gap = np.union1d(wall.zero_gap + np.linspace(0, 60, 600001), [0.0] if wall.zero_gap < 0 else [])
+    sampled = wall.evaluate(gap)
+    # Half the spacing of the sample squared, 2.5e-9, times a second derivative of some tens of the value.
+    assert -sampled.traction.min() == pytest.approx(wall.largest_tension, rel=1e-6)
+    assert -sampled.stiffness.min() == pytest.approx(wall.largest_softening, rel=1e-6)
+    # Simpson over the sample; the tail beyond 60 a0 is below 1e-5 of the whole for the slowest law, (60)^-3/27.
+    assert -simpson(sampled.traction, gap) == pytest.approx(wall.work_of_adhesion, rel=1e-4)
+    assert wall.range == wall.effective_range
+
+
+def test_numbers_of_the_untruncated_laws() -> None:
+    ninethree, twelvesix = UNTRUNCATED["9-3"], UNTRUNCATED["12-6"]
+    for wall in (ninethree, twelvesix):
+        assert wall.work_of_adhesion == pytest.approx(0.005, rel=1e-12)
+    assert ninethree.effective_range == pytest.approx(1.15294, abs=5e-6)
+    assert twelvesix.effective_range == pytest.approx(0.62043, abs=5e-6)
+    # Within the effective range lie 85 % and 89 % of the binding, the paper's "> 85 %".
+    for wall, percent in ((ninethree, 85.0), (twelvesix, 89.2)):
+        left = -float(wall.evaluate(np.array(1 + wall.effective_range)).energy)
+        assert 100 * (1 - left / 0.005) == pytest.approx(percent, abs=0.06)
+
+
+def test_an_exponential_on_a_stiffer_core_tends_to_the_exponential() -> None:
+    works, zeros = [], []
+    for stiffness in (2.0, 20.0, 200.0):
+        wall = Exponential(0.005, 0.3, stiffness)
+        works.append(0.005 - wall.work_of_adhesion)
+        zeros.append(-wall.zero_gap)
+    # To first order the core gives way by γ/(ρK), and half of that is lost in energy per tension.
+    for work, zero, stiffness in zip(works, zeros, (2.0, 20.0, 200.0), strict=True):
+        assert zero == pytest.approx(0.005 / 0.3 / stiffness, rel=0.1 / stiffness)
+        assert 0 > work > -0.005 * zero / 0.3
+    limit = 0.3 * (2 / 3 * gamma(2 / 3)) ** -3
+    errors = [abs(Exponential(0.005, 0.3, k).effective_range / limit - 1) for k in (2e2, 2e4)]
+    # The weight Δ^(-1/3) counts from the shifted zero: an error of (zero/ρ)^(2/3), 0.4 % and 100^(2/3) times less.
+    assert errors[0] < 0.02
+    assert errors[1] < errors[0] / 10
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: InversePowers((3, 9), 1.0),
+        lambda: InversePowers((9, 3), -1.0),
+        lambda: Exponential(0.1, 0.1, 1.0),
+        lambda: Exponential(0.1, -0.1, 1.0),
+    ],
+)
+def test_an_untruncated_law_that_is_none_is_refused(make: Callable[[], Wall]) -> None:
+    with pytest.raises(ValueError, match="wall"):
+        make()
