@@ -133,7 +133,8 @@ def _validate(parsed: argparse.Namespace) -> int:
         ["case", "h'rms", *(f"load: {step}" for step in steps), "contact: nonlinearity", "contact: total",
          "mean compliance*"],
         rows,
-        "depth: half-space against layer.  anisotropy and discreteness: layer against lattice Green's function.  "
+        "depth: half-space against layer.  anisotropy: layer against cubic layer.  discreteness: cubic layer against "
+        "lattice Green's function.  "
         "nonlinearity: lattice Green's function against atoms.  total: half-space against atoms.\n"
         "*load of the half-space over that of the lattice at equal separation; all else at equal mean gap, "
         "lattice against atoms at equal separation",

@@ -134,7 +134,7 @@ class ValidateConfig(Document):
     """Input of ``atomistic validate``."""
 
     result_schema: ClassVar[str] = "stickiness/validation"
-    result_version: ClassVar[int] = 1
+    result_version: ClassVar[int] = 2
 
     slab: SlabTable
     surface: SurfaceTable

@@ -4,16 +4,15 @@
 rung   elastic response                            difference to the next rung
 =====  ==========================================  =============================================
 1      isotropic half-space, ν = 1/2               finite depth
-2      isotropic layer on a rigid base, ν = 1/2    anisotropy and lattice discreteness
+2      isotropic layer on a rigid base, ν = 1/2    anisotropy
+3      anisotropic cubic layer                     lattice discreteness
 4      lattice Green's function of the same slab   geometric nonlinearity
 5      explicit atoms joined by springs, LAMMPS
 =====  ==========================================  =============================================
 
-(Rung 3, the anisotropic layer, will split the second difference into its two parts.)
-
-Rungs 1, 2 and 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal
-separation their loads differ severalfold and say nothing.  Rungs 4 and 5 share the mean compliance and are
-compared at equal separation.
+Rungs 1 to 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal separation
+their loads differ severalfold and say nothing.  Rungs 4 and 5 share the mean compliance and are compared at
+equal separation.
 """
 
 from __future__ import annotations
@@ -26,8 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.lattice import LatticeResponse
+from continuum.anisotropic import CubicConstants
 from continuum.geometry import Contact, contact_map, measure
-from continuum.greens import HalfSpace, Layer, Response
+from continuum.greens import CubicLayer, HalfSpace, Layer, Response
 from continuum.grid import Real
 from continuum.loading import Branch, State, follow, solve
 from continuum.minimise import Settings
@@ -47,16 +47,19 @@ __all__ = [
     "select",
 ]
 
-RungName = Literal["half-space", "layer", "lattice", "atoms"]
-CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "lattice")
+RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms"]
+CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "lattice")
 
 
-def response_of(name: RungName, lattice: LatticeResponse) -> Response:
-    """Elastic response of a continuum rung over the slab of the lattice."""
+def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConstants) -> Response:
+    """Elastic response of a continuum rung over the slab of the lattice, whose crystal has these constants."""
     if name == "half-space":
         return HalfSpace("clamped")
     if name == "layer":
         return Layer(lattice.slab.depth, 0.5, "clamped")
+    if name == "crystal":
+        depth = lattice.slab.depth
+        return CubicLayer(depth, constants, constants.c11 / depth)
     return lattice
 
 

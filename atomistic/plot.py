@@ -27,6 +27,7 @@ __all__ = ["contact_maps", "curves", "draw_all", "scaling"]
 LABELS = {
     "half-space": "half-space, ν = 1/2",
     "layer": "layer, ν = 1/2",
+    "crystal": "cubic layer",
     "lattice": "lattice Green's function",
     "atoms": "atoms (LAMMPS)",
 }
@@ -120,7 +121,7 @@ def curves(archive: Archive) -> Figure | None:
         lattice = along["lattice"]
         order = np.argsort(lattice["mean_gap"])
         at_points = np.interp(points["mean_gap"], lattice["mean_gap"][order], lattice["load"][order])
-        for (rung, curve), style in zip(along.items(), ("-", "--", ":"), strict=True):
+        for (rung, curve), style in zip(along.items(), ("-", "--", "-.", ":"), strict=True):
             look = {"color": _COLOURS[rung], "label": LABELS[rung]}
             area_axis.plot(curve["mean_gap"], curve["area_rep"], style, **look)
             load_axis.plot(curve["mean_gap"], curve["load"], style, **look)
@@ -136,7 +137,7 @@ def curves(archive: Archive) -> Figure | None:
     axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
     axes[2, 0].set_ylabel("load minus lattice's\n$\\Delta N/(10^{-4} E^* A_0)$")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
     return figure
 
 

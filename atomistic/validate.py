@@ -48,7 +48,8 @@ __all__ = ["STEPS", "Curve", "StepName", "Unit", "UnitResult", "ValidatedState",
 StepName = str
 STEPS: dict[StepName, tuple[RungName, RungName]] = {
     "depth": ("half-space", "layer"),
-    "anisotropy and discreteness": ("layer", "lattice"),
+    "anisotropy": ("layer", "crystal"),
+    "discreteness": ("crystal", "lattice"),
     "nonlinearity": ("lattice", "atoms"),
     "total": ("half-space", "atoms"),
 }
@@ -182,7 +183,8 @@ def validate_unit(
     )
     wall = LennardJonesSpline.from_adhesion_length(unit.adhesion_length)
     problems: dict[RungName, ContactProblem] = {
-        name: ContactProblem(grid, wall, heights, response_of(name, lattice)) for name in CONTINUUM_RUNGS
+        name: ContactProblem(grid, wall, heights, response_of(name, lattice, springs.elastic_constants))
+        for name in CONTINUUM_RUNGS
     }
     settings = Settings(config.solver.tolerance * unit.rms_slope)
     path = list(approach_and_retract(problems["lattice"], max(unit.areas), settings))
@@ -195,7 +197,7 @@ def validate_unit(
         chosen = select(problems["lattice"], path, area, branch, settings)
         reference = rung_of(problems["lattice"], "lattice", chosen)
         rungs: dict[RungName, Rung] = {
-            name: on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:2]
+            name: on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:-1]
         }
         deck = Deck(
             slab,

@@ -9,6 +9,29 @@ from atomistic.interatomic import Springs
 UNIT_SPRINGS = Springs(1.0).elastic_constants
 
 
+def barnett_lothe(constants: CubicConstants, angle: float) -> float:
+    """E*(θ) from the Barnett-Lothe integral (Ting, Anisotropic Elasticity, 1996, 7.1 - 7.4): an independent way.
+
+    L = (1/π) ∫ [(mm) - (mn)(nn)^-1(nm)] dω over half a turn of m and n, 1/E* = ½ (L^-1)_nn.
+    """
+    c = constants.stiffness_tensor()
+    along, up = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([0.0, 0.0, 1.0])
+    total = np.zeros((3, 3))
+    for w in np.arange(256) * np.pi / 256:
+        m, n = np.cos(w) * along + np.sin(w) * up, np.cos(w) * up - np.sin(w) * along
+        mm, mn, nn = (np.einsum("i,ijkl,l->jk", a, c, b) for a, b in ((m, m), (m, n), (n, n)))
+        total += mm - mn @ np.linalg.solve(nn, mn.T)
+    return float(2 / np.linalg.inv(total / 256)[2, 2])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.2, 0.5, np.pi / 4, 2.0])
+@pytest.mark.parametrize(
+    "constants", [UNIT_SPRINGS, CubicConstants(169.9, 122.6, 76.2), CubicConstants(127, 81.4, 36.4)]
+)
+def test_the_modulus_is_that_of_barnett_and_lothe(constants, angle):
+    assert directional_contact_modulus(constants, angle) == pytest.approx(barnett_lothe(constants, angle), rel=1e-12)
+
+
 @given(st.floats(-0.9, 0.499), st.floats(0, np.pi))
 def test_an_isotropic_crystal_has_the_plane_strain_modulus(poisson, angle):
     shear = 1 / (2 * (1 + poisson))

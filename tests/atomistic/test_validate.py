@@ -14,7 +14,16 @@ from atomistic.config import ValidateConfig
 from atomistic.crystal import Slab
 from atomistic.engine import run_command
 from atomistic.interatomic import Springs
-from atomistic.ladder import Rung, approach_and_retract, compare, kinds_of, response_of, rung_of, select
+from atomistic.ladder import (
+    CONTINUUM_RUNGS,
+    Rung,
+    approach_and_retract,
+    compare,
+    kinds_of,
+    response_of,
+    rung_of,
+    select,
+)
 from atomistic.lattice import LatticeResponse
 from atomistic.validate import STEPS, UnitResult, units, validate_unit
 from continuum.config import load
@@ -103,7 +112,7 @@ def test_rungs_are_compared_at_equal_mean_gap_and_atoms_at_equal_separation(resu
     for result in results:
         for state in result.states:
             rungs = state.rungs
-            for name in ("half-space", "layer"):
+            for name in CONTINUUM_RUNGS[:-1]:
                 assert rungs[name].mean_gap == pytest.approx(rungs["lattice"].mean_gap, abs=1e-12)
             assert rungs["atoms"].separation == rungs["lattice"].separation
             # Equal separation and equal compliance: mean gaps differ by the nonlinearity only, but they do.
@@ -201,15 +210,23 @@ def test_a_reference_out_of_contact_is_infinitely_far() -> None:
 
 def test_each_step_of_the_budget_changes_one_response() -> None:
     lattice = LatticeResponse.of_springs(Slab.of_depth(Grid.square(16), 8.0), Springs.reduced())
-    k = {name: response_of(name, lattice).stiffness(Grid.square(16)) for name in ("half-space", "layer", "lattice")}
+    constants = Springs.reduced().elastic_constants
+    k = {name: response_of(name, lattice, constants).stiffness(Grid.square(16)) for name in CONTINUUM_RUNGS}
     long_wave = {name: values[0, 1] for name, values in k.items()}
     assert long_wave["half-space"] == pytest.approx(np.pi / 16, rel=1e-12)
     assert long_wave["half-space"] < long_wave["layer"]  # a base at half a wavelength is felt
     assert np.isinf(k["layer"][0, 0])
-    assert np.isfinite(k["lattice"][0, 0])
+    # The crystal has the mean compliance of the lattice, C11/depth.
+    assert k["crystal"][0, 0] == pytest.approx(k["lattice"][0, 0], rel=1e-12)
+    # Along <110>, below the reach of the base, it is stiffer than the mean by 1.4063/1.3721.
+    assert k["crystal"][0, 4] / k["layer"][0, 4] == pytest.approx(1.4063 / 1.3721, rel=1e-3)
+    # The lattice follows it at long waves, here 16 a0, to the 2.3 % of the worst direction.
+    assert long_wave["lattice"] == pytest.approx(long_wave["crystal"], rel=0.023)
+    assert long_wave["lattice"] != pytest.approx(long_wave["crystal"], rel=1e-3)
     assert [STEPS[step] for step in STEPS] == [
         ("half-space", "layer"),
-        ("layer", "lattice"),
+        ("layer", "crystal"),
+        ("crystal", "lattice"),
         ("lattice", "atoms"),
         ("half-space", "atoms"),
     ]
@@ -281,7 +298,7 @@ def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
     for name in a.columns:
         if not name.startswith("journal/"):
             np.testing.assert_array_equal(a.columns[name], b.columns[name], err_msg=name)
-    assert a.columns["gap"].shape == (4, 4, 16, 16)
+    assert a.columns["gap"].shape == (5, 4, 16, 16)
 
 
 def test_a_validation_goes_on_where_it_stopped(

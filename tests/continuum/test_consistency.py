@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from continuum.greens import HalfSpace, Layer, Response, Tabulated
+from continuum.anisotropic import CubicConstants
+from continuum.greens import CubicLayer, HalfSpace, Layer, Response, Tabulated
 from continuum.grid import Grid, Real
 from continuum.problem import ContactProblem
 from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Wall
@@ -33,6 +34,7 @@ RESPONSES = {
     "half-space, clamped": lambda grid: HalfSpace("clamped"),
     "half-space, free": lambda grid: HalfSpace("free"),
     "layer": lambda grid: Layer(5.0, 0.3, Layer(5.0, 0.3, "free").compressive_stiffness),
+    "crystal": lambda grid: CubicLayer(4.0, CubicConstants(1.2, 0.6, 0.5), 0.3),
     "incompressible layer": lambda grid: Layer(5.0, 0.5, "clamped"),
     "table": lambda grid: Tabulated(1.0 + grid.wavenumber**2, grid.lengths, "test"),
 }

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from continuum.greens import HalfSpace, Layer, MeanMode, Tabulated
+from continuum.anisotropic import CubicConstants
+from continuum.greens import CubicLayer, HalfSpace, Layer, MeanMode, Tabulated
 from continuum.grid import Grid
 
 
@@ -124,3 +125,54 @@ def test_a_table_serves_its_own_grid_only() -> None:
 def test_a_layer_that_is_none_is_refused(depth: float, nu: float) -> None:
     with pytest.raises(ValueError, match="layer"):
         Layer(depth, nu, "free")
+
+
+def isotropic(nu: float) -> CubicConstants:
+    """Constants of the isotropic material with E* = 1."""
+    shear = (1 - nu) / 2
+    lame = 2 * shear * nu / (1 - 2 * nu)
+    return CubicConstants(lame + 2 * shear, lame, shear)
+
+
+SPRINGS = CubicConstants(1.0307, 0.51537, 0.51537)  # nearest-neighbour springs with a mean E* of 1, to five digits
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.25, 0.4])
+@pytest.mark.parametrize("shape", [(12, 12), (9, 14)])
+def test_an_isotropic_crystal_is_the_isotropic_layer(nu: float, shape: tuple[int, int]) -> None:
+    grid = Grid(shape, (24.0, 20.0))
+    for depth in (0.5, 7.0, 500.0):
+        crystal, layer = CubicLayer(depth, isotropic(nu), "free"), Layer(depth, nu, "free")
+        # Rounding of the closed form, which cancels for thin layers, and of some ten doublings.
+        np.testing.assert_allclose(crystal.stiffness(grid), layer.stiffness(grid), rtol=1e-11)
+        assert crystal.compressive_stiffness == pytest.approx(layer.compressive_stiffness, rel=1e-12)
+    np.testing.assert_allclose(
+        CubicLayer(np.inf, isotropic(nu), "free").stiffness(grid), HalfSpace("free").stiffness(grid), rtol=1e-12
+    )
+
+
+def test_a_crystal_has_the_symmetry_of_its_surface() -> None:
+    grid = Grid.square(16)
+    k = CubicLayer(6.0, SPRINGS, "free").stiffness(grid)
+    m = np.arange(1, 8)
+    np.testing.assert_allclose(k[m, 0], k[0, m], rtol=1e-12)
+    np.testing.assert_allclose(k[m, 3], k[-m, 3], rtol=1e-12)
+    # Along <110>, the axes of the grid, a crystal of springs is stiffer than along <100>, by 5 %.
+    along_110, along_100 = k[7, 0] / 7, k[5, 5] / np.hypot(5, 5)
+    assert along_110 / along_100 == pytest.approx(1.4063 / 1.3416, rel=1e-3)
+    turned = CubicLayer(6.0, SPRINGS, "free", axis=0.0).stiffness(grid)
+    assert turned[7, 0] / 7 == pytest.approx(along_100, rel=1e-3)
+
+
+def test_a_layer_of_crystal_joins_smoothly_to_its_half_space() -> None:
+    # At q depth = 40, where the layer is taken for a half-space.
+    grid = Grid((4, 4), (2 * np.pi / 39.99, 1.0))
+    near = CubicLayer(1.0, SPRINGS, "free").stiffness(grid)[1, 0]
+    far = CubicLayer(np.inf, SPRINGS, "free").stiffness(grid)[1, 0]
+    assert near == pytest.approx(far, rel=1e-12)
+
+
+@pytest.mark.parametrize("bad", [{"depth": 0.0}, {"constants": CubicConstants(1, 2, 1)}])
+def test_a_crystal_that_is_none_is_refused(bad: dict) -> None:
+    with pytest.raises(ValueError, match=r"layer|stable"):
+        CubicLayer(**({"depth": 1.0, "constants": SPRINGS, "mean": "free"} | bad))
