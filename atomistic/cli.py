@@ -70,22 +70,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = _parser().parse_args(arguments)
     from atomistic.result import LammpsError
     from continuum.config import ConfigError
-    from continuum.console import BAD_INPUT, NOT_CONVERGED, complain
+    from continuum.console import exit_code
     from continuum.minimise import NotConvergedError
     from continuum.store import StoreError
 
     command = {"validate": _validate, "deck": _deck, "read": _read, "doctor": _doctor}[parsed.command]
-    try:
-        return command(parsed)
-    except (ConfigError, StoreError, FileExistsError) as error:
-        complain(error)
-        return BAD_INPUT
-    except (LammpsError, NotConvergedError) as error:
-        complain(f"{error}\nWhat is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.")
-        return NOT_CONVERGED
-    except KeyboardInterrupt:
-        complain("stopped; what is finished is stored, and the same command goes on from there")
-        return NOT_CONVERGED
+    return exit_code(
+        lambda: command(parsed),
+        (ConfigError, StoreError, FileExistsError),
+        (LammpsError, NotConvergedError),
+        "What is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.",
+    )
 
 
 def _validate(parsed: argparse.Namespace) -> int:

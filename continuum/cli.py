@@ -45,19 +45,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parsed = _parser().parse_args(arguments)
     from continuum.config import ConfigError
-    from continuum.console import BAD_INPUT, NOT_CONVERGED, complain
+    from continuum.console import exit_code
     from continuum.run import OutputError
     from continuum.store import StoreError
 
     command = {"check": _check, "run": _run, "plot": _plot}[parsed.command]
-    try:
-        return command(parsed)
-    except (ConfigError, OutputError, StoreError) as error:
-        complain(error)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        complain("stopped; what is finished is stored, and the same command goes on from there")
-        return NOT_CONVERGED
+    return exit_code(lambda: command(parsed), (ConfigError, OutputError, StoreError))
 
 
 def _check(parsed: argparse.Namespace) -> int:

@@ -6,6 +6,7 @@ Lengths are in a0, pressures in E* (see :mod:`continuum`).  The base classes and
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -28,12 +29,15 @@ from continuum.tables import (
 __all__ = [
     "HDF5_SUFFIXES",
     "ConfigError",
+    "CrystalTable",
     "Document",
+    "ExponentialWall",
     "Fault",
     "FileSurface",
     "GridTable",
     "HalfSpaceTable",
     "InputFile",
+    "InversePowersWall",
     "LayerTable",
     "LoadingTable",
     "MeanMode",
@@ -237,6 +241,35 @@ class TableWall(Table):
     """text, two columns: gap in a0 (increasing) and traction in E* (compression positive, zero at the end)"""
 
 
+class InversePowersWall(Table):
+    """[wall] of law "lennard-jones-9-3" or "lennard-jones-12-6", not truncated."""
+
+    law: Literal["lennard-jones-9-3", "lennard-jones-12-6"]
+    adhesion_length: Annotated[float, Field(gt=0, le=_LARGEST_RANGE**2 / 24)]
+    """l_a = w/E*, in a0; the stiffness of the law follows from it"""
+    core: _Unit = 0.7
+    """gap below which the law is only continued, in a0"""
+
+
+class ExponentialWall(Table):
+    """[wall] of law "exponential": attraction on a stiff core."""
+
+    law: Literal["exponential"]
+    surface_energy: Positive
+    """gamma, in E* a0"""
+    decay_length: Positive
+    """rho, in a0"""
+    core_stiffness: Positive
+    """K, in E*/a0"""
+
+    @check
+    def _the_core_holds(self) -> Iterator[Fault]:
+        least = math.e * self.surface_energy / self.decay_length**2
+        if self.core_stiffness <= least:
+            cause = "a core softer than the attraction: the two never balance"
+            yield Fault(("core_stiffness",), f"above e surface_energy/decay_length² = {least:.4g}", cause)
+
+
 class HalfSpaceTable(Table):
     """[substrate] of response "half-space"."""
 
@@ -255,6 +288,27 @@ class LayerTable(Table):
     """Poisson's ratio"""
     mean: MeanMode
     """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+
+class CrystalTable(Table):
+    """[substrate] of response "crystal": cubic, (100) surface, the grid's axes along <110>."""
+
+    response: Literal["crystal"]
+    c11: Positive
+    """elastic constant, in E*"""
+    c12: float
+    """elastic constant, in E*"""
+    c44: Positive
+    """elastic constant, in E*"""
+    depth: Positive | None = None
+    """of a layer bonded to a rigid base, in a0; a half-space if not given"""
+    mean: MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+    @check
+    def _stable(self) -> Iterator[Fault]:
+        if not (self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
+            yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
 
 
 class LoadingTable(Table):
@@ -308,9 +362,9 @@ class RunConfig(Document):
     """points and period"""
     surface: Annotated[SelfAffineSurface | SineSurface | SphereSurface | FileSurface, Field(discriminator="kind")]
     """heights of the rigid wall"""
-    wall: Annotated[SplineWall | TableWall, Field(discriminator="law")]
+    wall: Annotated[SplineWall | InversePowersWall | ExponentialWall | TableWall, Field(discriminator="law")]
     """law between wall and surface"""
-    substrate: Annotated[HalfSpaceTable | LayerTable, Field(discriminator="response")]
+    substrate: Annotated[HalfSpaceTable | LayerTable | CrystalTable, Field(discriminator="response")]
     """elastic response"""
     loading: LoadingTable
     """path of loading"""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -19,7 +19,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "complain", "progress", "show_table"]
+__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "exit_code", "progress", "show_table"]
 
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 """Exit codes: all well; something did not converge or hold; the input is at fault and nothing was written."""
@@ -89,6 +89,32 @@ def _is_number(cell: str) -> bool:
     return cell.strip("%±<> ").replace(".", "").replace("e-", "").replace("-", "").isdigit()
 
 
-def complain(message: object) -> None:
-    """Print an error where errors go, as it is."""
+def exit_code(
+    command: Callable[[], int],
+    bad_input: tuple[type[Exception], ...],
+    failures: tuple[type[Exception], ...] = (),
+    advice: str = "",
+) -> int:
+    """Run a command and say in one message why it ended, if it did not end well.
+
+    Parameters
+    ----------
+    command : returns its exit code.
+    bad_input : errors that are the input's fault; nothing has been written.
+    failures : errors of the work itself; what is finished is stored.
+    advice : added to the message of a failure.
+    """
+    try:
+        return command()
+    except bad_input as error:
+        _complain(error)
+        return BAD_INPUT
+    except failures as error:
+        _complain(f"{error}\n{advice}".rstrip())
+    except KeyboardInterrupt:
+        _complain("stopped; what is finished is stored, and the same command goes on from there")
+    return NOT_CONVERGED
+
+
+def _complain(message: object) -> None:
     print(message, file=sys.stderr)  # noqa: T201 - the one place

@@ -12,10 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum import greens, store
+from continuum.anisotropic import CubicConstants
 from continuum.config import (
     HDF5_SUFFIXES,
+    CrystalTable,
+    ExponentialWall,
     Fault,
     FileSurface,
+    InversePowersWall,
     LayerTable,
     RunConfig,
     SelfAffineSurface,
@@ -29,7 +33,7 @@ from continuum.grid import Grid, Real
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
 from continuum.surface import Moments, SelfAffine, moments, sine, sphere
-from continuum.wall import LennardJonesSpline, Tabulated, Wall
+from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Tabulated, Wall
 
 __all__ = ["Estimate", "System", "build", "estimate"]
 
@@ -146,6 +150,9 @@ def _response(config: RunConfig) -> greens.Response:
     substrate = config.substrate
     if isinstance(substrate, LayerTable):
         return greens.Layer(substrate.depth, substrate.poisson, substrate.mean)
+    if isinstance(substrate, CrystalTable):
+        constants = CubicConstants(substrate.c11, substrate.c12, substrate.c44)
+        return greens.CubicLayer(substrate.depth or np.inf, constants, substrate.mean)
     return greens.HalfSpace(substrate.mean)
 
 
@@ -157,6 +164,11 @@ def _wall(config: RunConfig) -> Wall:
             msg = f"{table.path} has {columns.shape[1]} columns, a wall has 2: gap and traction"
             raise ValueError(msg)
         return Tabulated(columns[:, 0], columns[:, 1])
+    if isinstance(table, InversePowersWall):
+        powers = (9, 3) if table.law == "lennard-jones-9-3" else (12, 6)
+        return InversePowers(powers, table.adhesion_length * powers[0] * powers[1], table.core)
+    if isinstance(table, ExponentialWall):
+        return Exponential(table.surface_energy, table.decay_length, table.core_stiffness)
     if table.range is not None:
         return LennardJonesSpline(table.range, core=table.core)
     spline = LennardJonesSpline.from_adhesion_length(table.adhesion_length or 0.0)

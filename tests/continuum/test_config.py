@@ -44,6 +44,13 @@ def faults(path: Path) -> str:
         ("adhesion_length = 0.005", "", 14, "wall.adhesion_length", "exactly one"),
         ('kind = "self-affine"', 'kind = "selfaffine"', 7, 'surface.kind = "selfaffine"', 'mean "self-affine"'),
         ('kind = "self-affine"', 'kind = "file"\npath = "no.npy"', 8, 'surface.path = "no.npy"', "existing file"),
+        (
+            'response = "half-space"',
+            'response = "crystal"\nc11 = 1\nc12 = 2\nc44 = 1',
+            21,
+            "substrate.c12 = 2",
+            "not stable",
+        ),
         ('mean = "clamped"', "", 18, "substrate.mean", "required"),
         ('mean = "clamped"', 'mean = "clampd"', 20, 'substrate.mean = "clampd"', '"clamped", "free"'),
         ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n 1.8]", 24, "loading.targets", "decreasing"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from continuum.cli import main
 from continuum.config import RunConfig, load
 from continuum.run import OutputError, Step, run
 from continuum.system import estimate
+from continuum.wall import LennardJonesSpline
 from tests.continuum.conftest import SMALL
 
 
@@ -201,6 +203,29 @@ def test_every_kind_of_surface_runs(small: Path, surface: str) -> None:
     summary = run(load(small, RunConfig), small.with_name("result.h5"))
     assert summary.converged
     assert any(step.load != 0 for step in summary.steps)
+
+
+@pytest.mark.parametrize(
+    ("table", "text"),
+    [
+        ("wall", 'law = "lennard-jones-9-3"\nadhesion_length = 0.005'),
+        ("wall", 'law = "lennard-jones-12-6"\nadhesion_length = 0.005'),
+        ("wall", 'law = "exponential"\nsurface_energy = 0.005\ndecay_length = 0.3\ncore_stiffness = 2.0'),
+        ("wall", 'law = "table"\npath = "wall.txt"'),
+        ("substrate", 'response = "layer"\ndepth = 10.0\npoisson = 0.5\nmean = "clamped"'),
+        ("substrate", 'response = "crystal"\nc11 = 1.03\nc12 = 0.515\nc44 = 0.515\nmean = "clamped"'),
+        ("substrate", 'response = "crystal"\nc11 = 1.03\nc12 = 0.515\nc44 = 0.515\ndepth = 8.0\nmean = 0.13'),
+    ],
+)
+def test_every_kind_of_wall_and_substrate_runs(small: Path, table: str, text: str) -> None:
+    law = LennardJonesSpline(0.3)
+    gap = np.linspace(0.7, 1.3, 200)
+    np.savetxt(small.with_name("wall.txt"), np.column_stack([gap, law.evaluate(gap).traction.round(15)]))
+    pieces = re.split(r"(?m)^(?=\[)", SMALL)
+    small.write_text("".join(f"[{table}]\n{text}\n\n" if p.startswith(f"[{table}]") else p for p in pieces))
+    summary = run(load(small, RunConfig), small.with_name("result.h5"))
+    assert summary.converged
+    assert any(step.load_att > 0 for step in summary.steps)
 
 
 @pytest.mark.parametrize(
