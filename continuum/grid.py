@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 __all__ = ["Complex", "Grid", "Real"]
 
 Real = NDArray[np.float64]
+_PADDING = 8
 Complex = NDArray[np.complex128]
 
 
@@ -114,19 +115,45 @@ class Grid:
             weights[0, -1] = 1.0
         return weights
 
-    def forward(self, values: Real) -> Complex:
-        """Half spectrum of a field: values_q = mean(values exp(-i q x))."""
+    def forward(self, values: Real, out: Complex | None = None) -> Complex:
+        """Half spectrum of a field: values_q = mean(values exp(-i q x)), into ``out`` if given."""
         spectrum: Complex = ducc0.fft.r2c(
-            np.asarray(values, dtype=np.float64), axes=(0, 1), inorm=2, nthreads=self.threads
+            np.asarray(values, dtype=np.float64), axes=(0, 1), inorm=2, nthreads=self.threads, out=out
         )
         return spectrum
 
-    def inverse(self, values_q: Complex) -> Real:
-        """Field of a half spectrum: values(x) = sum over q of values_q exp(i q x)."""
+    def inverse(self, values_q: Complex, out: Real | None = None, *, overwrite: bool = False) -> Real:
+        """Field of a half spectrum: values(x) = sum over q of values_q exp(i q x), into ``out`` if given.
+
+        With ``overwrite`` the spectrum is destroyed, which saves memory.
+        """
         values: Real = ducc0.fft.c2r(
-            values_q, axes=(0, 1), lastsize=self.shape[1], forward=False, inorm=0, nthreads=self.threads
+            values_q,
+            axes=(0, 1),
+            lastsize=self.shape[1],
+            forward=False,
+            inorm=0,
+            nthreads=self.threads,
+            out=out,
+            allow_overwriting_input=overwrite,
         )
         return values
+
+    def empty(self) -> Real:
+        """A field to be filled, with padded rows: rows a power of two apart would share the sets of the caches."""
+        return np.zeros((self.shape[0], self.shape[1] + 2 * _PADDING))[:, : self.shape[1]]
+
+    def empty_q(self) -> Complex:
+        """A half spectrum to be filled, with padded rows."""
+        rows, columns = self.shape_q
+        return np.zeros((rows, columns + _PADDING), dtype=np.complex128)[:, :columns]
+
+    @property
+    def coarser(self) -> Grid | None:
+        """The grid of every second point, if its own half spectrum is cut out of this one's; else None."""
+        if self.shape[0] % 4 or self.shape[1] % 4:
+            return None
+        return Grid((self.shape[0] // 2, self.shape[1] // 2), self.lengths, self.threads)
 
     def integrate(self, values: Real) -> float:
         """Integral of a field over the period: a traction becomes a load, an energy per area an energy."""

@@ -74,9 +74,7 @@ def solve(
         stiffness_q = stiffness_q.copy()
         stiffness_q[0, 0] = np.inf
         offset -= problem.mean_height
-    solution = minimise(
-        problem.grid, stiffness_q, problem.wall.evaluate, offset, offset if start is None else start, settings
-    )
+    solution = minimise(problem.grid, stiffness_q, problem.wall.law, offset, start, settings)
     if solution.status.ok and solution.points.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     gap = solution.points

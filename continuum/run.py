@@ -288,5 +288,5 @@ def _stored(system: System, path: Path, key: str) -> tuple[_Result, bool]:
 
 def _restored(system: System, gap: Real, target: float, branch: Branch) -> State:
     """A converged state as far as the next point needs it: target, branch, gap and status."""
-    solution = Solution(gap, Status.CONVERGED, 0.0, 0, 0.0, 0)
+    solution = Solution(gap, Status.CONVERGED, 0.0, 0)
     return State(float(target), branch, np.nan, system.grid.mean(gap), np.nan, solution)

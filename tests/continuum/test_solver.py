@@ -294,17 +294,17 @@ def test_a_start_that_is_not_finite_is_said() -> None:
 
 
 def test_an_energy_that_does_not_belong_to_its_traction_is_said() -> None:
-    class Lying(LennardJonesSpline):
-        def evaluate(self, gap: Real):  # type: ignore[no-untyped-def]
-            true = super().evaluate(gap)
-            return true._replace(energy=-true.energy)
-
     grid = Grid.square(16)
+    gap = np.linspace(0.7, 1.3, 61)
+    law = Tabulated(gap, LennardJonesSpline(0.3).evaluate(gap).traction).law
+    # The energies of the pieces, upside down: a step from one piece to the next that should lower it raises it.
+    lying = law.parameters.copy()
+    lying[62:122] = -20 * lying[62:122]
     heights = 0.3 * np.cos(2 * np.pi * grid.positions[0] / 16) * np.ones(grid.shape)
-    solution = minimise(
-        grid, HalfSpace("clamped").stiffness(grid), Lying(0.0).evaluate, 0.9 + heights, 0.9 + heights, TIGHT
-    )
-    assert solution.status is Status.ENERGY_ROSE
+    stiffness_q = HalfSpace("clamped").stiffness(grid)
+    for parameters, expected in ((law.parameters, Status.CONVERGED), (lying, Status.ENERGY_ROSE)):
+        found = minimise(grid, stiffness_q, law._replace(parameters=parameters), 0.95 + heights, None, TIGHT)
+        assert found.status is expected
 
 
 def test_history_ends_at_the_residual_and_never_rises_in_energy() -> None:
@@ -313,5 +313,6 @@ def test_history_ends_at_the_residual_and_never_rises_in_energy() -> None:
     assert (np.diff(energies) <= 1e-14).all()
     assert solution.history[-1].residual == pytest.approx(solution.residual, rel=0.1)
     assert solution.iterations == len(solution.history) - 1
-    assert solution.fft_pairs == pytest.approx(solution.iterations + 2.5)
+    # On 64 points there is no coarser grid: one pair for an iteration, and a few to begin and to check.
+    assert solution.iterations < solution.fft_pairs < solution.iterations + 4
     assert solution.require() is solution
