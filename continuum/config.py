@@ -6,7 +6,6 @@ Lengths are in a0, pressures in E* (see :mod:`continuum`).  The base classes and
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -261,13 +260,6 @@ class ExponentialWall(Table):
     """rho, in a0"""
     core_stiffness: Positive
     """K, in E*/a0"""
-
-    @check
-    def _the_core_holds(self) -> Iterator[Fault]:
-        least = math.e * self.surface_energy / self.decay_length**2
-        if self.core_stiffness <= least:
-            cause = "a core softer than the attraction: the two never balance"
-            yield Fault(("core_stiffness",), f"above e surface_energy/decay_length² = {least:.4g}", cause)
 
 
 class HalfSpaceTable(Table):

@@ -1,23 +1,53 @@
-"""The formulas of the wall laws, compiled: energy, traction and stiffness per area at one gap.
+"""The formulas of the wall laws, compiled, and the fused sweeps over the points of the surface that call them.
 
 A law is a number, its kind, and an array of parameters; :func:`respond` is the one function that all sweeps call, so
-that they are compiled once for all laws.  What the parameters are is written in :mod:`continuum.wall`, whose
-classes make them and are what users see.
+that they are compiled once for all laws.  They stand in one file because numba's cache on disk looks at the file of a
+function only, not at those of the functions that it calls: elsewhere they would go on with formulas long changed.
+What the parameters are is written in :mod:`continuum.wall`, whose classes make them and are what users see.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from continuum.grid import Real
 
-__all__ = ["EXPONENTIAL", "INVERSE_POWERS", "SPLINE", "TABLE", "Law", "evaluate", "respond"]
+__all__ = [
+    "EXPONENTIAL",
+    "INVERSE_POWERS",
+    "SPLINE",
+    "TABLE",
+    "TILE",
+    "Law",
+    "begin",
+    "compiled",
+    "evaluate",
+    "line",
+    "move",
+    "move_on",
+    "respond",
+]
 
 SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = 0, 1, 2, 3
 """Kinds of laws."""
+TILE = 64
+"""Length in points of the pieces of a row that are marked as near the wall or not."""
+
+Mask = NDArray[np.bool_]
+Kernel = TypeVar("Kernel", bound=Callable[..., None])
+
+
+def compiled(function: Kernel) -> Kernel:
+    """Compile a sweep, so that it releases the lock of the interpreter, and keep the result on disk.
+
+    Sums may be reordered, so that they vectorise; a NaN stays a NaN.
+    """
+    return cast("Kernel", njit(nogil=True, cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function))
 
 
 class Law(NamedTuple):
@@ -77,15 +107,12 @@ def _spline(z: float, p: Real) -> tuple[float, float, float]:
 
 @njit(cache=True)
 def _exponential(z: float, p: Real) -> tuple[float, float, float]:
-    """Exponential attraction on a harmonic core, p = (K, γ, ρ, .)."""
+    """Exponential attraction outside, a harmonic core inside, p = (K, γ, ρ)."""
     core_stiffness, gamma, rho = p[0], p[1], p[2]
-    pull = gamma * np.exp(-max(z, -1.0) / rho)
-    energy, traction, stiffness = -pull, -pull / rho, -pull / (rho * rho)
-    if z < -1.0:
-        energy, traction, stiffness = _below(z, -1.0, (energy, traction, stiffness))
     if z < 0.0:
-        return energy + 0.5 * core_stiffness * z * z, traction - core_stiffness * z, stiffness + core_stiffness
-    return energy, traction, stiffness
+        return gamma * (z / rho - 1) + 0.5 * core_stiffness * z * z, -gamma / rho - core_stiffness * z, core_stiffness
+    pull = gamma * np.exp(-z / rho)
+    return -pull, -pull / rho, -pull / (rho * rho)
 
 
 @njit(cache=True)
@@ -139,3 +166,134 @@ def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:
     _evaluate(law.kind, law.parameters, flat, *results)
     energy, traction, stiffness = (values.reshape(np.shape(gap)) for values in results)
     return energy, traction, stiffness
+
+
+# --- sweeps ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def begin(
+    start: int,
+    stop: int,
+    sums: Real,
+    z: Real,
+    out: Real,
+    kind: int,
+    p: Real,
+    near_gap: float,
+    near: Mask,
+) -> None:
+    """Traction into ``out``; tiles with a gap below ``near_gap`` are marked."""
+    n = z.shape[1]
+    for i in range(start, stop):
+        for t in range(near.shape[1]):
+            smallest = np.inf
+            for j in range(t * TILE, min(n, (t + 1) * TILE)):
+                out[i, j] = respond(kind, z[i, j], p)[1]
+                smallest = min(smallest, z[i, j])
+            near[i, t] = smallest < near_gap
+
+
+@compiled
+def line(
+    start: int,
+    stop: int,
+    sums: Real,
+    z: Real,
+    d: Real,
+    s: Real,
+    beta: float,
+    alpha: float,
+    kind: int,
+    p: Real,
+    near: Mask,
+) -> None:
+    """Along e = beta d - s at z - alpha e, over the marked tiles: sums of (change of traction) e, stiffness e²."""
+    n = z.shape[1]
+    f = 0.0
+    c = 0.0
+    for i in range(start, stop):
+        for t in range(near.shape[1]):
+            if near[i, t]:
+                for j in range(t * TILE, min(n, (t + 1) * TILE)):
+                    e = beta * d[i, j] - s[i, j]
+                    _, traction, stiffness = respond(kind, z[i, j] - alpha * e, p)
+                    f += (traction - respond(kind, z[i, j], p)[1]) * e
+                    c += stiffness * e * e
+    sums[0] = f
+    sums[1] = c
+
+
+@compiled
+def move(
+    start: int,
+    stop: int,
+    sums: Real,
+    z: Real,
+    d: Real,
+    s: Real,
+    beta: float,
+    alpha: float,
+    kind: int,
+    p: Real,
+    reach: float,
+    near_gap: float,
+    near: Mask,
+) -> None:
+    """Step: d <- beta d - s; z <- z - alpha d; s <- change of traction.  Marks the tiles anew.
+
+    sums: of s d; of what the energy changes beyond first order; of |energy|.
+    """
+    n = z.shape[1]
+    f = second = size = 0.0
+    for i in range(start, stop):
+        for t in range(near.shape[1]):
+            lo = t * TILE
+            hi = min(n, lo + TILE)
+            smallest = np.inf
+            for j in range(lo, hi):
+                e = beta * d[i, j] - s[i, j]
+                old = z[i, j]
+                new = old - alpha * e
+                d[i, j] = e
+                z[i, j] = new
+                smallest = min(smallest, min(new, old))
+            near[i, t] = smallest < near_gap
+            if smallest < reach:
+                for j in range(lo, hi):
+                    e = d[i, j]
+                    before, pressed, _ = respond(kind, z[i, j] + alpha * e, p)
+                    after, presses, _ = respond(kind, z[i, j], p)
+                    change = presses - pressed
+                    s[i, j] = change
+                    f += change * e
+                    second += after - before - alpha * pressed * e
+                    size += abs(after)
+            else:
+                for j in range(lo, hi):
+                    s[i, j] = 0.0
+    sums[0] = f
+    sums[1] = second
+    sums[2] = size
+
+
+@compiled
+def move_on(
+    start: int,
+    stop: int,
+    sums: Real,
+    z: Real,
+    d: Real,
+    s: Real,
+    step: float,
+    kind: int,
+    p: Real,
+) -> None:
+    """A further step of the same direction: z <- z - step d; s <- s + change of traction; sums: of s d."""
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            old = z[i, j]
+            new = old - step * d[i, j]
+            z[i, j] = new
+            s[i, j] += respond(kind, new, p)[1] - respond(kind, old, p)[1]
+            sums[0] += s[i, j] * d[i, j]

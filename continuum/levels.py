@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from continuum import sweeps
+from continuum import laws, sweeps
 from continuum.grid import Complex, Grid, Real
 
 __all__ = ["LEVELS", "SMALLEST", "Level", "Work", "parts", "prolong", "restrict"]
@@ -37,7 +37,7 @@ class Level:
         self.K = np.where(np.isfinite(stiffness_q), stiffness_q, 1.0)
         self.z, self.direction, self.work = grid.empty(), grid.empty(), grid.empty()
         self.g_q, self.d_q, self.work_q = grid.empty_q(), grid.empty_q(), grid.empty_q()
-        self.near = np.zeros((grid.shape[0], -(-grid.shape[1] // sweeps.TILE)), dtype=np.bool_)
+        self.near = np.zeros((grid.shape[0], -(-grid.shape[1] // laws.TILE)), dtype=np.bool_)
         self.single = -1 if grid.shape[1] % 2 else self.K.shape[1] - 1
         self.transforms, self.sweeps, self.fft_seconds = 0, 0, 0.0
         self.coarser: Level | None = None

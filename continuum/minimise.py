@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from continuum import sweeps
+from continuum import laws, sweeps
 from continuum.grid import Complex, Grid, Real
 from continuum.laws import Law
 from continuum.levels import LEVELS, SMALLEST, Level, Work, parts, prolong, restrict
@@ -173,7 +173,7 @@ def minimise(grid: Grid, stiffness_q: Real, law: Law, offset: Real, start: Real 
     level.work[...] = offset - level.z
     level.forward()
     level.d_q[...] = level.K * level.work_q
-    level.sweep(sweeps.begin, level.z, level.work, law.kind, law.parameters, -np.inf, level.near)
+    level.sweep(laws.begin, level.z, level.work, law.kind, law.parameters, -np.inf, level.near)
     level.forward()
     level.d_q += level.work_q
     if level.held:
@@ -243,7 +243,7 @@ def _descend(
     K, c0, size, coarse, low = level.K, settings.shift, level.grid.size, level.coarser, level.low
     bound = settings.tolerance if tolerance is None else tolerance
     near_gap = law.reach + NEAR if np.isfinite(law.reach) else np.inf
-    level.sweep(sweeps.begin, z, s, law.kind, law.parameters, near_gap, near)
+    level.sweep(laws.begin, z, s, law.kind, law.parameters, near_gap, near)
     if history is None:
         work[...] = 0.0
     else:
@@ -310,11 +310,11 @@ def _step(
 
     def along(alpha: float) -> tuple[float, float]:
         level.sweeps += 1
-        f, c = level.sweep(sweeps.line, z, d, s, beta, alpha, law.kind, law.parameters, near)[:2]
+        f, c = level.sweep(laws.line, z, d, s, beta, alpha, law.kind, law.parameters, near)[:2]
         return slope + alpha * curvature + f / size, curvature + c / size
 
     alpha = _line_search(along, slope, curvature)
-    sums: Any = level.sweep(sweeps.move, z, d, s, beta, alpha, law.kind, law.parameters, law.reach, near_gap, near)
+    sums: Any = level.sweep(laws.move, z, d, s, beta, alpha, law.kind, law.parameters, law.reach, near_gap, near)
     rise = alpha * (slope + 0.5 * alpha * curvature) + sums[1] / size
     f = slope + alpha * curvature + sums[0] / size
     low, high = 0.0, np.inf
@@ -324,7 +324,7 @@ def _step(
         # Points far from the wall have come near it, which the line search did not see: rare.
         low, high = (low, alpha) if f > 0 else (alpha, high)
         target = (low + high) / 2 if np.isfinite(high) else 2 * alpha
-        more = level.sweep(sweeps.move_on, z, d, s, target - alpha, law.kind, law.parameters)
+        more = level.sweep(laws.move_on, z, d, s, target - alpha, law.kind, law.parameters)
         alpha = target
         f = slope + alpha * curvature + more[0] / size
         rise = min(rise, 0.0)

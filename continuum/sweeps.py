@@ -1,4 +1,4 @@
-"""Fused sweeps of the minimiser over its arrays, compiled, and the threads that run them.
+"""Fused sweeps of the minimiser over its spectra, compiled, and the threads that run all sweeps.
 
 A sweep is a compiled function of the rows ``start:stop`` of a block that returns nothing and writes that block's
 sums.  Blocks do not depend on the number of threads and their sums are added in order, so neither do results.
@@ -15,40 +15,16 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
-from typing import TypeVar, cast
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from continuum.grid import Real
-from continuum.laws import respond
+from continuum.laws import compiled
 
-__all__ = [
-    "SUMS",
-    "TILE",
-    "begin",
-    "gradient",
-    "line",
-    "low_direction",
-    "low_gradient",
-    "low_modes",
-    "move",
-    "move_on",
-    "over_rows",
-]
+__all__ = ["SUMS", "gradient", "low_direction", "low_gradient", "low_modes", "over_rows"]
 
-TILE = 64
-"""Length in points of the pieces of a row that are marked as near the wall or not."""
 SUMS = 10
 _BLOCKS = 64
-Mask = NDArray[np.bool_]
-Kernel = TypeVar("Kernel", bound=Callable[..., None])
-
-
-# Sums may be reordered, so that they vectorise; a NaN stays a NaN.
-def _compiled(function: Kernel) -> Kernel:
-    return cast("Kernel", njit(nogil=True, cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function))
 
 
 @cache
@@ -76,10 +52,7 @@ def over_rows(kernel: Callable[..., None], rows: int, threads: int, *arguments: 
     return total
 
 
-# --- the spectrum ------------------------------------------------------------------------------------------
-
-
-@_compiled
+@compiled
 def gradient(
     start: int,
     stop: int,
@@ -158,7 +131,7 @@ def gradient(
         sums[8] += dd
 
 
-@_compiled
+@compiled
 def low_modes(
     start: int,
     stop: int,
@@ -195,7 +168,7 @@ def low_modes(
                 sums[8] += w * k * d[i, c] * d[i, c]
 
 
-@_compiled
+@compiled
 def low_gradient(
     start: int,
     stop: int,
@@ -222,7 +195,7 @@ def low_gradient(
                 sums[6] += w * k * s * s
 
 
-@_compiled
+@compiled
 def low_direction(
     start: int,
     stop: int,
@@ -240,134 +213,3 @@ def low_direction(
             continue
         for c in range(2 * low_columns):
             d[i, c] = beta * d[i, c] - work[i, c]
-
-
-# --- real space --------------------------------------------------------------------------------------------
-
-
-@_compiled
-def begin(
-    start: int,
-    stop: int,
-    sums: Real,
-    z: Real,
-    out: Real,
-    kind: int,
-    p: Real,
-    near_gap: float,
-    near: Mask,
-) -> None:
-    """Traction into ``out``; tiles with a gap below ``near_gap`` are marked."""
-    n = z.shape[1]
-    for i in range(start, stop):
-        for t in range(near.shape[1]):
-            smallest = np.inf
-            for j in range(t * TILE, min(n, (t + 1) * TILE)):
-                out[i, j] = respond(kind, z[i, j], p)[1]
-                smallest = min(smallest, z[i, j])
-            near[i, t] = smallest < near_gap
-
-
-@_compiled
-def line(
-    start: int,
-    stop: int,
-    sums: Real,
-    z: Real,
-    d: Real,
-    s: Real,
-    beta: float,
-    alpha: float,
-    kind: int,
-    p: Real,
-    near: Mask,
-) -> None:
-    """Along e = beta d - s at z - alpha e, over the marked tiles: sums of (change of traction) e, stiffness e²."""
-    n = z.shape[1]
-    f = 0.0
-    c = 0.0
-    for i in range(start, stop):
-        for t in range(near.shape[1]):
-            if near[i, t]:
-                for j in range(t * TILE, min(n, (t + 1) * TILE)):
-                    e = beta * d[i, j] - s[i, j]
-                    _, traction, stiffness = respond(kind, z[i, j] - alpha * e, p)
-                    f += (traction - respond(kind, z[i, j], p)[1]) * e
-                    c += stiffness * e * e
-    sums[0] = f
-    sums[1] = c
-
-
-@_compiled
-def move(
-    start: int,
-    stop: int,
-    sums: Real,
-    z: Real,
-    d: Real,
-    s: Real,
-    beta: float,
-    alpha: float,
-    kind: int,
-    p: Real,
-    reach: float,
-    near_gap: float,
-    near: Mask,
-) -> None:
-    """Step: d <- beta d - s; z <- z - alpha d; s <- change of traction.  Marks the tiles anew.
-
-    sums: of s d; of what the energy changes beyond first order; of |energy|.
-    """
-    n = z.shape[1]
-    f = second = size = 0.0
-    for i in range(start, stop):
-        for t in range(near.shape[1]):
-            lo = t * TILE
-            hi = min(n, lo + TILE)
-            smallest = np.inf
-            for j in range(lo, hi):
-                e = beta * d[i, j] - s[i, j]
-                old = z[i, j]
-                new = old - alpha * e
-                d[i, j] = e
-                z[i, j] = new
-                smallest = min(smallest, min(new, old))
-            near[i, t] = smallest < near_gap
-            if smallest < reach:
-                for j in range(lo, hi):
-                    e = d[i, j]
-                    before, pressed, _ = respond(kind, z[i, j] + alpha * e, p)
-                    after, presses, _ = respond(kind, z[i, j], p)
-                    change = presses - pressed
-                    s[i, j] = change
-                    f += change * e
-                    second += after - before - alpha * pressed * e
-                    size += abs(after)
-            else:
-                for j in range(lo, hi):
-                    s[i, j] = 0.0
-    sums[0] = f
-    sums[1] = second
-    sums[2] = size
-
-
-@_compiled
-def move_on(
-    start: int,
-    stop: int,
-    sums: Real,
-    z: Real,
-    d: Real,
-    s: Real,
-    step: float,
-    kind: int,
-    p: Real,
-) -> None:
-    """A further step of the same direction: z <- z - step d; s <- s + change of traction; sums: of s d."""
-    for i in range(start, stop):
-        for j in range(z.shape[1]):
-            old = z[i, j]
-            new = old - step * d[i, j]
-            z[i, j] = new
-            s[i, j] += respond(kind, new, p)[1] - respond(kind, old, p)[1]
-            sums[0] += s[i, j] * d[i, j]

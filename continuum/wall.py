@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
-from scipy.special import lambertw
 
 from continuum import laws, theory
 from continuum.grid import Real
@@ -226,16 +225,16 @@ class InversePowers(Wall):
 
 @dataclass(frozen=True)
 class Exponential(Wall):
-    """Exponential attraction on a stiff core: energy -γ exp(-z/ρ), and K z²/2 where z < 0.
+    """Exponential attraction on a harmonic core: energy -γ exp(-z/ρ) outside, γ (z/ρ - 1) + K z²/2 for z < 0.
 
     The literature's hard wall with exponential adhesion is its limit of large K.  The traction changes sign at
-    z = ρ W(-γ/(K ρ²)), a little below 0, with W Lambert's function; the work of adhesion is a little below γ.
+    z = -γ/(ρ K), and the work of adhesion is γ + γ²/(2 ρ² K).
 
     Parameters
     ----------
     surface_energy : γ, in E* a0.
     decay_length : ρ, in a0.
-    core_stiffness : K, in E*/a0; more than e γ/ρ², or there is no equilibrium.
+    core_stiffness : K, in E*/a0.
     """
 
     surface_energy: float
@@ -247,15 +246,11 @@ class Exponential(Wall):
         _positive(
             surface_energy=self.surface_energy, decay_length=self.decay_length, core_stiffness=self.core_stiffness
         )
-        if self.core_stiffness <= np.e * self.surface_energy / self.decay_length**2:
-            least = np.e * self.surface_energy / self.decay_length**2
-            msg = f"the core of this wall needs a stiffness above e γ/ρ² = {least:.4g}, got {self.core_stiffness}"
-            raise ValueError(msg)
 
     @property
     def core(self) -> float:
-        """Gap of -a0, below which the attraction grows no more."""
-        return -1.0
+        """No gap is too small for a harmonic core."""
+        return -np.inf
 
     @cached_property
     def law(self) -> Law:
@@ -263,11 +258,15 @@ class Exponential(Wall):
         parameters = np.array([self.core_stiffness, self.surface_energy, self.decay_length])
         return Law(laws.EXPONENTIAL, parameters, np.inf)
 
-    @cached_property
+    @property
     def zero_gap(self) -> float:
         """Where core and attraction balance."""
-        ratio = self.surface_energy / (self.core_stiffness * self.decay_length**2)
-        return self.decay_length * float(lambertw(-ratio).real)
+        return -self.surface_energy / (self.decay_length * self.core_stiffness)
+
+    @property
+    def range(self) -> float:
+        """The effective range: there is no cut-off."""
+        return self.effective_range
 
     @property
     def largest_tension(self) -> float:
@@ -278,11 +277,6 @@ class Exponential(Wall):
     def largest_softening(self) -> float:
         """γ/ρ², in E*/a0, where the core ends."""
         return self.surface_energy / self.decay_length**2
-
-    @property
-    def range(self) -> float:
-        """The effective range: there is no cut-off."""
-        return self.effective_range
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,7 +57,7 @@ def test_the_arrow_points_from_atomistic_to_continuum() -> None:
         ("pydantic", {"continuum.tables", "continuum.config", "atomistic.config"}),
         ("rich", {"continuum.console"}),
         ("ducc0", {"continuum.grid"}),
-        ("numba", {"continuum.laws", "continuum.sweeps"}),
+        ("numba", {"continuum.laws"}),
         ("ase", {"atomistic.crystal"}),
         ("subprocess", {"atomistic.engine", "continuum.provenance"}),
     ],

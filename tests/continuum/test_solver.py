@@ -16,7 +16,7 @@ from continuum.minimise import NotConvergedError, Settings, Status, minimise
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine, sine, sphere
 from continuum.theory import Hertz, Westergaard
-from continuum.wall import LennardJonesSpline, Tabulated
+from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Tabulated
 
 TIGHT = Settings(tolerance=1e-9)
 
@@ -142,6 +142,63 @@ def test_whatever_the_system_a_converged_state_is_an_equilibrium(
     # Newton's third law: the mean mode of the substrate carries the load.
     mean_displacement = grid.mean(problem.displacement(state.gap, state.separation))
     assert state.mean_pressure == pytest.approx(-problem.mean_stiffness * mean_displacement, abs=2e-9)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=25, deadline=None)
+def test_steps_of_coarser_grids_lead_to_equilibrium_or_say_so(seed: int) -> None:
+    """Grids large enough to have coarser ones; every law; from rest, from noise, from everything overlapping."""
+    rng = np.random.default_rng(seed)
+    shape = [(128, 128), (192, 132), (132, 160)][rng.integers(3)]
+    grid = Grid(shape, (128.0, 128.0))
+    slope, cut = 10 ** rng.uniform(-2, -0.5), rng.uniform(4, 64)
+    heights = SelfAffine(rng.uniform(0.3, 0.8), slope, cut, 128.0).synthesise(grid, rng)
+    length = float(rng.choice([0.0005, 0.005, 0.05]))
+    wall = [
+        LennardJonesSpline(0.0),
+        LennardJonesSpline.from_adhesion_length(length),
+        InversePowers.from_adhesion_length((9, 3), length),
+        InversePowers.from_adhesion_length((12, 6), length),
+        Exponential(length, 0.3, 5.0),
+    ][rng.integers(5)]
+    problem = ContactProblem(grid, wall, heights, HalfSpace(0.01) if seed % 2 else HalfSpace("clamped"))
+    separation = rng.uniform(0.4, 1.0) * touching(problem)
+    start = [None, np.full(shape, wall.zero_gap - 1), separation + heights + 0.3 * rng.normal(size=shape)][
+        rng.integers(3)
+    ]
+    state = solve(problem, "separation", separation, Settings(1e-6 * slope, max_iterations=400), start)
+    # Soft laws give way below their core, and the slowest cases run out of iterations: said, never hidden.
+    assert state.status in (Status.CONVERGED, Status.BELOW_CORE, Status.ITERATION_LIMIT)
+    assert np.isfinite(state.gap).all()
+    if state.status is not Status.ITERATION_LIMIT:
+        assert residual(problem, state) < 2.1e-6 * slope
+
+
+def test_coarser_grids_save_work_and_change_nothing() -> None:
+    problem = rough(128, 0.005)
+    target = 0.7 * touching(problem)
+    cascade = solve(problem, "mean-gap", target, TIGHT)
+    assert [work.shape for work in cascade.solution.work] == [(128, 128), (64, 64)]
+    warm = solve(problem, "mean-gap", target, TIGHT, problem.heights + target)
+    np.testing.assert_allclose(cascade.gap, warm.gap, atol=1e-7)
+    # The same surface on a grid that has no coarser one.
+    grid = Grid((129, 129), (128.0, 128.0))
+    assert grid.coarser is None
+    heights = SelfAffine(0.8, 0.1, 8.0, 64.0).synthesise(grid, np.random.default_rng(1))
+    alone = solve(ContactProblem(grid, problem.wall, heights, problem.response), "mean-gap", target, TIGHT)
+    assert alone.mean_pressure == pytest.approx(cascade.mean_pressure, rel=0.02)  # points lie elsewhere
+    assert cascade.solution.iterations < alone.solution.iterations / 2
+
+
+def test_results_do_not_depend_on_the_number_of_threads() -> None:
+    results = []
+    for threads in (1, 2, 3):
+        grid = Grid.square(512, threads=threads)
+        heights = SelfAffine(0.8, 0.1, 16.0, 256.0).synthesise(grid, np.random.default_rng(1))
+        problem = ContactProblem(grid, LennardJonesSpline(0.3), heights, HalfSpace("clamped"))
+        results.append(solve(problem, "mean-gap", 0.7 * touching(problem), Settings(1e-5)).gap)
+    np.testing.assert_array_equal(results[0], results[1])
+    np.testing.assert_array_equal(results[0], results[2])
 
 
 def test_mean_gap_and_separation_control_find_the_same_state() -> None:
