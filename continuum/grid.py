@@ -5,8 +5,10 @@ The only module that knows an FFT convention (see :mod:`continuum`).  No physics
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 import ducc0.fft
 import numpy as np
@@ -17,6 +19,11 @@ __all__ = ["Complex", "Grid", "Real"]
 Real = NDArray[np.float64]
 _PADDING = 8
 Complex = NDArray[np.complex128]
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads)
 
 
 @dataclass(frozen=True)
@@ -117,9 +124,17 @@ class Grid:
 
     def forward(self, values: Real, out: Complex | None = None) -> Complex:
         """Half spectrum of a field: values_q = mean(values exp(-i q x)), into ``out`` if given."""
-        spectrum: Complex = ducc0.fft.r2c(
-            np.asarray(values, dtype=np.float64), axes=(0, 1), inorm=2, nthreads=self.threads, out=out
-        )
+        values = np.asarray(values, dtype=np.float64)
+        spectrum = self.empty_q() if out is None else out
+
+        def rows(block: slice) -> None:
+            ducc0.fft.r2c(values[block], axes=(1,), inorm=2, out=spectrum[block])
+
+        def columns(block: slice) -> None:
+            ducc0.fft.c2c(spectrum[:, block], axes=(0,), inorm=2, out=spectrum[:, block])
+
+        self._over_blocks(rows, self.shape[0])
+        self._over_blocks(columns, self.shape_q[1])
         return spectrum
 
     def inverse(self, values_q: Complex, out: Real | None = None, *, overwrite: bool = False) -> Real:
@@ -127,17 +142,39 @@ class Grid:
 
         With ``overwrite`` the spectrum is destroyed, which saves memory.
         """
-        values: Real = ducc0.fft.c2r(
-            values_q,
-            axes=(0, 1),
-            lastsize=self.shape[1],
-            forward=False,
-            inorm=0,
-            nthreads=self.threads,
-            out=out,
-            allow_overwriting_input=overwrite,
-        )
+        spectrum = values_q if overwrite else self.empty_q()
+        values = np.empty(self.shape) if out is None else out
+
+        def columns(block: slice) -> None:
+            ducc0.fft.c2c(values_q[:, block], axes=(0,), forward=False, out=spectrum[:, block])
+
+        def rows(block: slice) -> None:
+            ducc0.fft.c2r(
+                spectrum[block],
+                axes=(1,),
+                lastsize=self.shape[1],
+                forward=False,
+                out=values[block],
+                allow_overwriting_input=True,
+            )
+
+        self._over_blocks(columns, self.shape_q[1])
+        self._over_blocks(rows, self.shape[0])
         return values
+
+    def _over_blocks(self, transform: Callable[[slice], None], length: int) -> None:
+        """Transform a block of rows or columns after another, or several at once.
+
+        Blocks depend on the length only and each has one thread: ducc0's own threads change the last bits.
+        """
+        width = max(64, -(-length // 64))
+        blocks = [slice(start, min(start + width, length)) for start in range(0, length, width)]
+        if self.threads == 1 or len(blocks) == 1:
+            for block in blocks:
+                transform(block)
+        else:
+            for _ in _pool(self.threads).map(transform, blocks):
+                pass
 
     def empty(self) -> Real:
         """A field to be filled, with padded rows: rows a power of two apart would share the sets of the caches."""

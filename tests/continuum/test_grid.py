@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -61,3 +65,45 @@ def test_a_plane_wave_lies_on_its_wavevector(shape: tuple[int, int]) -> None:
 def test_a_grid_that_is_none_is_refused(shape: tuple[int, int], lengths: tuple[float, float]) -> None:
     with pytest.raises(ValueError, match="grid"):
         Grid(shape, lengths)
+
+
+@pytest.mark.parametrize("shape", [(64, 64), (256, 256), (500, 300), (301, 257), (1024, 512)])
+def test_the_number_of_threads_changes_no_bit(shape: tuple[int, int]) -> None:
+    values = np.random.default_rng(1).normal(size=shape)
+    results = []
+    for threads in (1, 2, 3, 4):
+        grid = Grid(shape, (1.0, 1.0), threads)
+        spectrum = grid.forward(values)
+        results.append((spectrum, grid.inverse(spectrum)))
+        np.testing.assert_allclose(results[-1][1], values, atol=1e-14)
+        # Against the definition of another library: blocks have not mixed rows or columns.
+        np.testing.assert_allclose(spectrum, np.fft.rfft2(values) / values.size, atol=1e-15)
+    for spectrum, back in results[1:]:
+        np.testing.assert_array_equal(spectrum, results[0][0])
+        np.testing.assert_array_equal(back, results[0][1])
+
+
+def test_a_spectrum_is_kept_unless_it_may_be_destroyed() -> None:
+    grid = Grid((96, 70), (1.0, 1.0))
+    values = np.random.default_rng(1).normal(size=grid.shape)
+    spectrum = grid.forward(values)
+    before = spectrum.copy()
+    grid.inverse(spectrum)
+    np.testing.assert_array_equal(spectrum, before)
+    np.testing.assert_allclose(grid.inverse(spectrum, overwrite=True), values, atol=1e-14)
+
+
+def test_the_number_of_threads_changes_no_bit_where_libraries_may_use_them() -> None:
+    """In an environment without OMP_NUM_THREADS, which `make test` sets: ducc0's own threads obey it, and then
+    a test of threads tests one."""
+    code = (
+        "import numpy as np; from continuum.grid import Grid\n"
+        "values = np.random.default_rng(1).normal(size=(512, 300)); found = []\n"
+        "for threads in (1, 2, 4):\n"
+        "    grid = Grid((512, 300), (1.0, 1.0), threads); spectrum = grid.forward(values)\n"
+        "    found.append((spectrum, grid.inverse(spectrum)))\n"
+        "assert all(np.array_equal(a, b) for pair in found[1:] for a, b in zip(pair, found[0]))"
+    )
+    free = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
+    done = subprocess.run([sys.executable, "-c", code], env=free, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
