@@ -2,7 +2,7 @@
 
 The energy is a quadratic form, diagonal in Fourier space, plus a sum over points::
 
-    E(u) = ½ <u, K u> + <φ(z)>,     z = offset - u,     gradient g = K u + p(z),  p = -φ'
+    E(u) = ½ <u, K u> + <φ(z)> - F <u>,     z = offset - u,     gradient g = K u + p(z) - F,  p = -φ'
 
 One iteration costs one pair of Fourier transforms on its grid.  The state is z in real space and g_q in Fourier
 space; a step u -> u + α d changes them by -α d and by α K d_q + FFT(p(new z) - p(old z)), so that neither u nor the
@@ -132,8 +132,16 @@ class Solution:
         return self
 
 
-def minimise(grid: Grid, stiffness_q: Real, law: Law, offset: Real, start: Real | None, settings: Settings) -> Solution:
-    """Minimise ½ <u, K u> + <φ(offset - u)> over u.
+def minimise(
+    grid: Grid,
+    stiffness_q: Real,
+    law: Law,
+    offset: Real,
+    start: Real | None,
+    settings: Settings,
+    force: float = 0.0,
+) -> Solution:
+    """Minimise ½ <u, K u> + <φ(offset - u)> - F <u> over u.
 
     Parameters
     ----------
@@ -143,6 +151,7 @@ def minimise(grid: Grid, stiffness_q: Real, law: Law, offset: Real, start: Real 
     offset : z at u = 0, shape ``grid.shape``.
     start : z at the start, same shape; None starts on a cascade of coarser grids, from u = 0 on the coarsest.
     settings : when to stop.
+    force : F, a uniform force per area along u, in E*; of no effect where the mean of u is held.
     """
     began = time.perf_counter()
     if not np.isfinite(offset).all() or (start is not None and not np.isfinite(start).all()):
@@ -150,7 +159,7 @@ def minimise(grid: Grid, stiffness_q: Real, law: Law, offset: Real, start: Real 
     level = Level(grid, stiffness_q, LEVELS)
     done: list[Work] = []
     if start is None:
-        displacement_q = _cascade(grid, stiffness_q, law, offset, settings, done)
+        displacement_q = _cascade(grid, stiffness_q, law, offset, settings, force, done)
         level.work_q[...] = displacement_q
         level.g_q[...] = level.K * displacement_q
         level.inverse()
@@ -164,8 +173,7 @@ def minimise(grid: Grid, stiffness_q: Real, law: Law, offset: Real, start: Real 
             level.z[...] = offset - level.work
         else:
             level.z[...] = start
-    if level.held:
-        level.g_q[0, 0] = 0.0
+    level.g_q[0, 0] = 0.0 if level.held else level.g_q[0, 0] - force
     history: list[Iteration] = []
     status = _descend(level, law, settings, settings.max_iterations, history)
 
@@ -176,8 +184,7 @@ def minimise(grid: Grid, stiffness_q: Real, law: Law, offset: Real, start: Real 
     level.sweep(laws.begin, level.z, level.work, law.kind, law.parameters, -np.inf, level.near)
     level.forward()
     level.d_q += level.work_q
-    if level.held:
-        level.d_q[0, 0] = 0.0
+    level.d_q[0, 0] = 0.0 if level.held else level.d_q[0, 0] - force
     residual = float(np.sqrt(grid.inner_q(level.d_q, level.d_q)))
     if status is Status.CONVERGED and not residual <= 2 * settings.tolerance:
         status = Status.LINE_SEARCH
@@ -201,7 +208,9 @@ def _joined(parts: list[Work]) -> tuple[Work, ...]:
     return tuple(Work(group[0].shape, *map(sum, list(zip(*group, strict=True))[1:])) for group in groups)
 
 
-def _cascade(grid: Grid, stiffness_q: Real, law: Law, offset: Real, settings: Settings, done: list[Work]) -> Complex:
+def _cascade(
+    grid: Grid, stiffness_q: Real, law: Law, offset: Real, settings: Settings, force: float, done: list[Work]
+) -> Complex:
     """Displacement to start from, over the half spectrum: solved on the coarsest grid first, then carried up."""
     grids = [grid]
     while len(grids) <= len(COARSE_TOLERANCES) and min(grids[-1].shape) > SMALLEST and grids[-1].coarser:
@@ -219,7 +228,7 @@ def _cascade(grid: Grid, stiffness_q: Real, law: Law, offset: Real, settings: Se
         coarse_offset = here.inverse(coarse_offset_q)
         loose = replace(settings, tolerance=settings.tolerance * COARSE_TOLERANCES[depth - 1], max_iterations=400)
         start = coarse_offset - here.inverse(displacement_q)
-        found = minimise(here, stiffness_q[cut, :columns], law, coarse_offset, start, loose)
+        found = minimise(here, stiffness_q[cut, :columns], law, coarse_offset, start, loose, force)
         done.extend(found.work)
         solved_q = here.forward(coarse_offset - found.points)
         displacement_q = np.zeros(grids[depth - 1].shape_q, dtype=np.complex128)
