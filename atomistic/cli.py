@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import continuum
 
 if TYPE_CHECKING:
+    from atomistic.interatomic import Model
     from atomistic.result import Result
 
 __all__ = ["main"]
@@ -61,6 +62,21 @@ def _parser() -> argparse.ArgumentParser:
     read = commands.add_parser("read", help="print what a run of a deck found, and whether it is an equilibrium")
     read.add_argument("deck", type=Path, help="directory of the deck")
 
+    elastic = commands.add_parser(
+        "elastic", help="lattice constant, elastic constants, E*(100) by direction and surface relaxation of a crystal"
+    )
+    elastic.add_argument("file", help="input file (TOML) with a table [interatomic]; its other tables do not matter")
+    elastic.add_argument(
+        "-o", "--output", type=Path, default=Path("results"), help="folder of the figure (default: results)"
+    )
+    elastic.add_argument(
+        "--lattice",
+        type=int,
+        metavar="N",
+        help="also measure the lattice Green's function of N x N surface atoms, N a0 deep (N of 48 to 256), "
+        "and compare it with the continuum",
+    )
+
     commands.add_parser("doctor", help="is LAMMPS usable here, which one, and if not what to do")
     return parser
 
@@ -68,16 +84,19 @@ def _parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parsed = _parser().parse_args(arguments)
+    from atomistic.potentials import PotentialError
     from atomistic.result import LammpsError
     from continuum.config import ConfigError
     from continuum.console import exit_code
     from continuum.minimise import NotConvergedError
     from continuum.store import StoreError
 
-    command = {"validate": _validate, "deck": _deck, "read": _read, "doctor": _doctor}[parsed.command]
+    command = {"validate": _validate, "deck": _deck, "read": _read, "elastic": _elastic, "doctor": _doctor}[
+        parsed.command
+    ]
     return exit_code(
         lambda: command(parsed),
-        (ConfigError, StoreError, FileExistsError),
+        (ConfigError, PotentialError, StoreError, FileExistsError),
         (LammpsError, NotConvergedError),
         "What is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.",
     )
@@ -206,6 +225,98 @@ def _show(result: Result) -> int:
     ]
     show_table("equilibrium of the deck", ["quantity", "value", "unit"], rows)
     return OK if result.status.ok else NOT_CONVERGED
+
+
+def _elastic(parsed: argparse.Namespace) -> int:
+    import numpy as np
+
+    from atomistic.config import ElasticConfig
+    from atomistic.crystal import LAYER_SPACING
+    from atomistic.elastic import ContactModulus
+    from atomistic.force_constants import relaxation
+    from atomistic.material import Material, model_of
+    from atomistic.plot import draw_contact_modulus
+    from continuum.config import Fault, load, refuse
+    from continuum.console import OK, show_table
+    from continuum.units import GPA_PER_EV_PER_A3
+
+    config = load(parsed.file, ElasticConfig)
+    if parsed.lattice is not None and not 48 <= parsed.lattice <= 256:
+        raise refuse(config, Fault((), f"--lattice of 48 to 256, got {parsed.lattice}"))
+    model = model_of(config.interatomic.potential())
+    reduced = ContactModulus.of(model.elastic_constants)
+    length, pressure, unit = "a0", "E*", 1.0
+    rows = [["model", model.reference, "", ""]]
+    if isinstance(model, Material):
+        metal = model.units == "metal"
+        length, pressure = ("Å", "GPa") if metal else ("σ", "ε/σ³")
+        energy = "eV" if metal else "ε"
+        unit = model.contact_modulus * (GPA_PER_EV_PER_A3 if metal else 1)
+        others = ", ".join(f"{name} {e - model.crystal.energy:+.4g}" for name, e in model.crystal.others.items())
+        rows += [
+            ["energy per atom", f"{model.crystal.energy:.8g}", energy, ""],
+            ["of other structures, less that", others, energy, ""],
+        ]
+    rows += [
+        ["lattice constant", f"{model.lattice_constant * model.length:.8g}", length, f"{model.lattice_constant:.6f}"],
+        ["nearest neighbours, a0", f"{model.length:.8g}", length, "1"],
+        ["forces reach", f"{model.force_range:.6g}", length, f"{model.force_range / model.length:.4f}"],
+        ["layers that they reach", f"{model.reach}", "", ""],
+    ]
+    moduli = [*zip(("C11", "C12", "C44"), model.elastic_constants, strict=True)]
+    moduli += [
+        ("E*(100), smallest", reduced.smallest),
+        ("E*(100), mean 1/<1/E*>", reduced.mean),
+        ("E*(100), largest", reduced.largest),
+        ("E*(100) along <100>", reduced.along_100),
+        ("E*(100) along <110>", reduced.along_110),
+    ]
+    rows += [[name, f"{unit * value:.7g}", pressure, f"{value:.6f}"] for name, value in moduli]
+    rise = relaxation(model, 40)
+    planes = ", ".join(f"{100 * s:+.3f} %" for s in -np.diff(rise)[:3] / LAYER_SPACING + 0.0)
+    rows += [
+        ["surface plane rises by", f"{rise[0] * model.length:+.6g}", length, f"{rise[0]:+.6f}"],
+        ["planes 1-2, 2-3, 3-4 apart by more", planes, "", ""],
+    ]
+    source = "measured in LAMMPS" if isinstance(model, Material) else "exact lattice sums"
+    show_table(f"fcc crystal at zero pressure, {source}", ["quantity", "value", "unit", "in a0, E*"], rows)
+    stem = Path(parsed.file).stem
+    figure = draw_contact_modulus(reduced, parsed.output / f"{stem}-contact-modulus", stem)
+    print(f"figure   {figure}")
+    if parsed.lattice is not None:
+        _show_lattice(model, parsed.lattice, parsed.output / f"{stem}-discreteness", stem)
+    return OK
+
+
+def _show_lattice(model: Model, n: int, figure: Path, title: str) -> None:
+    from atomistic.cache import default_folder, response_path, stored_response
+    from atomistic.crystal import Slab
+    from atomistic.discreteness import discreteness
+    from atomistic.plot import draw_discreteness
+    from continuum.console import show_table
+    from continuum.grid import Grid
+
+    slab = Slab.of_depth(Grid.square(n), float(n), model.reach)
+    response = stored_response(slab, model, default_folder())
+    found = discreteness(response, model.elastic_constants)
+    constants = response.force_constants
+    rows = [["forces reach", f"{constants.reach} layers"], ["layers not as in the bulk", str(constants.depth)]]
+    if constants.checks is not None:
+        rows += [[f"violation of {name}", f"{value:.1e}"] for name, value in vars(constants.checks).items()]
+    lengths = sorted({2.0, 3.0, 4.0, 6.0, 8.0, n / 8, n / 4, n / 2, float(n)})
+    rows += [[f"difference at {length:g} a0", f"{100 * found.worst(length):+.3f} %"] for length in lengths]
+    rows += [
+        ["limit of difference/q along <110>", f"{found.along_110:+.4f} a0"],
+        ["limit of difference/q along <100>", f"{found.along_100:+.4f} a0"],
+    ]
+    show_table(
+        f"surface stiffness of the lattice, {n} x {n} x {slab.mobile} layers, against the cubic layer of its constants",
+        ["quantity", "value"],
+        rows,
+        "difference: K_lattice/K_continuum - 1 in the worst direction, by wavelength",
+    )
+    print(f"table    {response_path(slab, model, default_folder())}")
+    print(f"figure   {draw_discreteness(found, figure, title)}")
 
 
 def _doctor(parsed: argparse.Namespace) -> int:

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic_core import PydanticCustomError
 
+from atomistic.interatomic import LennardJones, Potential, Springs
+from atomistic.potentials import EmbeddedAtom, PotentialError, find_potential
 from continuum.config import Document, Fault, Positive, Table, check
 
 __all__ = [
     "CaseTable",
     "DeckConfig",
+    "ElasticConfig",
+    "EmbeddedAtomTable",
     "ExponentTable",
+    "Interatomic",
+    "LennardJonesTable",
     "SlabTable",
     "SolverTable",
+    "SpringsTable",
     "SurfaceTable",
     "ToleranceTable",
     "ValidateConfig",
@@ -25,6 +34,90 @@ _Fraction = Annotated[float, Field(gt=0, lt=1)]
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 
 Quantity = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
+
+
+class SpringsTable(Table):
+    """Springs between nearest neighbours, the model of the paper."""
+
+    kind: Literal["springs"]
+    """interatomic model"""
+
+    def potential(self) -> Potential:
+        """Springs of the mean contact modulus 1."""
+        return Springs.reduced()
+
+
+class LennardJonesTable(Table):
+    """Lennard-Jones, cut so that force and energy end continuously."""
+
+    kind: Literal["lennard-jones"]
+    """interatomic model"""
+    cutoff: float = 2.5
+    """in sigma"""
+    truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"
+    """how it ends: LAMMPS' lj/smooth/linear, lj/smooth or lj/mdf"""
+    inner: float | None = None
+    """where "smooth" or "mdf" begins to end it, in sigma"""
+
+    @check
+    def _has_a_meaning(self) -> Iterator[Fault]:
+        try:
+            self.potential()
+        except ValueError as error:
+            key = "inner" if "inner" in str(error) else "cutoff"
+            yield Fault((key,), str(error), "a length in other units than sigma, or a key of another truncation")
+
+    def potential(self) -> Potential:
+        """As a potential."""
+        return LennardJones(self.cutoff, self.truncation, self.inner)
+
+
+def _potential_file(value: object, info: ValidationInfo) -> Path:
+    if isinstance(value, Path) and value.is_file():
+        return value
+    if not isinstance(value, str):
+        raise PydanticCustomError("file_name", "the name of a potential file, in quotes")
+    try:
+        return find_potential(value, Path(str((info.context or {}).get("folder", "."))))
+    except PotentialError as error:
+        raise PydanticCustomError("missing_potential", "{error}", {"error": str(error)}) from error
+
+
+class EmbeddedAtomTable(Table):
+    """Embedded atoms, from a file of LAMMPS' pair_style eam, eam/alloy or eam/fs."""
+
+    kind: Literal["eam"]
+    """interatomic model"""
+    file: Annotated[Path, BeforeValidator(_potential_file)]
+    """relative to the folder of this input, or the bare name of a potential that comes with LAMMPS"""
+    element: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]{0,7}$")] | None = None
+    """chemical symbol; may be left out where the file holds one only"""
+
+    @check
+    def _holds_the_element(self) -> Iterator[Fault]:
+        try:
+            self.potential()
+        except PotentialError as error:
+            yield Fault(("element",) if "holds the elements" in str(error) else ("file",), str(error))
+
+    def potential(self) -> Potential:
+        """As a potential; reads the file."""
+        return EmbeddedAtom.read(self.file, self.element)
+
+
+Interatomic = Annotated[SpringsTable | LennardJonesTable | EmbeddedAtomTable, Field(discriminator="kind")]
+
+
+class ElasticConfig(Document):
+    """Input of ``atomistic elastic``: the interatomic model of any input; all other tables are passed over."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    result_schema: ClassVar[str] = "stickiness/elastic"
+    result_version: ClassVar[int] = 1
+
+    interatomic: Interatomic
+    """interatomic model"""
 
 
 class SlabTable(Table):

@@ -14,7 +14,7 @@ from continuum.grid import Grid, Real
 if TYPE_CHECKING:
     import ase
 
-__all__ = ["LAYER_SPACING", "Slab"]
+__all__ = ["LAYER_SPACING", "Slab", "chemical_symbol"]
 
 LAYER_SPACING = float(np.sqrt(0.5))
 """Distance of neighbouring (100) planes, in a0."""
@@ -148,3 +148,20 @@ class Slab:
             tags=layer + 1,
             constraint=fix_atoms(mask=layer >= self.mobile),
         )
+
+
+def chemical_symbol(number: int) -> str:
+    """Symbol of the element of an atomic number.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    import ase.data
+
+    symbols: list[str] = list(ase.data.chemical_symbols)
+    if not 1 <= number < len(symbols):
+        msg = f"there is no element of the atomic number {number}"
+        raise ValueError(msg)
+    return symbols[number]

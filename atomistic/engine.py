@@ -3,7 +3,7 @@
 A deck runs in three ways with one result: in this process (:func:`run_in_process`), by the ``lmp`` of the
 wheel, serial or under its ``mpiexec``, or by the command of a site (:func:`run_command`).  All leave the same
 files, which :func:`atomistic.result.read_result` reads.  :class:`Session` keeps one LAMMPS open on the atoms
-of a deck.
+of a deck; :class:`atomistic.cell.Cell` on any few atoms.
 """
 
 from __future__ import annotations
@@ -39,6 +39,8 @@ __all__ = [
     "LammpsError",
     "Session",
     "doctor",
+    "guard",
+    "open_library",
     "run_command",
     "run_in_process",
     "runner",
@@ -64,10 +66,10 @@ def run_in_process(directory: Path, timeout: float | None = None) -> Result:
         If LAMMPS cannot be loaded or reports an error.
     """
     directory = _clear(directory)
-    with contextlib.chdir(directory), contextlib.closing(_open_library()) as lammps:
+    with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
         if timeout is not None:
             lammps.command(f"timer timeout {max(1, math.ceil(timeout))} every 10")
-        _guard(lambda: lammps.file("in.contact"), directory)
+        guard(lambda: lammps.file("in.contact"), directory)
     return read_result(directory)
 
 
@@ -153,7 +155,7 @@ class Session:
         self._directory = Path(directory).absolute()
         self.slab = read_slab(self._directory / "slab.data")
         self._failure: BaseException | None = None
-        self._lammps = _open_library()
+        self._lammps = open_library()
         try:
             self.run("in.slab")
         except BaseException:
@@ -175,13 +177,13 @@ class Session:
     def run(self, script: str) -> None:
         """Run a script of the deck."""
         with contextlib.chdir(self._directory):
-            _guard(lambda: self._lammps.file(script), self._directory)
+            guard(lambda: self._lammps.file(script), self._directory)
         self._raise_failure()
 
     def command(self, text: str) -> None:
         """Run one LAMMPS command."""
         with contextlib.chdir(self._directory):
-            _guard(lambda: self._lammps.command(text), self._directory)
+            guard(lambda: self._lammps.command(text), self._directory)
         self._raise_failure()
 
     def variable(self, name: str) -> float:
@@ -284,7 +286,7 @@ def doctor() -> Doctor:
     version: int | None = None
     packages: tuple[str, ...] = ()
     try:
-        with contextlib.closing(_open_library()) as lammps:
+        with contextlib.closing(open_library()) as lammps:
             version, packages = int(lammps.version()), tuple(lammps.installed_packages)
         if "MOLECULE" not in packages:
             problems.append("this LAMMPS has no package MOLECULE, which the springs need")
@@ -326,7 +328,7 @@ def _load_mpi() -> None:
             return
 
 
-def _open_library() -> Any:
+def open_library() -> Any:
     """A new LAMMPS in this process."""
     try:
         _load_mpi()
@@ -347,7 +349,7 @@ def _script(name: str) -> str:
     return path
 
 
-def _guard(call: Callable[[], object], directory: Path) -> None:
+def guard(call: Callable[[], object], directory: Path) -> None:
     """Turn what LAMMPS raises, a bare Exception, into our error."""
     try:
         call()

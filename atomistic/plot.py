@@ -1,4 +1,4 @@
-"""Figures of a validation, from its stored file only."""
+"""Figures of a validation, from its stored file only; and of a crystal."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from matplotlib.patches import Patch
 
 from atomistic import budget
 from atomistic.archive import RUNGS, Archive
+from atomistic.discreteness import Discreteness
+from atomistic.elastic import ContactModulus
 from continuum.plot import (
     ATTRACTED_COLOUR,
     DIFFERENT_COLOUR,
@@ -22,7 +24,7 @@ from continuum.plot import (
     styled,
 )
 
-__all__ = ["contact_maps", "curves", "draw_all", "scaling"]
+__all__ = ["contact_maps", "curves", "draw_all", "draw_contact_modulus", "draw_discreteness", "scaling"]
 
 LABELS = {
     "half-space": "half-space, ν = 1/2",
@@ -202,3 +204,47 @@ def scaling(archive: Archive) -> Figure | None:
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(areas))
     return figure
+
+
+@styled
+def draw_contact_modulus(modulus: ContactModulus, stem: Path, title: str) -> Path:
+    """E*(100) over its mean, against the direction of the wavevector; returns the PNG file."""
+    figure = new_figure(4.2, 3.0)
+    axis = figure.subplots()
+    relative = modulus.values / modulus.mean
+    axis.plot(np.degrees(modulus.angles), relative, color=SERIES[0])
+    axis.axhline(1, color="0.6", linewidth=0.8, linestyle="--")
+    axis.set_xticks([0, 22.5, 45, 67.5, 90], ["0°\n<100>", "22.5°", "45°\n<110>", "67.5°", "90°\n<010>"])
+    axis.set_xlim(0, 90)
+    axis.set_xlabel("direction of the wavevector in the (100) surface")
+    axis.set_ylabel(r"$E^*(\theta)\,/\,E^*$")
+    axis.set_title(f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean", fontsize=9)
+    return save(figure, stem)
+
+
+@styled
+def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
+    """Stiffness of lattice against continuum over q, all waves and the two limits; returns the PNG file."""
+    figure = new_figure(4.6, 3.2)
+    axis = figure.subplots()
+    q = 2 * np.pi / found.wavelength
+    # 0 along <110>, 1 along <100>.
+    turn = (1 - np.cos(4 * found.angle)) / 2
+    for low, high, colour, label in ((0.0, 0.1, SERIES[0], "<110>"), (0.9, 1.0, SERIES[5], "<100>")):
+        near = (turn >= low) & (turn <= high)
+        axis.plot(q[near], 100 * found.difference[near], ".", color=colour, markersize=2.5, label=f"near {label}")
+    between = (turn > 0.1) & (turn < 0.9)
+    axis.plot(q[between], 100 * found.difference[between], ".", color="0.8", markersize=1, zorder=0, label="between")
+    limit = np.array([0, 0.8])
+    for slope, colour in ((found.along_110, SERIES[0]), (found.along_100, SERIES[5])):
+        axis.plot(limit, 100 * slope * limit, "-", color=colour, linewidth=1)
+    axis.axhline(0, color="0.6", linewidth=0.8)
+    axis.set_xlim(0, 4.5)
+    axis.set_xlabel("wavenumber q ($1/a_0$)")
+    axis.set_ylabel(r"$K_{lattice}/K_{continuum} - 1$ (%)")
+    above = axis.secondary_xaxis("top")
+    lengths = (64, 16, 8, 4, 3, 2)
+    above.set_xticks([2 * np.pi / length for length in lengths], [str(length) for length in lengths])
+    above.set_xlabel("wavelength ($a_0$)")
+    axis.legend(title=title, markerscale=3, loc="best")
+    return save(figure, stem)

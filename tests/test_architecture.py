@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from atomistic.config import DeckConfig, ValidateConfig
+from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
 from continuum.config import RunConfig, load
 from continuum.run import run
 
@@ -91,7 +91,10 @@ def test_a_module_says_what_it_offers_and_stays_short(path: Path) -> None:
 
 @pytest.mark.parametrize("path", INPUTS, ids=lambda p: f"{p.parent.name}/{p.name}")
 def test_every_input_loads_and_says_what_it_is_for(path: Path) -> None:
-    load(path, {"validate": ValidateConfig, "lammps": DeckConfig}.get(path.parent.name, RunConfig))
+    load(
+        path,
+        {"validate": ValidateConfig, "lammps": DeckConfig, "crystals": ElasticConfig}.get(path.parent.name, RunConfig),
+    )
     head = [line for line in path.read_text().splitlines() if line.startswith("#")]
     for word in ("Purpose", "Reproduces", "Cost"):
         assert any(line.startswith(f"# {word}") for line in head), word

@@ -3,8 +3,11 @@ import pytest
 
 from atomistic.crystal import Slab
 from atomistic.elastic import directional_contact_modulus
-from atomistic.interatomic import Springs
-from atomistic.lattice import ForceConstants, LatticeResponse
+from atomistic.force_constants import ForceConstants, spring_force_constants
+from atomistic.interatomic import LennardJones, Springs
+from atomistic.lattice import LatticeResponse, require_room
+from atomistic.material import model_of
+from continuum.greens import Tabulated
 from continuum.grid import Grid
 
 SPRINGS = Springs.reduced()
@@ -102,5 +105,89 @@ def test_shapes_that_do_not_fit_are_refused():
         response.displacements(np.zeros((1, 5, 6, 3)))
     with pytest.raises(ValueError, match="shape"):
         response.displacements(np.zeros((5, 6, 5, 3)))
-    with pytest.raises(ValueError, match="force constants"):
-        LatticeResponse(Slab((5, 6), 3), ForceConstants(*response.force_constants))
+    constants = spring_force_constants(SPRINGS)
+    with pytest.raises(ValueError, match="do not belong together"):
+        ForceConstants(constants.surface[:, :1], constants.bulk, constants.relaxation)
+    with pytest.raises(ValueError, match="table of the shape"):
+        LatticeResponse(slab, constants, np.ones((5, 4)))
+
+
+def folded(layers: int) -> ForceConstants:
+    """Springs, written as if forces reached and the surface changed more layers than they do."""
+    exact = spring_force_constants(SPRINGS)
+    bulk = np.zeros((layers + 1, 7, 7, 3, 3))
+    surface = np.zeros((layers + 2, *bulk.shape))
+    bulk[:2, 2:5, 2:5] = exact.bulk
+    surface[:, :2, 2:5, 2:5] = exact.bulk
+    surface[0, :2, 2:5, 2:5] = exact.surface[0]
+    return ForceConstants(surface, bulk, np.zeros(layers + 2))
+
+
+@pytest.mark.parametrize("reach", [1, 2, 3, 4])
+@pytest.mark.parametrize(("shape", "mobile"), [((4, 5), 6), ((5, 4), 9), ((6, 6), 23)])
+def test_blocks_of_layers_give_the_same_response(reach, shape, mobile):
+    # Mobile layers that fill their blocks and that do not, blocks of the surface only, and a long chain of the bulk.
+    slab = Slab(shape, mobile, reach)
+    one = LatticeResponse.of_springs(slab, SPRINGS)
+    many = LatticeResponse(slab, folded(reach))
+    assert np.allclose(many.stiffness_q, one.stiffness_q, rtol=1e-12, atol=0)
+    forces = np.random.default_rng(4).standard_normal((mobile, *shape, 3))
+    for given in (forces, forces[:2]):
+        expected = one.displacements(given)
+        assert np.allclose(many.displacements(given), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_a_long_chain_keeps_few_matrices_and_no_digit_less():
+    slab = Slab((24, 24), 120)
+    response = LatticeResponse.of_springs(slab, SPRINGS)
+    assert response.kept < 0.2
+    forces = np.random.default_rng(5).standard_normal((3, 24, 24, 3))
+    u = response.displacements(forces)
+    # The balance of forces, layer by layer, by force constants in real space.
+    balance = np.zeros_like(u)
+    exact = spring_force_constants(SPRINGS)
+    for layer in range(120):
+        for down in (0, 1):
+            for i, j in np.ndindex(3, 3):
+                # From even layers down, atoms stand at -1/2 and 1/2; stored indices count from the cell of the origin.
+                shift = tuple(-(k - 1 + (down if layer % 2 else 0)) for k in (i, j))
+                phi = exact.between(layer, down)[i, j]
+                if layer + down < 120:
+                    balance[layer] += np.roll(u[layer + down], shift, (0, 1)) @ phi.T
+                    if down:
+                        balance[layer + 1] += np.roll(u[layer], tuple(-s for s in shift), (0, 1)) @ phi
+    assert np.allclose(balance[:3], forces, rtol=0, atol=1e-12)
+    assert np.allclose(balance[3:120], 0, rtol=0, atol=1e-12)
+
+
+def test_a_table_for_the_continuum_is_the_stiffness():
+    response = LatticeResponse.of_springs(Slab((8, 6), 5), SPRINGS)
+    table = response.tabulated("springs")
+    assert isinstance(table, Tabulated)
+    assert (table.stiffness(Grid((8, 6), (8.0, 6.0))) == response.stiffness_q).all()
+
+
+def test_forces_that_reach_across_the_slab_are_refused():
+    model = model_of(LennardJones())
+    for slab, match in (
+        (Slab((8, 8), 6, 2), "3 mobile|frozen"),
+        (Slab((8, 8), 2, 3), "mobile"),
+        (Slab((4, 8), 6, 3), "at least 5 surface atoms"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            require_room(slab, model)
+        with pytest.raises(ValueError, match=match):
+            LatticeResponse.of_model(slab, model)
+    with pytest.raises(ValueError, match="freeze more"):
+        LatticeResponse(Slab((8, 8), 6, 1), folded(2))
+
+
+@pytest.mark.long
+def test_a_response_of_128_squared_fits_into_little_memory():
+    slab = Slab((128, 128), 181)
+    response = LatticeResponse.of_springs(slab, SPRINGS)
+    assert response.kept < 0.12
+    # 8320 waves x 181 layers x 9 complex numbers would be 217 MB.
+    held = sum(block.nbytes for block in (*response._chain.surface, *response._chain.bulk, response._chain.steady))
+    assert held < 30e6
+    assert response.stiffness_q[0, 0] == pytest.approx(SPRINGS.elastic_constants.c11 / slab.depth, rel=1e-10)
