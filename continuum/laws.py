@@ -76,18 +76,41 @@ def _below(z: float, core: float, at_core: tuple[float, float, float]) -> tuple[
 
 
 @njit(cache=True, error_model="numpy")
-def _inverse_powers(z: float, p: Real) -> tuple[float, float, float]:
-    """Energy c [z^-m/m - z^-n/n], p = (k, core, m, n, .): zero at infinity."""
+def _multiply_power(base: Real, exponent: int, out: Real) -> None:
+    """Multiply by an integer power of each number, by squaring."""
+    square = base.copy()
+    while exponent > 0:
+        if exponent & 1:
+            for j in range(out.size):
+                out[j] *= square[j]
+        exponent >>= 1
+        for j in range(out.size):
+            square[j] *= square[j]
+
+
+@njit(cache=True, error_model="numpy")
+def _inverse_powers(gap: Real, p: Real, response: Real) -> None:
+    """Energy c [z^-m/m - z^-n/n], p = (k, core, m, n): zero at infinity."""
     k, core, m, n = p[0], p[1], p[2], p[3]
     c = k / (m - n)
-    x = max(z, core)
-    repulsion, attraction = x**-m, x**-n
-    here = (
-        c * (repulsion / m - attraction / n),
-        c * (repulsion - attraction) / x,
-        c * ((m + 1) * repulsion - (n + 1) * attraction) / (x * x),
-    )
-    return _below(z, core, here) if z < core else here
+    repulsion, attraction, inverse = response[0], response[1], response[2]
+    for j in range(gap.size):
+        z = gap[j]
+        inverse[j] = 1.0 / (z if z > core else core)
+        attraction[j] = 1.0
+    _multiply_power(inverse, int(n), attraction)
+    for j in range(gap.size):
+        repulsion[j] = attraction[j]
+    _multiply_power(inverse, int(m - n), repulsion)
+    for j in range(gap.size):
+        i, high, low = inverse[j], repulsion[j], attraction[j]
+        energy = c * (high / m - low / n)
+        traction = c * (high - low) * i
+        stiffness = c * ((m + 1) * high - (n + 1) * low) * i * i
+        below = gap[j] - core if gap[j] < core else 0.0
+        response[0, j] = energy + below * (0.5 * below * stiffness - traction)
+        response[1, j] = traction - below * stiffness
+        response[2, j] = stiffness
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -163,8 +186,7 @@ def respond(kind: int, gap: Real, p: Real, response: Real) -> None:
         for j in range(gap.size):
             response[0, j], response[1, j], response[2, j] = _spline(gap[j], p)
     elif kind == INVERSE_POWERS:
-        for j in range(gap.size):
-            response[0, j], response[1, j], response[2, j] = _inverse_powers(gap[j], p)
+        _inverse_powers(gap, p, response)
     elif kind == EXPONENTIAL:
         for j in range(gap.size):
             response[0, j], response[1, j], response[2, j] = _exponential(gap[j], p)
