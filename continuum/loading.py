@@ -67,14 +67,20 @@ def solve(
     start : gap to start from; the undeformed surface if None.
     branch : name of the direction of loading, kept with the state.
     """
-    stiffness_q = problem.stiffness_q
-    offset = target + problem.heights
+    lift, mean_stiffness = target, problem.mean_stiffness
     if control == "mean-gap":
         # The mean displacement is given; which separation and base belong to it is found afterwards.
-        stiffness_q = stiffness_q.copy()
-        stiffness_q[0, 0] = np.inf
-        offset -= problem.mean_height
-    solution = minimise(problem.grid, stiffness_q, problem.wall.law, offset, start, settings)
+        lift, mean_stiffness = target - problem.mean_height, np.inf
+    solution = minimise(
+        problem.grid,
+        problem.stiffness_q,
+        problem.wall.law,
+        problem.heights,
+        start,
+        settings,
+        lift=lift,
+        mean_stiffness=mean_stiffness,
+    )
     if solution.status.ok and solution.points.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     gap = solution.points
