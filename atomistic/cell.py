@@ -69,7 +69,6 @@ class Cell:
             self.command(
                 f"neighbor {0.02 * potential.cutoff:.17g} bin",
                 "neigh_modify one 20000 page 200000",  # a cut-off may hold thousands of neighbours
-                *(["comm_modify cutoff 1.8"] if bonds else []),
                 *potential.interactions().splitlines(),
                 "compute pressure all pressure NULL virial",
                 "thermo_style custom pe c_pressure[*]",

@@ -13,23 +13,26 @@ import string
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
 import continuum
 from atomistic.crystal import LAYER_SPACING, Slab
 from atomistic.interatomic import Model
+from atomistic.potentials import POTENTIAL
 from continuum.grid import Real
 from continuum.wall import LennardJonesSpline, Tabulated
 
 __all__ = ["INPUTS", "OUTPUTS", "Deck", "read_slab", "read_wall_table", "render", "write_deck"]
 
-INPUTS = ("in.contact", "in.slab", "in.relax", "slab.data", "wall.table", "README.txt")
-"""Files of a deck."""
+SCRIPTS = ("in.contact", "in.slab", "in.relax", "README.txt")
+INPUTS = (*SCRIPTS, "slab.data", "wall.table")
+"""Files of a deck, beside those that its interatomic model reads."""
 OUTPUTS = ("result.json", "surface.dump", "state.dump", "log.lammps")
 """Files that a run of the deck writes."""
 
-_TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, lattice sites, a0 = 1"
+_TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, at rest"
 """First line of ``slab.data``."""
 _TABLE_SPACING = 1e-3
 """Largest distance of the knots of ``wall.table``, in a0."""
@@ -46,9 +49,11 @@ class Deck:
     wall : the law between wall and surface; its range may be 0.
     heights : of the wall above each surface atom, shape ``slab.shape``, in a0.
     separation : of the wall's zero from the undeformed surface, in a0.
-    displacements : where to start from, shape (layers, nx, ny, 3), in a0; the lattice sites if None.
+    displacements : where to start from, shape (layers, nx, ny, 3), in a0; where the slab is at rest if None.
     tolerance : largest force left on a mobile atom, in E* a0².
     evaluations : of the forces, at most, by each minimiser.
+    rise : by how much each layer of the slab at rest lies above its lattice sites, shape (layers,), in a0: the surface
+        of most crystals relaxes.  None for springs, which do not.
 
     Raises
     ------
@@ -66,6 +71,7 @@ class Deck:
     displacements: Real | None = field(default=None, repr=False)
     tolerance: float = 1e-11
     evaluations: int = 20000
+    rise: Real | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse what no equilibrium can come of, before anything is written."""
@@ -86,7 +92,8 @@ class Deck:
         _set_array(self, "heights", self.heights, slab.shape)
         start = np.zeros((*sites, 3)) if self.displacements is None else self.displacements
         _set_array(self, "displacements", start, (*sites, 3))
-        if np.any(self.start[slab.mobile :]):
+        _set_array(self, "rise", np.zeros(slab.layers) if self.rise is None else self.rise, (slab.layers,))
+        if np.any(self.start[slab.mobile :]) or np.any(self.rest[slab.mobile :] != slab.positions[slab.mobile :]):
             msg = "atoms of the frozen base cannot be displaced"
             raise ValueError(msg)
         if not np.isfinite(self.separation):
@@ -104,6 +111,14 @@ class Deck:
         """Displacements to start from, shape (layers, nx, ny, 3), in a0."""
         assert self.displacements is not None
         return self.displacements
+
+    @property
+    def rest(self) -> Real:
+        """Where the atoms are at rest without a wall, shape (layers, nx, ny, 3), in a0."""
+        assert self.rise is not None
+        at = self.slab.positions.copy()
+        at[..., 2] += self.rise[:, None, None]
+        return at
 
 
 def _set_array(deck: Deck, name: str, values: Real, shape: tuple[int, ...]) -> None:
@@ -126,30 +141,41 @@ class _Template(string.Template):
 
 
 def render(deck: Deck) -> dict[str, str]:
-    """The files of a deck: their names and texts."""
-    texts = {
-        name: _Template((files("atomistic") / "templates" / name).read_text(encoding="utf-8"))
-        for name in ("in.contact", "in.slab", "in.relax", "README.txt")
-    }
+    """The files of a deck but for its atoms: their names and texts."""
+    texts = {name: _Template((files("atomistic") / "templates" / name).read_text(encoding="utf-8")) for name in SCRIPTS}
     nx, ny = deck.slab.shape
+    model = deck.model
+    sizes = {
+        "units": model.units,
+        "length": _number(model.length),
+        "force": _number(model.energy / model.length),
+        "energy": _number(model.energy),
+    }
+    bonds = model.atom_style == "bond"
     return {
         "in.contact": texts["in.contact"].substitute(
             separation=_number(deck.separation),
             tolerance=_number(deck.tolerance),
             evaluations=f"{deck.evaluations:d}",
+            surface=_number(deck.rest[0, 0, 0, 2]),
             **_law(deck.wall),
         ),
         "in.slab": texts["in.slab"].substitute(
-            settings=deck.model.settings(),
-            interactions=deck.model.interactions(),
+            settings=model.settings(),
+            interactions=model.interactions(),
+            room=" &\n                extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else "",
+            **sizes,
             surface_atoms=f"{nx * ny:d}",
             mobile_atoms=f"{deck.slab.mobile * nx * ny:d}",
         ),
-        "in.relax": texts["in.relax"].substitute(timestep=_number(deck.model.timestep)),
-        "slab.data": _data(deck),
+        "in.relax": texts["in.relax"].substitute(timestep=_number(_timestep(model))),
         "wall.table": _wall_table(deck.wall),
         "README.txt": texts["README.txt"].substitute(
-            atoms=f"{deck.slab.size:d}", version=continuum.__version__, model=deck.model.reference
+            atoms=f"{deck.slab.size:d}",
+            version=continuum.__version__,
+            model=model.reference,
+            package="MOLECULE" if bonds else "MANYBODY" if model.files else "EXTRA-PAIR",
+            **sizes,
         ),
     }
 
@@ -167,16 +193,21 @@ def write_deck(directory: Path, deck: Deck) -> Path:
     directory = Path(directory)
     texts = render(deck)
     if directory.exists():
-        foreign = sorted({entry.name for entry in directory.iterdir()} - {*INPUTS, *OUTPUTS})
+        known = {*INPUTS, *OUTPUTS, POTENTIAL}
+        foreign = sorted({entry.name for entry in directory.iterdir()} - known)
         if foreign:
             names = ", ".join(foreign[:5])
             msg = f"{directory} holds files that are not of a deck ({names}): choose another directory"
             raise FileExistsError(msg)
     directory.mkdir(parents=True, exist_ok=True)
-    for name in OUTPUTS:
+    for name in (*OUTPUTS, POTENTIAL):
         (directory / name).unlink(missing_ok=True)
     for name, text in texts.items():
         (directory / name).write_text(text, encoding="utf-8")
+    for name, content in deck.model.files.items():
+        (directory / name).write_bytes(content)
+    with (directory / "slab.data").open("w", encoding="utf-8") as file:
+        _write_data(file, deck)
     return directory
 
 
@@ -197,7 +228,7 @@ def read_slab(path: Path) -> Slab:
     with Path(path).open(encoding="utf-8") as file:
         title = file.readline().strip()
     numbers = [int(number) for number in re.findall(r"\d+", title)]
-    if len(numbers) < 6 or title != _TITLE.format(*numbers[1:5]):
+    if len(numbers) != 5 or title != _TITLE.format(*numbers[1:5]):
         msg = f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}"
         raise ValueError(msg)
     nx, ny, mobile, frozen = numbers[1:5]
@@ -232,28 +263,36 @@ def _law(wall: LennardJonesSpline) -> dict[str, str]:
     return {name: _number(value) for name, value in numbers.items()} | formulas
 
 
-def _data(deck: Deck) -> str:
-    """``slab.data``: the perfect lattice, the wall above it and the start."""
-    slab = deck.slab
+def _timestep(model: Model) -> float:
+    """Of damped dynamics, in LAMMPS' unit of time."""
+    # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
+    mvv2e = 1.0364269e-4 if model.units == "metal" else 1.0
+    return model.timestep * float(np.sqrt(mvv2e * model.mass * model.length**2 / model.energy))
+
+
+def _write_data(file: TextIO, deck: Deck) -> None:
+    """``slab.data``: the slab at rest, the wall above it and the start."""
+    slab, model = deck.slab, deck.model
+    bonds = model.atom_style == "bond"
     nx, ny = slab.shape
     ids = slab.ids.ravel()
     heights = np.zeros(slab.ids.shape)
     heights[0] = deck.heights
     # Two spacings of room on both sides: nothing leaves the box.
     low, high = -slab.layers * LAYER_SPACING - 2, 2.0
-    text = io.StringIO()
-    text.write(
+    ends = [_number(model.length * value) for value in (nx, ny, low, high)]
+    file.write(
         f"{_TITLE.format(nx, ny, slab.mobile, slab.frozen)}\n\n"
-        f"{slab.size} atoms\n1 atom types\n1 bond types\n\n"
-        f"0 {nx} xlo xhi\n0 {ny} ylo yhi\n{_number(low)} {_number(high)} zlo zhi\n\n"
-        "Masses\n\n1 1\n\nAtoms # bond\n\n"
+        f"{slab.size} atoms\n1 atom types\n{'1 bond types' if bonds else ''}\n\n"
+        f"0 {ends[0]} xlo xhi\n0 {ends[1]} ylo yhi\n{ends[2]} {ends[3]} zlo zhi\n\n"
+        f"Masses\n\n1 {_number(model.mass)}\n\nAtoms # {model.atom_style}\n\n"
     )
-    np.savetxt(text, np.column_stack([ids, slab.positions.reshape(-1, 3)]), fmt="%d 1 1 %.17g %.17g %.17g")
-    text.write("\nWallHeight\n\n")
-    np.savetxt(text, np.column_stack([ids, heights.ravel()]), fmt="%d %.17g")
-    text.write("\nDisplacement\n\n")
-    np.savetxt(text, np.column_stack([ids, deck.start.reshape(-1, 3)]), fmt="%d %.17g %.17g %.17g")
-    return text.getvalue()
+    kind = "%d 1 1" if bonds else "%d 1"  # molecule and type, or type
+    np.savetxt(file, np.column_stack([ids, model.length * deck.rest.reshape(-1, 3)]), fmt=f"{kind} %.17g %.17g %.17g")
+    file.write("\nWallHeight\n\n")
+    np.savetxt(file, np.column_stack([ids, heights.ravel()]), fmt="%d %.17g")
+    file.write("\nDisplacement\n\n")
+    np.savetxt(file, np.column_stack([ids, deck.start.reshape(-1, 3)]), fmt="%d %.17g %.17g %.17g")
 
 
 def _wall_table(wall: LennardJonesSpline) -> str:

@@ -158,6 +158,8 @@ class Session:
         self._lammps = open_library()
         try:
             self.run("in.slab")
+            self.length, self.energy = self.variable("length_unit"), self.variable("energy_unit")
+            self._rest = self._where_at_rest()
         except BaseException:
             self.close()
             raise
@@ -195,9 +197,8 @@ class Session:
 
         Parameters
         ----------
-        forces : given the height z of each surface atom above the surface plane, shape (nx, ny), in a0, the
-            force
-            on it, positive upwards, same shape, in E* a0², and the energy of all, in E* a0³.
+        forces : given the height of each surface atom above the surface at rest, shape (nx, ny), in a0, the force on
+            it, positive upwards, same shape, in E* a0², and the energy of all, in E* a0³.
         """
         shape = self.slab.shape
         count = shape[0] * shape[1]
@@ -207,11 +208,11 @@ class Session:
                 mine = np.flatnonzero(tag <= count)
                 site = tag[mine] - 1
                 z = np.empty(count)
-                z[site] = x[mine, 2]
-                force, energy = forces(z.reshape(shape))
+                z[site] = x[mine, 2] / self.length
+                force, energy = forces(z.reshape(shape) - self._rest[0, ..., 2])
                 f[...] = 0.0
-                f[mine, 2] = force.reshape(-1)[site]
-                self._lammps.fix_external_set_energy_global("applied", energy)
+                f[mine, 2] = force.reshape(-1)[site] * (self.energy / self.length)
+                self._lammps.fix_external_set_energy_global("applied", energy * self.energy)
             except BaseException as error:
                 self._failure = error
 
@@ -224,24 +225,32 @@ class Session:
 
         Parameters
         ----------
-        displacements : from the lattice sites, shape (layers, nx, ny, 3), in a0.
+        displacements : from where the slab is at rest, shape (layers, nx, ny, 3), in a0.
         """
-        at = np.ascontiguousarray(self.slab.positions + displacements, dtype=np.float64)
+        at = np.ascontiguousarray((self._rest + displacements) * self.length, dtype=np.float64)
         pointer = at.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
         self._lammps.scatter_atoms("x", 1, 3, pointer)
         self.command("run 0 post no")
         energy = float(self._lammps.get_thermo("pe"))
         if self._lammps.extract_setting("thermo_norm"):
             energy *= self.slab.size
-        return energy, self._gather("f")
+        return energy / self.energy, self._gather("f") / (self.energy / self.length)
 
     def displacements(self) -> Real:
-        """Where the atoms are now, from their lattice sites, shape (layers, nx, ny, 3), in a0."""
-        moved = self._gather("x") - self.slab.positions
+        """Where the atoms are now, from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
+        moved = self._gather("x") / self.length - self._rest
         # Atoms that crossed the border of the box have come back on the other side.
         period = np.array(self.slab.shape, dtype=np.float64)
         moved[..., :2] -= period * np.rint(moved[..., :2] / period)
         return moved
+
+    def _where_at_rest(self) -> Real:
+        """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""
+        start = [np.array(self._lammps.gather(f"d_u{axis}", 1, 1), dtype=np.float64) for axis in "xyz"]
+        # As they are in slab.data but for rounding, and for atoms that crossed the border of the box.
+        rest = self._gather("x") / self.length - np.stack(start, axis=-1).reshape(*self.slab.ids.shape, 3)
+        rest[..., :2] = self.slab.positions[..., :2]
+        return rest
 
     def _gather(self, name: str) -> Real:
         values = self._lammps.gather_atoms(name, 1, 3)

@@ -122,6 +122,14 @@ class LatticeResponse:
         return cls(slab, measure_force_constants(model, slab.mobile))
 
     @cached_property
+    def rise(self) -> Real:
+        """By how much each layer at rest lies above its lattice sites, shape (layers,), in a0: the surface relaxes."""
+        rise = np.zeros(self.slab.layers)
+        relaxed = self.force_constants.relaxation
+        rise[: relaxed.size] = relaxed
+        return rise
+
+    @cached_property
     def _order(self) -> NDArray[np.int64]:
         """Places of the waves in the half spectrum, longest first."""
         return np.argsort(self.slab.grid.wavenumber.ravel(), kind="stable")

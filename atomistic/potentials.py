@@ -21,11 +21,12 @@ import numpy as np
 from atomistic.crystal import chemical_symbol
 from continuum.inputfile import nearest
 
-__all__ = ["EmbeddedAtom", "PotentialError", "find_potential"]
+__all__ = ["POTENTIAL", "EmbeddedAtom", "PotentialError", "find_potential"]
 
 Style = Literal["eam", "eam/alloy", "eam/fs"]
 
-_FILE = "potential.eam"
+POTENTIAL = "potential.eam"
+"""Name of a potential file wherever LAMMPS reads it."""
 _LARGEST = 200_000_000  # bytes
 _ELEMENT = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 
@@ -151,7 +152,7 @@ class EmbeddedAtom:
     @property
     def files(self) -> Mapping[str, bytes]:
         """Files that :meth:`interactions` reads."""
-        return {_FILE: self.content}
+        return {POTENTIAL: self.content}
 
     @cached_property
     def identity(self) -> dict[str, str]:
@@ -174,8 +175,8 @@ class EmbeddedAtom:
     def interactions(self) -> str:
         """LAMMPS commands that define the forces."""
         if self.style == "eam":
-            return f"pair_style      eam\npair_coeff      1 1 {_FILE}"
-        return f"pair_style      {self.style}\npair_coeff      * * {_FILE} {self.element}"
+            return f"pair_style      eam\npair_coeff      1 1 {POTENTIAL}"
+        return f"pair_style      {self.style}\npair_coeff      * * {POTENTIAL} {self.element}"
 
 
 class _MalformedError(ValueError):

@@ -44,13 +44,13 @@ class Result:
 
     slab: Slab
     separation: float
-    """Of the wall's zero from the undeformed surface, in a0."""
+    """Of the wall's zero from the surface at rest, in a0."""
     load: float
     """Force of the wall on the surface, compression positive, in E* a0²."""
     wall_energy: float
     """In E* a0³."""
     total_energy: float
-    """Of springs and wall, in E* a0³."""
+    """Of atoms and wall, in E* a0³."""
     largest_force: float
     """On a mobile atom, the wall included, in E* a0²."""
     tolerance: float
@@ -68,7 +68,7 @@ class Result:
     traction: Real = field(repr=False)
     """Of the wall on each surface atom, compression positive, shape (nx, ny), in E*."""
     displacements: Real = field(repr=False)
-    """Of all atoms from their lattice sites, shape (layers, nx, ny, 3), in a0."""
+    """Of all atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
     forces: Real = field(repr=False)
     """On all atoms, zero in the frozen base, shape (layers, nx, ny, 3), in E* a0²."""
 
@@ -143,14 +143,15 @@ def read_result(directory: Path) -> Result:
     evaluations = sum(map(int, minimisers)) + len(re.findall(r"Loop time of .* for 0 steps", log))
     sites = (slab.layers, *slab.shape, 3)
     version = int(numbers.pop("lammps_version"))
+    length, force = numbers.pop("length_unit"), numbers.pop("force_unit")
     return Result(
         slab=slab,
         evaluations=evaluations,
         lammps_version=version,
         gap=surface[:, 5].reshape(slab.shape).copy(),
         traction=surface[:, 6].reshape(slab.shape).copy(),
-        displacements=state[:, 5:8].reshape(sites).copy(),
-        forces=state[:, 8:11].reshape(sites).copy(),
+        displacements=state[:, 5:8].reshape(sites) / length,
+        forces=state[:, 8:11].reshape(sites) / force,
         **numbers,
     )
 
