@@ -278,8 +278,10 @@ def _write_data(file: TextIO, deck: Deck) -> None:
     ids = slab.ids.ravel()
     heights = np.zeros(slab.ids.shape)
     heights[0] = deck.heights
-    # Two spacings of room on both sides: nothing leaves the box.
-    low, high = -slab.layers * LAYER_SPACING - 2, 2.0
+    # Two spacings of room on both sides, and up to the highest point of the wall, to which adhesion may lift an atom:
+    # nothing leaves the box.
+    low = -slab.layers * LAYER_SPACING - 2
+    high = 2 + max(0.0, deck.separation + float(deck.heights.max()))
     ends = [_number(model.length * value) for value in (nx, ny, low, high)]
     file.write(
         f"{_TITLE.format(nx, ny, slab.mobile, slab.frozen)}\n\n"

@@ -1,11 +1,10 @@
 """Equilibrium of the slab under the wall.
 
 LAMMPS minimises what the deck says, from the start that the deck holds.  Where the linear response of the
-slab is known, that start can first be brought to equilibrium with few evaluations of the forces: since the
-atoms differ from the linear lattice only by the geometry of finite displacements, each iteration puts that
-difference, measured by LAMMPS, into the lattice problem and solves the contact anew (a chord iteration).  The
-deck is then written with this start, and its own run, with its own wall, certifies the equilibrium, or
-finishes it.
+slab is known, that start can first be brought to equilibrium with few evaluations of the forces: each
+iteration puts the difference of the atoms from the linear lattice, measured by LAMMPS, into the lattice problem and
+solves the contact anew.  The deck is then written with this start, and its own run, with its own wall, certifies the
+equilibrium, or finishes it with LAMMPS' minimisers where the iteration has stalled.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from atomistic.deck import Deck, write_deck
 from atomistic.engine import Session, run_in_process
 from atomistic.interatomic import Springs
 from atomistic.lattice import LatticeResponse
-from atomistic.result import Result
+from atomistic.result import LammpsError, Result
 from continuum import loading, minimise
 from continuum.grid import Grid, Real
 from continuum.problem import ContactProblem
@@ -30,6 +29,11 @@ from continuum.surface import SelfAffine
 from continuum.wall import LennardJonesSpline, Wall
 
 __all__ = ["Iterated", "apply_wall", "deck_of", "iterate", "lattice_start", "relax"]
+
+_DEPTH = 8
+"""States that are mixed."""
+_PATIENCE = 6
+"""Evaluations in which the largest force must have halved."""
 
 
 def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
@@ -126,48 +130,93 @@ class Iterated:
         return len(self.largest_forces)
 
 
-def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 40) -> Iterated:
+def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 60) -> Iterated:
     """Equilibrium by the Green's-function-preconditioned iteration.
 
-    With F(u) the forces between the atoms, K the stiffness of the linear slab and f(u) the force of the
-    wall::
+    With F(u) the forces between the atoms, f(u) the force of the wall and K the stiffness of the linear slab, an
+    equilibrium is a fixed point of::
 
-        w = u + K^-1 F(u),      u <- w + K^-1 f(u)
+        u = w + K^-1 f(u),      w <- w + r,      r = K^-1 (F(u) + f(u))
 
-    of which the second, with its wall, is a contact problem with the linear response, for the wall shifted by
-    the displacement of w at the surface.  Ends when converged, when forces no longer fall, or at the limit.
+    The first equation, with its wall, is a contact problem with the linear response, for the wall shifted by the
+    displacement of w at the surface: what is stiff and one-sided is solved exactly.  What is left in the second is
+    smooth: the difference of the atoms from their linear lattice.  It is sped up by mixing the last w: the next one is
+    the mean Σ a_i (w_i + r_i), Σ a_i = 1, that minimises the elastic energy of Σ a_i r_i (Pulay, Chem. Phys. Lett. 73,
+    393 (1980); Walker and Ni, SIAM J. Numer. Anal. 49, 1715 (2011)).
+
+    Ends when converged, when forces no longer fall, or at the limit.
 
     Parameters
     ----------
     deck : the wall, where it stands, and the start.
     session : LAMMPS on the atoms of the deck.
     response : of the slab.
-    limit : iterations at most.
+    limit : evaluations of the forces at most.
     """
-    wall, separation = deck.wall, deck.separation
-    settings = minimise.Settings(tolerance=deck.tolerance / 100)
+    wall, separation, mobile = deck.wall, deck.separation, deck.slab.mobile
+    settings = minimise.Settings(tolerance=deck.tolerance / 1000)
     u = best = deck.start
-    residuals: list[float] = []
+    gap = separation + deck.heights - u[0, ..., 2]
+    w = (u - lattice_start(response, wall, gap))[:mobile]
+    mixed = _Mixed()
+    largest: list[float] = []
     while True:
-        _, forces = session.evaluate(u)
+        try:
+            _, forces = session.evaluate(u)
+        except LammpsError:
+            if not largest:
+                raise
+            break  # an iterate so wrong that LAMMPS loses atoms: the best one stands
         gap = separation + deck.heights - u[0, ..., 2]
-        total = forces[: deck.slab.mobile].copy()
+        total = forces[:mobile]
         total[0, ..., 2] -= wall.evaluate(gap).traction
-        largest = float(np.sqrt(np.max(np.sum(total**2, axis=-1))))
-        if not residuals or largest < min(residuals):
+        largest.append(float(np.sqrt(np.max(np.sum(total**2, axis=-1)))))
+        if largest[-1] == min(largest):
             best = u
-        residuals.append(largest)
-        if largest <= deck.tolerance / 2:
+        if largest[-1] <= deck.tolerance / 2 or not _falling(largest) or len(largest) >= limit:
             break
-        stalled = len(residuals) > 3 and min(residuals[-3:]) > 0.5 * min(residuals[:-3])
-        if not np.isfinite(largest) or stalled or len(residuals) > limit:
-            break
-        w = u + response.displacements(forces)
+        w = mixed.next(w, response.displacements(total)[:mobile], total)
         problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
         # An unconverged contact only makes a worse iterate: the forces judge it.
         gap = loading.solve(problem, "separation", separation, settings, start=gap).gap
-        u = w + lattice_start(response, wall, gap)
-    return Iterated(best, tuple(residuals), min(residuals) <= deck.tolerance / 2)
+        u = lattice_start(response, wall, gap)
+        u[:mobile] += w
+    return Iterated(best, tuple(largest), min(largest) <= deck.tolerance / 2)
+
+
+def _falling(largest: list[float]) -> bool:
+    """Whether the largest force, after each evaluation so far, is still on its way down."""
+    recent = largest[-_PATIENCE:]
+    return bool(np.isfinite(largest[-1])) and (
+        len(largest) <= _PATIENCE or min(recent) < 0.5 * min(largest[:-_PATIENCE])
+    )
+
+
+class _Mixed:
+    """The last states w and their corrections r = K^-1 t, and their mean of least elastic energy."""
+
+    def __init__(self) -> None:
+        self._next: list[Real] = []  # w + r
+        self._corrections: list[Real] = []
+        self._energies = np.zeros((0, 0))  # r_i . K r_j = r_i . t_j
+
+    def next(self, w: Real, correction: Real, force: Real) -> Real:
+        """The next state, after one more with its correction r and force t = K r."""
+        self._next.append(w + correction)
+        self._corrections.append(correction)
+        row = np.array([np.vdot(r, force) for r in self._corrections])
+        self._energies = np.block([[self._energies, row[:-1, None]], [row[None, :]]])
+        if len(row) > _DEPTH:
+            del self._next[0], self._corrections[0]
+            self._energies = self._energies[1:, 1:]
+        # Scaled to correlations: the energies span twenty orders of magnitude.
+        scale = 1 / np.sqrt(np.diag(self._energies))
+        weights = scale * (np.linalg.pinv(scale[:, None] * self._energies * scale, rcond=1e-10, hermitian=True) @ scale)
+        weights /= weights.sum()
+        mean: Real = weights[-1] * self._next[-1]
+        for weight, state in zip(weights[:-1], self._next[:-1], strict=True):
+            mean += weight * state
+        return mean
 
 
 def apply_wall(session: Session, wall: Wall, heights: Real, separation: float) -> None:

@@ -1,6 +1,7 @@
 """Atoms against their own linear response, and the ways to equilibrium against one another."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ import pytest
 from atomistic.crystal import Slab
 from atomistic.deck import Deck, read_wall_table, write_deck
 from atomistic.engine import Session, run_command
-from atomistic.interatomic import Springs
+from atomistic.interatomic import LennardJones, Model, Springs
 from atomistic.lattice import LatticeResponse
+from atomistic.material import model_of
+from atomistic.potentials import EmbeddedAtom, find_potential
 from atomistic.relax import apply_wall, iterate, lattice_start, relax
 from continuum.geometry import measure
 from continuum.grid import Grid
@@ -30,7 +33,7 @@ def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
     point = np.zeros(slab.shape)
     point[5, 9] = SPRINGS.stiffness  # amplitudes are in k_s a0
 
-    def response(amplitude: float) -> np.ndarray:
+    def answer(amplitude: float) -> np.ndarray:
         force = amplitude * point
         with Session(tmp_path) as session:
             session.command("variable tolerance index 1e-12")
@@ -42,7 +45,7 @@ def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
 
     errors = []
     for amplitude in (4e-3, 1e-3):
-        symmetric = (response(amplitude) + response(-amplitude)) / 2
+        symmetric = (answer(amplitude) + answer(-amplitude)) / 2
         compliance = slab.grid.forward(symmetric) / slab.grid.forward(point)
         error = compliance / lattice.compliance_q[..., 2, 2].real - 1
         errors.append(np.abs(error).max())
@@ -52,13 +55,24 @@ def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
     assert np.log(errors[0] / errors[1]) / np.log(4) == pytest.approx(2, abs=0.1)
 
 
+@cache
+def response(n: int, name: str) -> LatticeResponse:
+    model = crystal(name)
+    return LatticeResponse.of_model(Slab.of_depth(Grid.square(n), float(n), model.reach), model)
+
+
+@cache
+def crystal(name: str) -> Model:
+    if name == "springs":
+        return SPRINGS
+    return model_of(LennardJones() if name == "lj" else EmbeddedAtom.read(find_potential(name)))
+
+
 def contact(
-    n: int = 16, slope: float = 0.01, adhesion_length: float = 0.0, area: float = 0.15
+    n: int = 16, slope: float = 0.01, adhesion_length: float = 0.0, area: float = 0.15, name: str = "springs"
 ) -> tuple[ContactProblem, State, Deck]:
     """A rough wall at about the repulsive area wanted, in equilibrium with the lattice response."""
-    grid = Grid.square(n)
-    slab = Slab.of_depth(grid, float(n))
-    lattice = LatticeResponse.of_springs(slab, SPRINGS)
+    grid, lattice = Grid.square(n), response(n, name)
     heights = SelfAffine(0.8, slope, 8.0, float(n)).synthesise(grid, np.random.default_rng(3))
     wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
     problem = ContactProblem(grid, wall, heights, lattice)
@@ -73,7 +87,7 @@ def contact(
     state = solve(problem, "separation", separation, Settings(1e-15), start=state.gap)
     state.solution.require()
     start = lattice_start(lattice, wall, state.gap)
-    return problem, state, Deck(slab, SPRINGS, wall, heights, separation, start)
+    return problem, state, Deck(lattice.slab, crystal(name), wall, heights, separation, start, rise=lattice.rise)
 
 
 def test_the_lattice_start_is_the_lattice_equilibrium():
@@ -144,7 +158,8 @@ def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
 
 def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_path):
     problem, _, deck = contact(slope=0.1)
-    wrong = LatticeResponse.of_springs(deck.slab, Springs(SPRINGS.stiffness / 4))
+    # Each correction overshoots forty times.
+    wrong = LatticeResponse.of_springs(deck.slab, Springs(SPRINGS.stiffness / 40))
     write_deck(tmp_path, deck)
     with Session(tmp_path) as session:
         stopped = iterate(deck, session, wrong)
@@ -155,6 +170,64 @@ def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_pat
     assert isinstance(problem.response, LatticeResponse)
     expected = relax(deck, tmp_path, problem.response).require()
     assert result.load == pytest.approx(expected.load, rel=1e-8)
+
+
+@pytest.mark.parametrize(("name", "adhesion_length"), [("lj", 0.005), ("Ni_u3.eam", 0.0)])
+def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhesion_length):
+    problem, state, deck = contact(slope=0.05, adhesion_length=adhesion_length, name=name)
+    lattice = problem.response
+    assert isinstance(lattice, LatticeResponse)
+    deck = replace(deck, tolerance=1e-9 * 0.05)
+    fast = relax(deck, tmp_path, lattice).require()
+    plain = relax(deck, tmp_path, run=lambda path: run_command(path, ranks=2)).require()
+    assert fast.evaluations <= 15 < plain.evaluations / 5
+    pushing = np.maximum(fast.traction, 0).sum()
+    assert plain.load == pytest.approx(fast.load, abs=1e-7 * pushing)
+    # A force of this size on each atom of a column against the softest mode, K_0 = C11/16, some 0.08.
+    atol = deck.tolerance * deck.slab.mobile / 0.06
+    assert np.allclose(plain.displacements, fast.displacements, rtol=0, atol=atol)
+    # Anharmonic: of the order of h' of all that pushes and pulls.
+    linear = problem.wall.evaluate(state.gap).traction
+    assert 1e-3 < abs(fast.load - linear.sum()) / np.abs(linear).sum() < 0.05
+
+
+def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path):
+    # Several times higher than the wall is rough.
+    problem, state, deck = contact(slope=0.001, name="lj")
+    rise = deck.rise[0]
+    assert rise > 4 * np.std(deck.heights)
+    lattice = problem.response
+    assert isinstance(lattice, LatticeResponse)
+    atoms = relax(deck, tmp_path, lattice).require()
+    linear = problem.wall.evaluate(state.gap).traction.sum()
+    # What is left is anharmonic, of the order of h'.
+    assert atoms.load == pytest.approx(linear, rel=0.01)
+    # Counted from lattice sites, the same wall stands higher by the rise; at the same separation it presses far more.
+    sites = replace(deck, rise=None, displacements=None)
+    risen = relax(replace(sites, separation=deck.separation + rise), tmp_path).require()
+    assert risen.load == pytest.approx(atoms.load, rel=1e-5)
+    assert relax(sites, tmp_path).require().load > 10 * linear
+
+
+def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
+    from atomistic.cell import Cell
+
+    model = crystal("Ni_u3.eam")
+    slab = Slab((8, 8), 6, model.reach)
+    u = np.zeros((slab.layers, 8, 8, 3))
+    u[:6] = np.random.default_rng(2).uniform(-0.02, 0.02, (6, 8, 8, 3))
+    deck = Deck(slab, model, LennardJonesSpline(0.0), np.zeros(slab.shape), 3.0, u, rise=np.zeros(slab.layers))
+    with Session(write_deck(tmp_path, deck)) as session:
+        energy, forces = session.evaluate(u)
+        assert np.allclose(session.displacements(), u, rtol=0, atol=1e-13)
+    at = (deck.rest + u).reshape(-1, 3) * model.length
+    with Cell(model, at, np.array([8.0, 8, 1]) * model.length, surface=True) as cell:
+        alone, expected = cell.evaluate(at)
+    expected = expected.reshape(forces.shape) * model.length / model.energy
+    expected[6:] = 0  # the base is held
+    assert energy == pytest.approx(alone / model.energy, rel=1e-13)
+    assert np.abs(expected).max() > 0.02
+    assert np.allclose(forces, expected, rtol=0, atol=1e-12)
 
 
 def test_heights_of_another_surface_are_refused(tmp_path):
