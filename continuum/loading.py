@@ -13,11 +13,13 @@ from typing import Literal
 
 import numpy as np
 
+from continuum.constrained import Pressed, constrain
 from continuum.grid import Real
 from continuum.minimise import Settings, Solution, Status, minimise
 from continuum.problem import ContactProblem
+from continuum.wall import HardWall, Wall
 
-__all__ = ["Branch", "Control", "State", "follow", "solve"]
+__all__ = ["Branch", "Control", "State", "follow", "solve", "traction"]
 
 Control = Literal["separation", "mean-gap"]
 Branch = Literal["start", "approach", "retract"]
@@ -74,17 +76,26 @@ def solve(
         stiffness_q = stiffness_q.copy()
         stiffness_q[0, 0] = np.inf
         offset -= problem.mean_height
-    solution = minimise(problem.grid, stiffness_q, problem.wall.law, offset, start, settings)
+    solution: Solution
+    if isinstance(problem.wall, HardWall):
+        solution = constrain(problem.grid, stiffness_q, offset, start, settings)
+    else:
+        solution = minimise(problem.grid, stiffness_q, problem.wall.law, offset, start, settings)
     if solution.status.ok and solution.points.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     gap = solution.points
-    pressure = problem.grid.mean(problem.wall.evaluate(gap).traction)
+    pressure = problem.grid.mean(traction(problem.wall, solution))
     mean_gap = problem.grid.mean(gap)
     separation = target
     if control == "mean-gap":
         k = problem.mean_stiffness
         separation = target - problem.mean_height - (pressure / k if k > 0 else np.nan)
     return State(target, branch, separation, mean_gap, pressure, solution)
+
+
+def traction(wall: Wall, solution: Solution) -> Real:
+    """Traction of the wall on the surface at each point, in E*: of its law, or what a hard wall carries."""
+    return solution.traction if isinstance(solution, Pressed) else wall.evaluate(solution.points).traction
 
 
 def follow(
