@@ -181,9 +181,9 @@ class _Face:
         return below.work_done, *work
 
     def _carry_the_load(self, total: float) -> None:
-        """Scale p to the mean pressure, if that is given; uniform or none where it is not finite."""
-        if not np.isfinite(total) or (self.loaded and total <= 0):
-            self.p[...] = self.force if self.loaded else 0.0
+        """Scale p to the mean pressure, if that is given; where there is no p, that of flat surfaces."""
+        if not np.isfinite(total) or (self.bordered and total <= 0):
+            self.p[...] = self.force if self.loaded else max(0.0, -self.mean_stiffness * self.grid.mean(self.offset))
         elif self.loaded:
             self.p *= self.force * self.grid.size / total
 
@@ -240,8 +240,7 @@ class _Face:
         With m about M 1 on the contact, N points, D = N K_0 + sum(m) and Q = 1 - m 1^T/D it is
         s = Q M Q^T z + m (m^T z) N K_0/D²: symmetric and positive whatever m, and Sherman and Morrison's for m = M 1.
         """
-        self._level()
-        find = pressing.select, self.p, self.z, self.shift, self.mask, self.m
+        find = pressing.select, self.p, self.z, self._level(), self.mask, self.m
         count, changed, mz, self.in_m = self._sweep(*find)[:4]
         self.changed += changed
         if self.bordered and self.changed > STALE * count:
@@ -257,11 +256,14 @@ class _Face:
             weight -= self._share(off) * self.mean_stiffness * self.grid.size
         return self._sweep(pressing.correct, self.mask, self.z, self.work, self.t, self.s, self.m, weight)
 
-    def _level(self) -> None:
-        """Level of the gap under a given load: zero on average over the contact, weighted by m."""
-        if self.loaded:
-            mz, m = self._sweep(pressing.level, self.p, self.z, self.m)[:2]
-            self.shift = -mz / m if m > 0 else self.shift
+    def _level(self) -> float:
+        """What the mean mode will add to the gap: it makes the contact close on average, weighted by m.
+
+        Under a given load the gap has no level but this one.
+        """
+        mz, m = self._sweep(pressing.level, self.p, self.z, self.m)[:2] if self.bordered else (0.0, 0.0)
+        whole = self.mean_stiffness * self.grid.size + m
+        return float(-mz / whole) if self.bordered and whole > 0 else 0.0
 
     def _share(self, total: float) -> float:
         """What a field of this sum loses to the mean mode, in parts of m."""
@@ -280,6 +282,7 @@ class _Face:
     def _windowed_q(self) -> Real:
         """Spectrum of K whose kernel in real space is cut off by a triangular window along x and y."""
         self.work_q[...] = self.K
+        self.work_q[0, 0] = 0.0  # the mean mode has its own way, and a stiff one would smear over the longest waves
         kernel = self.grid.empty()
         self._inverse(kernel)
         for axis, n in enumerate(self.grid.shape):
@@ -330,9 +333,10 @@ class _Face:
 
     def _residual(self) -> tuple[float, float]:
         """Residual and largest error of the gap, with z computed afresh."""
-        self._carry_the_load(float(self.p.sum()))
+        if self.loaded:
+            self._carry_the_load(float(self.p.sum()))
         self._refresh()
-        self._level()
+        self.shift = self._level() if self.loaded else 0.0
         self._sweep(pressing.misses, self.p, self.z, self.shift, self.work)
         self._forward(self.work)
         self.work_q *= self.K
