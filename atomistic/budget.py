@@ -25,9 +25,12 @@ class Cost(NamedTuple):
     """What the steps of the ladder cost, for one case at one slope: largest magnitudes over its states."""
 
     case: str
+    lambda_s: float
+    """Shortest wavelength of the wall, in a0."""
     rms_slope: float
     load: dict[str, float]
-    """Step -> largest |load difference|/N_rep."""
+    """Step -> largest |load difference|/N_rep.  Where springs tell how much of the nonlinearity is geometry, the rest
+    of it is the step ``anharmonicity``."""
     contact: dict[str, float]
     """Step -> largest fraction of points whose contact differs."""
     load_ratio: tuple[float, float]
@@ -78,10 +81,15 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[Cost]:
         for slope in dict.fromkeys(columns["rms_slope"][columns["case"] == case].tolist()):
             mine = (columns["case"] == case) & (columns["rms_slope"] == slope)
             ratio = columns["load_ratio"][mine]
+            load = {step: float(np.abs(columns[f"{step}_load"][mine]).max()) for step in steps}
+            if "geometry" in steps:
+                rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
+                load["anharmonicity"] = float(np.abs(rest).max())
             yield Cost(
                 case,
+                float(columns["lambda_s"][mine][0]),
                 slope,
-                {step: float(np.abs(columns[f"{step}_load"][mine]).max()) for step in steps},
+                load,
                 {step: float(columns[f"{step}_pixels"][mine].max() / points) for step in steps},
                 (float(ratio.min()), float(ratio.max())),
             )

@@ -56,7 +56,7 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
     Parameters
     ----------
     slab, model : the atoms.
-    folder : of the files; made if needed.
+    folder : of the files; made if needed, done without if it cannot be.
 
     Raises
     ------
@@ -64,8 +64,6 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
         If forces reach further than the slab, or what is measured is no harmonic crystal.
     LammpsError
         If LAMMPS fails.
-    StoreError
-        If the file cannot be written.
     """
     key = response_key(slab, model)
     path = response_path(slab, model, folder)
@@ -73,9 +71,11 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
     with contextlib.suppress(StoreError):
         return _read(path, slab, key)
     response = LatticeResponse.of_model(slab, model)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    store.remove_stale(path)
-    _write(path, response, model, key)
+    # Nor does a folder that cannot be written change a result: the next run measures again.
+    with contextlib.suppress(StoreError, OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        store.remove_stale(path)
+        _write(path, response, model, key)
     return response
 
 

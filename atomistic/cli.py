@@ -103,10 +103,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _validate(parsed: argparse.Namespace) -> int:
-    from atomistic import archive, budget
+    from atomistic import archive, budget, report
     from atomistic.config import ValidateConfig
     from atomistic.plot import draw_all
-    from atomistic.validate import STEPS, units, validate
+    from atomistic.substrate import substrate_of
+    from atomistic.validate import units, validate
     from continuum.config import Fault, load, refuse
     from continuum.console import NOT_CONVERGED, OK, progress, show_table
 
@@ -118,67 +119,29 @@ def _validate(parsed: argparse.Namespace) -> int:
         raise refuse(config, Fault((), "a positive number of --workers"))
     datasets = {} if parsed.force else archive.resume(path, config)
     todo = archive.remaining(config, {name: d.values for name, d in datasets.items()})
+    about = substrate_of(config).about() if todo else {}
     parsed.output.mkdir(parents=True, exist_ok=True)
     total = len(units(config))
     done = total - len(todo)
-    with progress(total, f"validate {stem}", done) as report:
+    with progress(total, f"validate {stem}", done) as tell:
         for result in validate(config, todo, min(workers, max(1, len(todo))), parsed.keep_decks, parsed.lmp_command):
             datasets = archive.join(config, datasets, archive.datasets_of([result]))
-            archive.write(path, config, datasets)
+            archive.write(path, config, datasets, about)
             done += 1
             largest = max(state.largest_force for state in result.states) / result.unit.rms_slope
-            report(done, f"{result.unit.label}: {len(result.states)} equilibria, max|f| {largest:.1e} h' E* a0²")
+            tell(done, f"{result.unit.label}: {len(result.states)} equilibria, max|f| {largest:.1e} h' E* a0²")
     stored = archive.read(path)[0]
     figures = draw_all(stored, parsed.output, stem)
-
-    steps = tuple(STEPS)
-    rows = [
-        [
-            cost.case,
-            f"{cost.rms_slope:g}",
-            *(f"{100 * cost.load[step]:.2f} %" for step in steps),
-            *(f"{100 * cost.contact[step]:.2f} %" for step in ("nonlinearity", "total")),
-            f"{cost.load_ratio[0]:.2f} - {cost.load_ratio[1]:.2f}",
-        ]
-        for cost in budget.costs(stored.columns, steps)
-    ]
-    show_table(
-        "Error budget: largest load difference, relative to N_rep, and points whose contact differs",
-        ["case", "h'rms", *(f"load: {step}" for step in steps), "contact: nonlinearity", "contact: total",
-         "mean compliance*"],
-        rows,
-        "depth: half-space against layer.  anisotropy: layer against cubic layer.  discreteness: cubic layer against "
-        "lattice Green's function.  "
-        "nonlinearity: lattice Green's function against atoms.  total: half-space against atoms.\n"
-        "*load of the half-space over that of the lattice at equal separation; all else at equal mean gap, "
-        "lattice against atoms at equal separation",
-    )  # fmt: skip
-    fits = [fit for fit in budget.exponents(stored.columns) if fit.adhesion_length == 0]
-    show_table(
-        "Scaling of the nonlinearity with h'rms (expected without adhesion: load 1, displacement 2)",
-        ["case", "quantity", "seed", "A_rep/A0", "h'rms", "fitted", "between neighbours"],
-        [
-            [fit.case, fit.quantity, str(fit.seed), f"{fit.area:g}", ", ".join(f"{h:g}" for h in fit.slopes),
-             f"{fit.fitted:.3f}", ", ".join(f"{local:.3f}" for local in fit.local)]
-            for fit in fits
-        ],
-    )  # fmt: skip
     verdicts = list(budget.verdicts(config, stored.columns))
-    show_table(
-        "Tolerances: lattice Green's function against atoms",
-        ["case", "quantity", "bound", "worst / limit", "states", "verdict", "why this bound"],
-        [
-            [v.case, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:g}", str(v.states),
-             "holds" if v.holds else "FAILS", v.reason]
-            for v in verdicts
-        ],
-    )  # fmt: skip
-    failed = sum(not verdict.holds for verdict in verdicts)
+    for listing in report.listings(stored, verdicts):
+        show_table(*listing)
+    page = report.write_html(parsed.output / f"{stem}.html", stem, config, stored, verdicts, figures)
     print(f"result   {path}")
     for figure in figures:
         print(f"figure   {figure}")
-    print(f"{len(verdicts) - failed} of {len(verdicts)} bounds hold" + (f", {failed} FAIL" if failed else ""))
-    return NOT_CONVERGED if failed else OK
+    print(f"report   {page}")
+    print(report.summary(verdicts))
+    return OK if all(verdict.holds for verdict in verdicts) else NOT_CONVERGED
 
 
 def _deck(parsed: argparse.Namespace) -> int:

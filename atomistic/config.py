@@ -123,8 +123,6 @@ class ElasticConfig(Document):
 class SlabTable(Table):
     """The atoms."""
 
-    model: Literal["springs"]
-    """interatomic model"""
     n: Annotated[int, Field(ge=8, le=512)]
     """surface atoms along x and along y; the period is n a0"""
     depth: Annotated[float, Field(ge=2, le=512)]
@@ -182,6 +180,8 @@ class CaseTable(Table):
     """letters, digits, - and _"""
     adhesion_length: Annotated[float, Field(ge=0)]
     """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
+    lambda_s: Positive | None = None
+    """shortest wavelength of this case, in a0; that of [surface] if left out"""
     rms_slopes: _Slopes
     """h'_rms of each run"""
     areas: Annotated[tuple[_Fraction, ...], Field(min_length=1)]
@@ -227,8 +227,10 @@ class ValidateConfig(Document):
     """Input of ``atomistic validate``."""
 
     result_schema: ClassVar[str] = "stickiness/validation"
-    result_version: ClassVar[int] = 2
+    result_version: ClassVar[int] = 3
 
+    interatomic: Interatomic
+    """what holds the atoms together"""
     slab: SlabTable
     surface: SurfaceTable
     case: Annotated[tuple[CaseTable, ...], Field(min_length=1)]
@@ -237,6 +239,9 @@ class ValidateConfig(Document):
     @check
     def _fits(self) -> Iterator[Fault]:
         yield from _misfits(self.slab, self.surface)
+        for i, case in enumerate(self.case):
+            if case.lambda_s is not None and not 2 <= case.lambda_s <= self.surface.lambda_L:
+                yield Fault(("case", i, "lambda_s"), f"from 2 to surface.lambda_L = {self.surface.lambda_L}")
 
     @check
     def _names_are_distinct(self) -> Iterator[Fault]:
@@ -272,8 +277,10 @@ class DeckConfig(Document):
     """Input of ``atomistic deck``."""
 
     result_schema: ClassVar[str] = "stickiness/deck"
-    result_version: ClassVar[int] = 1
+    result_version: ClassVar[int] = 2
 
+    interatomic: Interatomic
+    """what holds the atoms together"""
     slab: SlabTable
     surface: DeckSurfaceTable
     wall: DeckWallTable

@@ -7,12 +7,15 @@ rung   elastic response                            difference to the next rung
 2      isotropic layer on a rigid base, ν = 1/2    anisotropy
 3      anisotropic cubic layer                     lattice discreteness
 4      lattice Green's function of the same slab   geometric nonlinearity
-5      explicit atoms joined by springs, LAMMPS
+5      explicit atoms, LAMMPS
 =====  ==========================================  =============================================
 
+All are of one crystal: of springs, Lennard-Jones or a metal.  For the latter two, the difference of 4 and 5 is
+geometry and anharmonicity.  A lattice and atoms of springs under the same wall, 4' and 5', tell how much geometry is.
+
 Rungs 1 to 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal separation
-their loads differ severalfold and say nothing.  Rungs 4 and 5 share the mean compliance and are compared at
-equal separation.
+their loads differ severalfold and say nothing.  Rungs 4 and 5, and 4' and 5', share the mean compliance and are
+compared at equal separation.
 """
 
 from __future__ import annotations
@@ -36,6 +39,7 @@ from continuum.wall import Wall
 
 __all__ = [
     "CONTINUUM_RUNGS",
+    "RUNGS",
     "Difference",
     "Rung",
     "RungName",
@@ -47,8 +51,9 @@ __all__ = [
     "select",
 ]
 
-RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms"]
+RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms", "spring-lattice", "spring-atoms"]
 CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "lattice")
+RUNGS: tuple[RungName, ...] = (*CONTINUUM_RUNGS, "atoms", "spring-lattice", "spring-atoms")
 
 
 def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConstants) -> Response:
@@ -204,6 +209,6 @@ def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
 
 def kinds_of(rung: Rung, wall: Wall) -> NDArray[np.uint8]:
     """Contact map of a rung; for atoms by the sign of the wall's force on them, as LAMMPS computed it."""
-    if rung.name != "atoms":
+    if rung.name not in ("atoms", "spring-atoms"):
         return contact_map(wall, rung.gap)
     return np.where(rung.traction > 0, 2, np.where(rung.traction < 0, 1, 0)).astype(np.uint8)

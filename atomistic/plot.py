@@ -10,9 +10,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from atomistic import budget
-from atomistic.archive import RUNGS, Archive
+from atomistic.archive import Archive
 from atomistic.discreteness import Discreteness
 from atomistic.elastic import ContactModulus
+from atomistic.ladder import CONTINUUM_RUNGS, RUNGS
 from continuum.plot import (
     ATTRACTED_COLOUR,
     DIFFERENT_COLOUR,
@@ -109,8 +110,7 @@ def curves(archive: Archive) -> Figure | None:
                 name: columns[f"curve_{name}"][(columns["curve_case"] == case) & (columns["curve_rung"] == rung)]
                 for name in ("mean_gap", "area_rep", "load")
             }
-            for rung in RUNGS
-            if rung != "atoms"
+            for rung in CONTINUUM_RUNGS
         }
         first = _shown_state(archive, case)
         mine = (

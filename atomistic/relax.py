@@ -16,14 +16,13 @@ from pathlib import Path
 import numpy as np
 
 from atomistic.config import DeckConfig
-from atomistic.crystal import Slab
 from atomistic.deck import Deck, write_deck
 from atomistic.engine import Session, run_in_process
-from atomistic.interatomic import Springs
 from atomistic.lattice import LatticeResponse
 from atomistic.result import LammpsError, Result
+from atomistic.substrate import substrate_of
 from continuum import loading, minimise
-from continuum.grid import Grid, Real
+from continuum.grid import Real
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine
 from continuum.wall import LennardJonesSpline, Wall
@@ -60,11 +59,12 @@ def deck_of(config: DeckConfig) -> Deck:
     ------
     continuum.minimise.NotConvergedError
         If the lattice model has no equilibrium at this separation.
+    ConfigError, PotentialError, LammpsError
+        See :func:`~atomistic.substrate.substrate_of`.
     """
-    grid = Grid.square(config.slab.n)
-    slab, springs = Slab.of_depth(grid, config.slab.depth), Springs.reduced()
-    response = LatticeResponse.of_springs(slab, springs)
-    surface = config.surface
+    substrate = substrate_of(config)
+    slab, response = substrate.slab, substrate.response
+    grid, surface = slab.grid, config.surface
     spectrum = SelfAffine(surface.hurst, surface.rms_slope, surface.lambda_s, surface.lambda_L)
     heights = spectrum.synthesise(grid, np.random.default_rng(surface.seed))
     wall = LennardJonesSpline.from_adhesion_length(config.wall.adhesion_length)
@@ -73,7 +73,7 @@ def deck_of(config: DeckConfig) -> Deck:
     gap = loading.solve(problem, "separation", config.separation, settings).solution.require().points
     tolerance = config.solver.force_tolerance * surface.rms_slope
     start = lattice_start(response, wall, gap)
-    return Deck(slab, springs, wall, heights, config.separation, start, tolerance)
+    return Deck(slab, substrate.model, wall, heights, config.separation, start, tolerance, rise=response.rise)
 
 
 def relax(

