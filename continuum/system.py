@@ -32,6 +32,7 @@ from continuum.config import (
 from continuum.grid import Grid, Real
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
+from continuum.resolution import unresolved
 from continuum.surface import Moments, SelfAffine, moments, sine, sphere
 from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Tabulated, Wall
 
@@ -68,6 +69,8 @@ class System:
     expected: Moments | None
     """Moments of the ensemble that they were drawn from; None if they were not drawn."""
     settings: Settings
+    warnings: tuple[str, ...] = ()
+    """What the grid does not resolve."""
 
     @property
     def grid(self) -> Grid:
@@ -78,7 +81,7 @@ class System:
 def estimate(config: RunConfig) -> Estimate:
     """Memory and transforms of a run, from its configuration alone."""
     nx, ny = config.grid.n
-    size, points = nx * ny, len(config.loading.path)
+    size, points = nx * ny, config.loading.points
     # Contact maps take two bits per point, fields four bytes, and a rewrite holds them twice.
     kept = points * size * 2 * (0.25 + (4 if config.output.fields else 0))
     wall = config.wall
@@ -124,7 +127,9 @@ def build(config: RunConfig) -> System:
     solver = config.solver
     settings = Settings(solver.tolerance * realised.rms_slope, solver.max_iterations, solver.shift)
     problem = ContactProblem(grid, wall, heights, _response(config))
-    return System(config, problem, realised, expected, settings)
+    shortest = config.surface.lambda_s if isinstance(config.surface, SelfAffineSurface) else None
+    warned = tuple(unresolved(problem, realised.rms_slope, shortest))
+    return System(config, problem, realised, expected, settings, warned)
 
 
 def _physical_memory() -> float:

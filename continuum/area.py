@@ -1,0 +1,284 @@
+"""The state at a given repulsive area: a root in the mean gap, on one branch.
+
+The area is a count of points that falls with the gap, but with jumps, and differs between approach and retraction.  So
+root finders that may evaluate anywhere do not serve: a trial must start from a state on its own side of the root.  The
+root is kept in a bracket of two equilibria, ``before`` and ``after`` in the direction of the search, by the secant of
+the logarithm of the area, or by halving where that is slow; each trial starts from ``before``.  Trials have a looser
+tolerance.  A state that meets the target is solved to the full one and looked at again.
+
+Where no state is known, the approach is followed on the coarsest grid that carries the surface, up to just before the
+target, and carried from grid to grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from continuum.grid import Grid, Real
+from continuum.levels import SMALLEST, prolong, restrict
+from continuum.minimise import Settings
+from continuum.problem import ContactProblem
+from continuum.state import Branch, Outcome, Search, State, event
+
+__all__ = ["AtMeanGap", "find_area"]
+
+AtMeanGap = Callable[[ContactProblem, float, Settings, Real | None, Branch], State]
+"""Equilibrium at a mean gap, from a start."""
+
+LOOSE = 100.0
+"""Tolerance of trials, in units of the tolerance asked for."""
+COARSER = 3.0
+"""Tolerances and resolution of the search on the next coarser grid, in units of those on this one."""
+MOST_TRIALS = 80
+"""A search gives up after so many equilibria."""
+LOST_SLOPE = 0.01
+"""A grid carries a surface if the waves that it cannot resolve hold at most this part of the mean square slope."""
+
+
+class _Work:
+    """What a search has cost, in FFT pairs of one grid, and the last d ln(area)/d(mean gap) that it saw."""
+
+    def __init__(self, size: int) -> None:
+        self.size, self.pairs, self.solves, self.slope = size, 0.0, 0, np.nan
+
+    def add(self, state: State) -> State:
+        self.pairs += state.solution.fft_pairs * state.solution.points.size / self.size
+        self.solves += 1
+        return state
+
+
+def find_area(
+    at: AtMeanGap,
+    problem: ContactProblem,
+    target: float,
+    settings: Settings,
+    search: Search,
+    previous: Sequence[State] = (),
+    branch: Branch = "start",
+    *,
+    loose: Settings | None = None,
+    work: _Work | None = None,
+) -> State:
+    """State of a given repulsive area, as a fraction of A0.
+
+    Parameters
+    ----------
+    at : solves at a mean gap.
+    search : tolerance of the area, and resolution of a jump over it.
+    previous : the last one or two states of the path; none to begin apart.
+    branch : direction, kept with the state.
+    loose, work : settings of trials and work so far, where a search is part of another.
+
+    Returns
+    -------
+    State
+        With the work of the search apart from that of its own solve.  :attr:`Outcome.JUMPED_OVER` where the area jumps
+        over the target: the state is then the one before the jump, and has the one beyond it and the event.
+    """
+    size = problem.grid.size
+    allowed = max(search.area_tolerance * target, 0.5 / size) * (1 + 1e-9)
+    loose = loose or replace(settings, tolerance=LOOSE * settings.tolerance)
+    work = work or _Work(size)
+
+    def trial(mean_gap: float, settings: Settings, start: Real) -> State:
+        return work.add(at(problem, mean_gap, settings, start, branch))
+
+    def met(state: State) -> bool:
+        return abs(state.contact.area_rep - target) <= allowed
+
+    def done(state: State, outcome: Outcome | None = None, beyond: State | None = None) -> State:
+        events = () if beyond is None else (event("mean-gap", branch, state, beyond),)
+        return replace(
+            state,
+            control="repulsive-area",
+            target=target,
+            branch=branch,
+            outcome=outcome,
+            beyond=beyond,
+            events=events,
+            search_pairs=max(0.0, work.pairs - state.solution.fft_pairs),
+            search_solves=max(0, work.solves - 1),
+        )
+
+    def again() -> State:
+        """Repeat the search with exact trials: a loose one has misled it."""
+        return find_area(at, problem, target, settings, search, previous, branch, loose=settings, work=work)
+
+    def exact(state: State) -> State:
+        """The state that a trial stands for, if it is what it seemed."""
+        final = state if loose == settings else trial(state.mean_gap, settings, state.gap)
+        return done(final) if met(final) or not final.status.ok else again()
+
+    def jumped(before: State, after: State) -> State:
+        """Both sides of a jump over the target, if they are what they seemed."""
+        if loose != settings:
+            before = trial(before.mean_gap, settings, before.gap)
+            after = trial(after.mean_gap, settings, before.gap)
+            same = (before.contact.area_rep - target) * sign < 0 < (after.contact.area_rep - target) * sign
+            if not same or met(before) or met(after) or not (before.status.ok and after.status.ok):
+                return again()
+        return done(before, Outcome.JUMPED_OVER, after)
+
+    if previous:
+        before, after = _bracket(previous, target, branch)
+        if met(before):
+            return replace(done(before), solution=replace(before.solution, work=(), iterations=0, seconds=0.0))
+        if len(previous) == 2 and after is None:
+            work.slope = _slope(previous[0], previous[1], size)
+    else:
+        before, after = _apart(at, problem, target, allowed, search, loose, work, branch), None
+        if not before.status.ok:
+            return done(before)
+        if met(before):
+            return exact(before)
+    sign = 1.0 if before.contact.area_rep < target else -1.0
+    width, slow = np.inf, 0
+    while work.solves < MOST_TRIALS:
+        if after is None:
+            mean_gap = before.mean_gap - _step(problem, before, target, work.slope)
+        else:
+            old, width = width, abs(before.mean_gap - after.mean_gap)
+            if width <= search.area_resolution:
+                return jumped(before, after)
+            slow += width > old / 2
+            fraction = 0.5 if slow > 1 else _fraction(before, after, target, size)
+            mean_gap = before.mean_gap + fraction * (after.mean_gap - before.mean_gap)
+        state = trial(mean_gap, loose, before.gap)
+        if not state.status.ok:
+            return done(state)
+        if met(state):
+            return exact(state)
+        if (target - state.contact.area_rep) * sign > 0:
+            work.slope = _slope(before, state, size)
+            before = state
+        else:
+            after = state
+    return done(before, Outcome.NOT_FOUND)
+
+
+def _bracket(previous: Sequence[State], target: float, branch: Branch) -> tuple[State, State | None]:
+    """The last state; or the last two, where the last one lies beyond the target after a jump over another one."""
+    last = previous[-1]
+    if len(previous) == 2 and branch != "start":
+        grows = 1 if branch == "approach" else -1
+        if (last.contact.area_rep - target) * grows > 0 > (previous[0].contact.area_rep - target) * grows:
+            return previous[0], last
+    return last, None
+
+
+def _log(state: State, size: int) -> float:
+    """Logarithm of the area, of half a point where there is none."""
+    return float(np.log(max(state.contact.area_rep, 0.5 / size)))
+
+
+def _slope(one: State, other: State, size: int) -> float:
+    change = other.mean_gap - one.mean_gap
+    return (_log(other, size) - _log(one, size)) / change if change else np.nan
+
+
+def _fraction(before: State, after: State, target: float, size: int) -> float:
+    """Part of the way from ``before`` to ``after`` at which the secant meets the target."""
+    low, high = _log(before, size), _log(after, size)
+    return float(np.clip((np.log(target) - low) / (high - low), 0.02, 0.98))
+
+
+def _step(problem: ContactProblem, before: State, target: float, slope: float) -> float:
+    """By how much to lower the mean gap.
+
+    The area changes less than if the surface were moved rigidly, which gives the scale.
+    """
+    wall, gap = problem.wall, _sample(before.gap)
+    rigid = float(np.quantile(gap, target)) - wall.zero_gap
+    if not slope < 0 or before.contact.area_rep == 0:
+        return rigid
+    secant = float(np.log(before.contact.area_rep / target)) / slope
+    return float(np.clip(secant / rigid, 0.2, 5.0)) * rigid if rigid else secant
+
+
+def _sample(field: Real) -> Real:
+    """Every k-th row and column, about a million points."""
+    k = max(1, round((field.size / 1e6) ** 0.5))
+    return field[::k, ::k]
+
+
+# --- where no state is known -------------------------------------------------------------------------------
+
+
+def _apart(
+    at: AtMeanGap,
+    problem: ContactProblem,
+    target: float,
+    allowed: float,
+    search: Search,
+    loose: Settings,
+    work: _Work,
+    branch: Branch,
+) -> State:
+    """A state on the approach, at the target or just before."""
+    coarse = _coarser(problem)
+    if coarse is not None:
+        rough = replace(loose, tolerance=COARSER * loose.tolerance)
+        roughly = replace(
+            search, area_tolerance=COARSER * search.area_tolerance, area_resolution=COARSER * search.area_resolution
+        )
+        for part in (1 - search.area_tolerance, 0.8, 0.5):
+            found = find_area(at, coarse, part * target, rough, roughly, (), branch, loose=rough, work=work)
+            if found.solution.status.ok:
+                start = _carried(coarse, problem, found)
+                state = work.add(at(problem, found.mean_gap, loose, start, branch))
+                if state.status.ok and state.contact.area_rep <= target + allowed:
+                    return state
+    heights = _sample(problem.heights)
+    for part in (0.5, 0.1, 0.0):
+        # Undeformed, this part of the target would overlap; at last the wall is out of reach.
+        reach = min(problem.wall.range, 10.0) if part == 0 else 0.0
+        mean_gap = problem.wall.zero_gap + reach + problem.mean_height - float(np.quantile(heights, part * target))
+        state = work.add(at(problem, mean_gap, loose, None, branch))
+        if state.status.ok and state.contact.area_rep <= target + allowed:
+            break
+    return state
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """The response of a finer grid on the waves of a coarser one."""
+
+    stiffness_q: Real
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum."""
+        assert grid.shape_q == self.stiffness_q.shape
+        return self.stiffness_q
+
+
+def _coarser(problem: ContactProblem) -> ContactProblem | None:
+    """The same contact on every second point, if that still shows four points for each wave."""
+    grid, coarse = problem.grid, problem.grid.coarser
+    if coarse is None or coarse.coarser is None or min(coarse.shape) < SMALLEST:
+        return None
+    heights_q = grid.forward(problem.heights)
+    power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2
+    rows, columns = coarse.coarser.shape_q
+    carried = power[np.r_[: rows // 2, grid.shape[0] - rows // 2 : grid.shape[0]], : columns - 1].sum()
+    if carried < (1 - LOST_SLOPE) * power.sum():
+        return None
+    coarse_q = coarse.empty_q()
+    restrict(heights_q, coarse_q)
+    rows, columns = coarse.shape_q
+    cut = np.r_[: rows // 2, grid.shape[0] - rows // 2 : grid.shape[0]]
+    response = _Cut(problem.stiffness_q[cut, :columns])
+    return ContactProblem(coarse, problem.wall, coarse.inverse(coarse_q), response)
+
+
+def _carried(coarse: ContactProblem, fine: ContactProblem, state: State) -> Real:
+    """The gap of a coarse state on the finer grid."""
+    displacement_q = fine.grid.empty_q()
+    level = state.mean_gap - coarse.mean_height
+    prolong(coarse.grid.forward(coarse.heights + level - state.gap), displacement_q)
+    gap = fine.grid.inverse(displacement_q, overwrite=True)
+    np.subtract(fine.heights, gap, out=gap)
+    gap += state.mean_gap - fine.mean_height
+    return gap
