@@ -135,13 +135,17 @@ def find_area(
         if met(before):
             return exact(before)
     sign = 1.0 if before.contact.area_rep < target else -1.0
-    width, slow = np.inf, 0
+    width, span, slow, step, stalled = np.inf, np.inf, 0, 0.0, False
     while work.solves < MOST_TRIALS:
         if after is None:
-            mean_gap = before.mean_gap - _step(problem, before, target, work.slope)
+            least = max(search.area_resolution, 2 * step if stalled else 0.0)
+            step = max(abs(_step(problem, before, target, work.slope)), least)
+            mean_gap = before.mean_gap - sign * step
         else:
             old, width = width, abs(before.mean_gap - after.mean_gap)
-            if width <= search.area_resolution:
+            wider, span = span, abs(before.contact.area_rep - after.contact.area_rep)
+            # As for all jumps: the change of the area no longer shrinks with the bracket.
+            if width <= search.area_resolution * (1.0 if span > 0.75 * wider else 1 / 16):
                 return jumped(before, after)
             slow += width > old / 2
             fraction = 0.5 if slow > 1 else _fraction(before, after, target, size)
@@ -152,6 +156,7 @@ def find_area(
         if met(state):
             return exact(state)
         if (target - state.contact.area_rep) * sign > 0:
+            stalled = state.contact.area_rep == before.contact.area_rep
             work.slope = _slope(before, state, size)
             before = state
         else:

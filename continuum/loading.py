@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from continuum.area import find_area
+from continuum.geometry import Contact
 from continuum.grid import Real
 from continuum.minimise import Settings, Solution, Status, Work, minimise
 from continuum.problem import ContactProblem
@@ -239,11 +240,10 @@ def _walk(
 ) -> State:
     """State at a target, with the jumps on the way to it.
 
-    The first step is the whole way.  A step on which repulsive area or attractive load change by more than the
-    threshold is halved, from the same state, until it is as narrow as the resolution.  Both quantities are fractions
-    of A0, so that the number of halvings stays small.  It is an event if the largest change of the gap does not shrink
-    with the step.  Where it still does the path is steep, or flats pass through the gap at which repulsion begins: that
-    is looked at down to 1/16 of the resolution.
+    The first step is the whole way.  A step on which areas or attractive load change by more than the threshold is
+    halved, from the same state, until it is as narrow as the resolution.  It is an event if the largest change of the
+    gap does not shrink with the step.  Where it still does the path is steep, or flats pass through the gap at which
+    repulsion begins: that is looked at down to 1/16 of the resolution.
     """
     resolution, threshold = search.event_resolution or 0.0, search.event_threshold
     tension = problem.wall.largest_tension
@@ -258,9 +258,7 @@ def _walk(
         left = trial.outcome is Outcome.PULLED_OFF
         if not (left or trial.status.ok):
             break
-        area = abs(trial.contact.area_rep - before.contact.area_rep)
-        load = abs(trial.contact.load_att - before.contact.load_att) / tension
-        change, width = np.inf if left else max(area, load), abs(at - here)
+        change, width = np.inf if left else _difference(before.contact, trial.contact, tension), abs(at - here)
         moved = np.inf if left else _largest_change(before.gap, trial.gap)
         shrinks = moved < 0.75 * wider
         if change > threshold and (width > resolution or (shrinks and width > resolution / 16)):
@@ -273,6 +271,13 @@ def _walk(
             before, here, step, wider = trial, at, 2 * (at - here), np.inf
         pairs, solves = pairs + trial.solution.fft_pairs, solves + 1
     return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves)
+
+
+def _difference(one: Contact, other: Contact, tension: float) -> float:
+    """How far two contacts differ, as a fraction of A0: no more than one, so that a path needs few halvings."""
+    repulsive = other.area_rep - one.area_rep
+    load = (other.load_att - one.load_att) / tension
+    return max(abs(repulsive), abs(repulsive + other.area_att - one.area_att), abs(load))
 
 
 def _largest_change(before: Real, after: Real) -> float:

@@ -62,8 +62,8 @@ class LoadingTable(Table):
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
     """width to which jumps between points are bracketed, in units of the control; not looked for if not given"""
     event_threshold: _Unit = 0.01
-    """smallest jump that counts, as a fraction of A0: of repulsive area, or of attractive load over the largest
-    tension of the wall"""
+    """smallest jump that counts, as a fraction of A0: of repulsive area, of contact area, or of attractive load
+    over the largest tension of the wall"""
 
     @property
     def legs(self) -> tuple[tuple[Control, tuple[float, ...]], ...]:

@@ -57,8 +57,8 @@ class Search:
     area_resolution : width in mean gap, in a0, down to which a jump of the area over its target is bracketed.
     event_resolution : width in the controlled quantity down to which jumps between the points of a path are
         bracketed; None not to look for them.
-    event_threshold : smallest jump that counts, as a fraction of A0: a change of repulsive area, or of attractive
-        load in units of the wall's largest tension.
+    event_threshold : smallest jump that counts, as a fraction of A0: a change of repulsive area, of
+        repulsive and attracted area together, or of attractive load in units of the wall's largest tension.
     """
 
     area_tolerance: float = 0.01
