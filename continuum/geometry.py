@@ -21,7 +21,7 @@ class Contact:
     """Areas and loads of one state.  Areas are fractions of A0, loads are per A0, in E*."""
 
     area_rep: float
-    """A_rep/A0: points with gap < zero_gap."""
+    """A_rep/A0: points with gap < zero_gap; under a hard wall, with gap = 0."""
     area_att: float
     """A_att/A0: points with zero_gap <= gap < zero_gap + range."""
     load_rep: float
@@ -38,22 +38,25 @@ class Contact:
 
 def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
     """REPULSIVE, ATTRACTED or OUT_OF_RANGE at each point."""
-    repulsive = gap < wall.zero_gap
+    repulsive = wall.touches(gap)
     attracted = ~repulsive & (gap < wall.zero_gap + wall.range)
     return np.where(repulsive, REPULSIVE, np.where(attracted, ATTRACTED, OUT_OF_RANGE))
 
 
-def measure(grid: Grid, wall: Wall, gap: Real) -> Contact:
-    """Areas and loads of a state, from its gap."""
+def measure(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -> Contact:
+    """Areas and loads of a state, from its gap; a hard wall also needs the state's traction."""
     sums = np.zeros(3)
     repulsive = attracted = 0
     for start in range(0, gap.shape[0], _ROWS):  # in blocks: three fields of a large grid would not fit
         block = gap[start : start + _ROWS]
-        energy, traction, _ = wall.evaluate(block)
+        if traction is None:
+            energy, pressure, _ = wall.evaluate(block)
+        else:
+            energy, pressure = wall.energy(block), traction[start : start + _ROWS]
         kind = contact_map(wall, block)
         repulsive += int(np.count_nonzero(kind == REPULSIVE))
         attracted += int(np.count_nonzero(kind == ATTRACTED))
-        sums += np.maximum(traction, 0.0).sum(), np.maximum(-traction, 0.0).sum(), energy.sum()
+        sums += np.maximum(pressure, 0.0).sum(), np.maximum(-pressure, 0.0).sum(), energy.sum()
     load_rep, load_att, energy_per_area = (float(total) / grid.size for total in sums)
     return Contact(
         area_rep=repulsive / grid.size,
