@@ -21,7 +21,8 @@ from continuum.grid import Grid, Real
 from continuum.levels import SMALLEST, prolong, restrict
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
-from continuum.state import Branch, Outcome, Search, State, event
+from continuum.state import Branch, Outcome, Search, State, event, numbers
+from continuum.wall import HardWall
 
 __all__ = ["AtMeanGap", "find_area"]
 
@@ -68,7 +69,8 @@ def find_area(
     ----------
     at : solves at a mean gap.
     search : tolerance of the area, and resolution of a jump over it.
-    previous : the last one or two states of the path; none to begin apart.
+    previous : the last state of the path and, before it, the numbers of another one of it, or of the state beyond a
+        jump that it has met; none to begin apart.  A list is left with the last state before the target that was found.
     branch : direction, kept with the state.
     loose, work : settings of trials and work so far, where a search is part of another.
 
@@ -82,8 +84,12 @@ def find_area(
     allowed = max(search.area_tolerance * target, 0.5 / size) * (1 + 1e-9)
     loose = loose or replace(settings, tolerance=LOOSE * settings.tolerance)
     work = work or _Work(size)
+    known = previous if isinstance(previous, list) else list(previous)
+    adhesive = problem.wall.work_of_adhesion > 0
 
-    def trial(mean_gap: float, settings: Settings, start: Real) -> State:
+    def trial(mean_gap: float, settings: Settings, start: Real, *, near: bool) -> State:
+        # Without adhesion there is one basin only.
+        settings = replace(settings, warm_grids=0) if near and adhesive else settings
         return work.add(at(problem, mean_gap, settings, start, branch))
 
     def met(state: State) -> bool:
@@ -103,75 +109,71 @@ def find_area(
             search_solves=max(0, work.solves - 1),
         )
 
-    def again() -> State:
-        """Repeat the search with exact trials: a loose one has misled it."""
-        return find_area(at, problem, target, settings, search, previous, branch, loose=settings, work=work)
+    def settled() -> State:
+        """The last state to the full tolerance."""
+        return trial(known[0].mean_gap, settings, known[0].gap, near=True)
 
-    def exact(state: State) -> State:
-        """The state that a trial stands for, if it is what it seemed."""
-        final = state if loose == settings else trial(state.mean_gap, settings, state.gap)
-        return done(final) if met(final) or not final.status.ok else again()
-
-    def jumped(before: State, after: State) -> State:
-        """Both sides of a jump over the target, if they are what they seemed."""
-        if loose != settings:
-            before = trial(before.mean_gap, settings, before.gap)
-            after = trial(after.mean_gap, settings, before.gap)
-            same = (before.contact.area_rep - target) * sign < 0 < (after.contact.area_rep - target) * sign
-            if not same or met(before) or met(after) or not (before.status.ok and after.status.ok):
-                return again()
-        return done(before, Outcome.JUMPED_OVER, after)
-
-    if previous:
-        before, after = _bracket(previous, target, branch)
-        if met(before):
-            return replace(done(before), solution=replace(before.solution, work=(), iterations=0, seconds=0.0))
-        if len(previous) == 2 and after is None:
-            work.slope = _slope(previous[0], previous[1], size)
+    now, after, stalled, step = loose, None, False, 0.0
+    if known:
+        older = known[0] if len(known) == 2 else None
+        del known[:-1]
+        if met(known[0]):
+            return replace(done(known[0]), solution=replace(known[0].solution, work=(), iterations=0, seconds=0.0))
+        if older is not None:
+            work.slope = _slope(older, known[0], size)
+            if _beyond(older, known[0], target, branch):
+                after = older
     else:
-        before, after = _apart(at, problem, target, allowed, search, loose, work, branch), None
-        if not before.status.ok:
-            return done(before)
-        if met(before):
-            return exact(before)
-    sign = 1.0 if before.contact.area_rep < target else -1.0
-    width, span, slow, step, stalled = np.inf, np.inf, 0, 0.0, False
+        known.append(_apart(at, problem, target, allowed, search, loose, work, branch))
+        if not known[0].status.ok:
+            return done(known.pop())
+    width, span, slow = np.inf, np.inf, 0
     while work.solves < MOST_TRIALS:
+        before = known[0]
+        if met(before) and now == settings:
+            return done(before)
+        sign = 1.0 if before.contact.area_rep < target else -1.0
+        if after is not None and (after.contact.area_rep - target) * sign < 0:
+            after = None
+        closed = False
         if after is None:
-            least = max(search.area_resolution, 2 * step if stalled else 0.0)
-            step = max(abs(_step(problem, before, target, work.slope)), least)
+            width, span, slow = np.inf, np.inf, 0
+            step = max(abs(_step(problem, before, target, work.slope)), 2 * step if stalled else search.area_resolution)
             mean_gap = before.mean_gap - sign * step
+            if isinstance(problem.wall, HardWall):
+                mean_gap = max(mean_gap, before.mean_gap / 2)  # there is no other state below zero
         else:
             old, width = width, abs(before.mean_gap - after.mean_gap)
             wider, span = span, abs(before.contact.area_rep - after.contact.area_rep)
             # As for all jumps: the change of the area no longer shrinks with the bracket.
-            if width <= search.area_resolution * (1.0 if span > 0.75 * wider else 1 / 16):
-                return jumped(before, after)
+            closed = width <= search.area_resolution * (1.0 if span > 0.75 * wider else 1 / 16)
             slow += width > old / 2
-            fraction = 0.5 if slow > 1 else _fraction(before, after, target, size)
+            fraction = 1.0 if closed else 0.5 if slow > 1 else _fraction(before, after, target, size)
             mean_gap = before.mean_gap + fraction * (after.mean_gap - before.mean_gap)
-        state = trial(mean_gap, loose, before.gap)
+        if now != settings and (closed or met(before)):
+            now = settings
+            state = settled()
+        else:
+            state = trial(mean_gap, now, before.gap, near=after is not None)
+            if closed and state.status.ok and not met(state) and (state.contact.area_rep - target) * sign > 0:
+                return done(before, Outcome.JUMPED_OVER, state)
         if not state.status.ok:
             return done(state)
-        if met(state):
-            return exact(state)
-        if (target - state.contact.area_rep) * sign > 0:
+        if closed or met(state) or met(before) or (target - state.contact.area_rep) * sign > 0:
             stalled = state.contact.area_rep == before.contact.area_rep
-            work.slope = _slope(before, state, size)
-            before = state
+            if state.mean_gap != before.mean_gap:
+                work.slope = _slope(before, state, size)
+            known[:] = [state]
         else:
-            after = state
-    return done(before, Outcome.NOT_FOUND)
+            after = numbers(state)
+        del before, state  # while the next one is looked for, one field is held
+    return done(known[0], Outcome.NOT_FOUND)
 
 
-def _bracket(previous: Sequence[State], target: float, branch: Branch) -> tuple[State, State | None]:
-    """The last state; or the last two, where the last one lies beyond the target after a jump over another one."""
-    last = previous[-1]
-    if len(previous) == 2 and branch != "start":
-        grows = 1 if branch == "approach" else -1
-        if (last.contact.area_rep - target) * grows > 0 > (previous[0].contact.area_rep - target) * grows:
-            return previous[0], last
-    return last, None
+def _beyond(older: State, last: State, target: float, branch: Branch) -> bool:
+    """Whether the path has jumped over the target before, from the last state to the older one."""
+    same = (older.branch == "retract") == (branch == "retract")
+    return same and (older.contact.area_rep - target) * (last.contact.area_rep - target) < 0
 
 
 def _log(state: State, size: int) -> float:
@@ -223,28 +225,42 @@ def _apart(
     branch: Branch,
 ) -> State:
     """A state on the approach, at the target or just before."""
-    coarse = _coarser(problem)
-    if coarse is not None:
-        rough = replace(loose, tolerance=COARSER * loose.tolerance)
-        roughly = replace(
-            search, area_tolerance=COARSER * search.area_tolerance, area_resolution=COARSER * search.area_resolution
-        )
-        for part in (1 - search.area_tolerance, 0.8, 0.5):
-            found = find_area(at, coarse, part * target, rough, roughly, (), branch, loose=rough, work=work)
-            if found.solution.status.ok:
-                start = _carried(coarse, problem, found)
-                state = work.add(at(problem, found.mean_gap, loose, start, branch))
-                if state.status.ok and state.contact.area_rep <= target + allowed:
-                    return state
-    heights = _sample(problem.heights)
-    for part in (0.5, 0.1, 0.0):
-        # Undeformed, this part of the target would overlap; at last the wall is out of reach.
-        reach = min(problem.wall.range, 10.0) if part == 0 else 0.0
-        mean_gap = problem.wall.zero_gap + reach + problem.mean_height - float(np.quantile(heights, part * target))
-        state = work.add(at(problem, mean_gap, loose, None, branch))
-        if state.status.ok and state.contact.area_rep <= target + allowed:
+    for part in (1 - search.area_tolerance, 0.8, 0.5):
+        guess = _from_coarser(at, problem, part * target, search, loose, work, branch)
+        if guess is None:
             break
-    return state
+        state = work.add(at(problem, guess[0], loose, guess[1], branch))
+        if state.status.ok and state.contact.area_rep <= target + allowed:
+            return state
+        del guess, state
+    heights = _sample(problem.heights)
+
+    def rest(part: float, reach: float) -> State:
+        """Where, undeformed, this part of the target would overlap, or ``reach`` above."""
+        mean_gap = problem.wall.zero_gap + reach + problem.mean_height - float(np.quantile(heights, part * target))
+        return work.add(at(problem, mean_gap, loose, None, branch))
+
+    for part in (0.5, 0.1):
+        state = rest(part, 0.0)
+        if state.status.ok and state.contact.area_rep <= target + allowed:
+            return state
+        del state
+    return rest(0.0, min(problem.wall.range, 10.0))
+
+
+def _from_coarser(
+    at: AtMeanGap, problem: ContactProblem, target: float, search: Search, loose: Settings, work: _Work, branch: Branch
+) -> tuple[float, Real] | None:
+    """Mean gap and gap of the state of that area on the next coarser grid, if that carries the surface."""
+    coarse = _coarser(problem)
+    if coarse is None:
+        return None
+    rough = replace(loose, tolerance=COARSER * loose.tolerance)
+    roughly = replace(
+        search, area_tolerance=COARSER * search.area_tolerance, area_resolution=COARSER * search.area_resolution
+    )
+    found = find_area(at, coarse, target, rough, roughly, (), branch, loose=rough, work=work)
+    return (found.mean_gap, _carried(coarse, problem, found)) if found.solution.status.ok else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,10 +29,10 @@ from typing import Any
 import numpy as np
 
 from continuum import pressing
-from continuum.grid import Grid, Real
-from continuum.levels import SMALLEST, parts
-from continuum.minimise import Iteration, Settings, Solution, Status, Work
-from continuum.sweeps import over_rows
+from continuum.grid import Grid, Real, block_edges, over_blocks
+from continuum.levels import SMALLEST
+from continuum.solution import Iteration, Settings, Solution, Status, Work
+from continuum.sweeps import SUMS
 
 __all__ = ["Pressed", "constrain"]
 
@@ -369,8 +369,13 @@ class _Face:
 
     def _comply(self) -> float:
         """Spectrum of G f from that of f; returns <f, G f>."""
-        return float(self._sweep(pressing.compliance, parts(self.work_q), self.G, self.single)[0])
+        parts = self.work_q.base.view(np.float64)  # type: ignore[union-attr]
+        return float(self._sweep(pressing.compliance, parts, self.G, self.single)[0])
 
     def _sweep(self, kernel: Any, *arguments: object) -> Real:
-        rows = self.grid.shape[0]
-        return over_rows(kernel, rows, self.grid.threads if rows >= 512 else 1, *arguments)
+        edges = block_edges(self.grid.shape[0], self.grid.size)
+        sums = np.zeros((len(edges) - 1, SUMS))
+        threads = self.grid.threads if self.grid.size >= 2**17 else 1
+        over_blocks(lambda b: kernel(edges[b], edges[b + 1], sums[b], *arguments), len(sums), threads)
+        total: Real = sums.sum(axis=0)
+        return total

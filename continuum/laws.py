@@ -24,13 +24,14 @@ __all__ = [
     "TABLE",
     "TILE",
     "Law",
-    "begin",
+    "Mask",
     "compiled",
     "evaluate",
     "line",
     "move",
-    "move_on",
+    "press",
     "respond",
+    "turn",
 ]
 
 SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = 0, 1, 2, 3
@@ -39,15 +40,18 @@ TILE = 64
 """Length in points of the pieces of a row that are marked as near the wall or not."""
 
 Mask = NDArray[np.bool_]
+"""Which tiles are near the wall, one row per row of points."""
 Kernel = TypeVar("Kernel", bound=Callable[..., None])
 
 
 def compiled(function: Kernel) -> Kernel:
     """Compile a sweep, so that it releases the lock of the interpreter, and keep the result on disk.
 
-    Sums may be reordered, so that they vectorise; a NaN stays a NaN.
+    Sums may be reordered and a division by zero is infinite instead of an error: only so do loops vectorise.
+    A NaN stays a NaN.
     """
-    return cast("Kernel", njit(nogil=True, cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function))
+    fast = {"reassoc", "contract", "nsz", "arcp"}
+    return cast("Kernel", njit(nogil=True, cache=True, error_model="numpy", fastmath=fast)(function))
 
 
 class Law(NamedTuple):
@@ -60,7 +64,7 @@ class Law(NamedTuple):
     """Gap beyond which traction and energy vanish, in a0; infinite if they do not."""
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def _below(z: float, core: float, at_core: tuple[float, float, float]) -> tuple[float, float, float]:
     """Continue a law below its core with constant stiffness."""
     energy, traction, stiffness = at_core
@@ -68,44 +72,75 @@ def _below(z: float, core: float, at_core: tuple[float, float, float]) -> tuple[
     return energy + x * (0.5 * x * stiffness - traction), traction - x * stiffness, stiffness
 
 
-@njit(cache=True)
-def _inverse_powers(z: float, p: Real) -> tuple[float, float, float]:
-    """Energy c [z^-m/m - z^-n/n], p = (k, core, m, n, .): zero at infinity."""
+@njit(cache=True, error_model="numpy")
+def _multiply_power(base: Real, exponent: int, out: Real) -> None:
+    """Multiply by an integer power of each number, by squaring."""
+    square = base.copy()
+    while exponent > 0:
+        if exponent & 1:
+            for j in range(out.size):
+                out[j] *= square[j]
+        exponent >>= 1
+        for j in range(out.size):
+            square[j] *= square[j]
+
+
+@njit(cache=True, error_model="numpy")
+def _inverse_powers(gap: Real, p: Real, response: Real) -> None:
+    """Energy c [z^-m/m - z^-n/n], p = (k, core, m, n): zero at infinity."""
     k, core, m, n = p[0], p[1], p[2], p[3]
     c = k / (m - n)
-    x = max(z, core)
-    repulsion, attraction = x**-m, x**-n
-    here = (
-        c * (repulsion / m - attraction / n),
-        c * (repulsion - attraction) / x,
-        c * ((m + 1) * repulsion - (n + 1) * attraction) / (x * x),
-    )
-    return _below(z, core, here) if z < core else here
+    repulsion, attraction, inverse = response[0], response[1], response[2]
+    for j in range(gap.size):
+        z = gap[j]
+        inverse[j] = 1.0 / (z if z > core else core)
+        attraction[j] = 1.0
+    _multiply_power(inverse, int(n), attraction)
+    for j in range(gap.size):
+        repulsion[j] = attraction[j]
+    _multiply_power(inverse, int(m - n), repulsion)
+    for j in range(gap.size):
+        i, high, low = inverse[j], repulsion[j], attraction[j]
+        energy = c * (high / m - low / n)
+        traction = c * (high - low) * i
+        stiffness = c * ((m + 1) * high - (n + 1) * low) * i * i
+        below = gap[j] - core if gap[j] < core else 0.0
+        response[0, j] = energy + below * (0.5 * below * stiffness - traction)
+        response[1, j] = traction - below * stiffness
+        response[2, j] = stiffness
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def _spline(z: float, p: Real) -> tuple[float, float, float]:
-    """The paper's Eq. (potential), p = (k, core, range, work of adhesion)."""
+    """The paper's Eq. (potential), p = (k, core, range, work of adhesion).
+
+    Both pieces are computed and one is chosen: without branches the loops over it vectorise.
+    """
     k, core, r, work = p[0], p[1], p[2], p[3]
     x = z - 1.0
-    if x > 0.0:
-        if x >= r:
-            return 0.0, 0.0, 0.0
-        t = x / r
-        energy = k * r * r * t * t * (0.5 + t * (t / 4 - 2 / 3)) - work
-        return energy, -k * x * (1 - t) * (1 - t), k * (1 - t) * (1 - 3 * t)
-    y = max(z, core)
-    i3 = 1 / (y * y * y)
-    here = (
-        # z^-9/9 - z^-3/3 + 2/9, factored: near the minimum the terms cancel to second order.
-        k / 54 * (i3 - 1) * (i3 - 1) * (i3 + 2) - work,
-        k / 6 * i3 / y * (i3 * i3 - 1),
-        k / 6 * i3 / (y * y) * (10 * i3 * i3 - 4),
+    t = x / r
+    t = t if t < 1.0 else 1.0
+    u = 1.0 - t
+    pull_energy = k * r * r * t * t * (0.5 + t * (t / 4 - 2 / 3)) - work
+    pull_energy = pull_energy if t < 1.0 else 0.0
+    y = z if z < 1.0 else 1.0
+    y = y if y > core else core
+    below = z - y  # counts where z < core: there the law goes on with constant stiffness
+    i = 1.0 / y
+    i3 = i * i * i
+    # z^-9/9 - z^-3/3 + 2/9, factored: near the minimum the terms cancel to second order.
+    energy = k / 54 * (i3 - 1) * (i3 - 1) * (i3 + 2) - work
+    traction = k / 6 * i3 * i * (i3 * i3 - 1)
+    stiffness = k / 6 * i3 * i * i * (10 * i3 * i3 - 4)
+    attracts = x > 0.0
+    return (
+        pull_energy if attracts else energy + below * (0.5 * below * stiffness - traction),
+        -k * x * u * u if attracts else traction - below * stiffness,
+        k * u * (1 - 3 * t) if attracts else stiffness,
     )
-    return _below(z, core, here) if z < core else here
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _exponential(z: float, p: Real) -> tuple[float, float, float]:
     """Exponential attraction outside, a harmonic core inside, p = (K, γ, ρ)."""
     core_stiffness, gamma, rho = p[0], p[1], p[2]
@@ -115,7 +150,7 @@ def _exponential(z: float, p: Real) -> tuple[float, float, float]:
     return -pull, -pull / rho, -pull / (rho * rho)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _table(z: float, p: Real) -> tuple[float, float, float]:
     """Cubic pieces of the traction, p = (number of pieces N, N + 1 knots, N energies, 4 N coefficients)."""
     n = int(p[0])
@@ -141,98 +176,146 @@ def _table(z: float, p: Real) -> tuple[float, float, float]:
     return _below(z, p[1], here) if z < p[1] else here
 
 
-@njit(cache=True)
-def respond(kind: int, z: float, p: Real) -> tuple[float, float, float]:
-    """Energy, traction and stiffness per area of a law at a gap."""
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})
+def respond(kind: int, gap: Real, p: Real, response: Real) -> None:
+    """Energy, traction and stiffness per area of a law, the rows of ``response``, at each gap of a tile."""
     if kind == SPLINE:
-        return _spline(z, p)
-    if kind == INVERSE_POWERS:
-        return _inverse_powers(z, p)
-    if kind == EXPONENTIAL:
-        return _exponential(z, p)
-    return _table(z, p)
-
-
-@njit(cache=True)
-def _evaluate(kind: int, p: Real, gap: Real, energy: Real, traction: Real, stiffness: Real) -> None:
-    for i in range(gap.size):
-        energy[i], traction[i], stiffness[i] = respond(kind, gap[i], p)
+        for j in range(gap.size):
+            response[0, j], response[1, j], response[2, j] = _spline(gap[j], p)
+    elif kind == INVERSE_POWERS:
+        _inverse_powers(gap, p, response)
+    elif kind == EXPONENTIAL:
+        for j in range(gap.size):
+            response[0, j], response[1, j], response[2, j] = _exponential(gap[j], p)
+    else:
+        for j in range(gap.size):
+            response[0, j], response[1, j], response[2, j] = _table(gap[j], p)
 
 
 def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:
     """Energy, traction and stiffness at each gap, in the shape of the gaps."""
     flat = np.ascontiguousarray(gap, dtype=np.float64).ravel()
-    results = tuple(np.empty(flat.size) for _ in range(3))
-    _evaluate(law.kind, law.parameters, flat, *results)
-    energy, traction, stiffness = (values.reshape(np.shape(gap)) for values in results)
+    response = np.empty((3, flat.size))
+    respond(law.kind, flat, law.parameters, response)
+    energy, traction, stiffness = response.reshape(3, *np.shape(gap))
     return energy, traction, stiffness
 
 
 # --- sweeps ------------------------------------------------------------------------------------------------
+#
+# A sweep is a function of the rows first:last of a block, which writes that block's sums.  Fields are whole arrays
+# with padded rows, of which n points count; ``out`` and ``s`` are buffers of the block alone, which is transformed
+# while it stays in the cache.  Tiles of a row are followed by the line search where they are marked as near; points
+# that are not numbers are near, so that they are not lost.
 
 
 @compiled
-def begin(
-    start: int,
-    stop: int,
+def press(
+    first: int,
+    last: int,
     sums: Real,
-    z: Real,
     out: Real,
+    z: Real,
+    n: int,
     kind: int,
     p: Real,
+    reach: float,
     near_gap: float,
     near: Mask,
 ) -> None:
-    """Traction into ``out``; tiles with a gap below ``near_gap`` are marked."""
-    n = z.shape[1]
-    for i in range(start, stop):
+    """Traction into ``out``.  Marks the tiles."""
+    here = np.empty((3, TILE))
+    for i in range(first, last):
         for t in range(near.shape[1]):
-            smallest = np.inf
-            for j in range(t * TILE, min(n, (t + 1) * TILE)):
-                out[i, j] = respond(kind, z[i, j], p)[1]
-                smallest = min(smallest, z[i, j])
-            near[i, t] = smallest < near_gap
+            gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+            traction = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
+            close = touching = 0
+            for j in range(gap.size):
+                close += not gap[j] >= near_gap
+                touching += not gap[j] >= reach
+            near[i, t] = close > 0
+            if touching:
+                respond(kind, gap, p, here)
+                for j in range(gap.size):
+                    traction[j] = here[1, j]
+            else:
+                for j in range(gap.size):
+                    traction[j] = 0.0
+
+
+@compiled
+def turn(
+    first: int,
+    last: int,
+    sums: Real,
+    s: Real,
+    d: Real,
+    n: int,
+    beta: float,
+    z: Real,
+    kind: int,
+    p: Real,
+    near: Mask,
+) -> None:
+    """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""
+    curvature = 0.0
+    here = np.empty((3, TILE))
+    for i in range(first, last):
+        direction, step = d[i, :n], s[i - first, :n]
+        for j in range(n):
+            direction[j] = beta * direction[j] - step[j]
+        for t in range(near.shape[1]):
+            if near[i, t]:
+                gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+                e = d[i, t * TILE : min(n, (t + 1) * TILE)]
+                respond(kind, gap, p, here)
+                for j in range(gap.size):
+                    curvature += here[2, j] * e[j] * e[j]
+    sums[0] = curvature
 
 
 @compiled
 def line(
-    start: int,
-    stop: int,
+    first: int,
+    last: int,
     sums: Real,
     z: Real,
     d: Real,
-    s: Real,
-    beta: float,
+    n: int,
     alpha: float,
     kind: int,
     p: Real,
     near: Mask,
 ) -> None:
-    """Along e = beta d - s at z - alpha e, over the marked tiles: sums of (change of traction) e, stiffness e²."""
-    n = z.shape[1]
-    f = 0.0
-    c = 0.0
-    for i in range(start, stop):
+    """At z - alpha d.  sums, over the marked tiles: of (change of traction) d; of stiffness d²."""
+    slope = curvature = 0.0
+    here, there, trial = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
+    for i in range(first, last):
         for t in range(near.shape[1]):
             if near[i, t]:
-                for j in range(t * TILE, min(n, (t + 1) * TILE)):
-                    e = beta * d[i, j] - s[i, j]
-                    _, traction, stiffness = respond(kind, z[i, j] - alpha * e, p)
-                    f += (traction - respond(kind, z[i, j], p)[1]) * e
-                    c += stiffness * e * e
-    sums[0] = f
-    sums[1] = c
+                gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+                e = d[i, t * TILE : min(n, (t + 1) * TILE)]
+                for j in range(gap.size):
+                    trial[j] = gap[j] - alpha * e[j]
+                respond(kind, gap, p, here)
+                respond(kind, trial[: gap.size], p, there)
+                for j in range(gap.size):
+                    slope += (there[1, j] - here[1, j]) * e[j]
+                    curvature += there[2, j] * e[j] * e[j]
+    sums[0] = slope
+    sums[1] = curvature
 
 
 @compiled
 def move(
-    start: int,
-    stop: int,
+    first: int,
+    last: int,
     sums: Real,
+    out: Real,
     z: Real,
     d: Real,
-    s: Real,
-    beta: float,
+    n: int,
+    step: float,
     alpha: float,
     kind: int,
     p: Real,
@@ -240,60 +323,38 @@ def move(
     near_gap: float,
     near: Mask,
 ) -> None:
-    """Step: d <- beta d - s; z <- z - alpha d; s <- change of traction.  Marks the tiles anew.
+    """Step z <- z - step d, the last of several that add up to alpha.  Marks the tiles anew.
 
-    sums: of s d; of what the energy changes beyond first order; of |energy|.
+    The change of the traction since alpha = 0 goes into ``out``.
+    sums: of that change times d; of what the energy changes beyond first order; of |energy|.
     """
-    n = z.shape[1]
-    f = second = size = 0.0
-    for i in range(start, stop):
+    slope = second = size = 0.0
+    here, there, old = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
+    for i in range(first, last):
         for t in range(near.shape[1]):
-            lo = t * TILE
-            hi = min(n, lo + TILE)
-            smallest = np.inf
-            for j in range(lo, hi):
-                e = beta * d[i, j] - s[i, j]
-                old = z[i, j]
-                new = old - alpha * e
-                d[i, j] = e
-                z[i, j] = new
-                smallest = min(smallest, min(new, old))
-            near[i, t] = smallest < near_gap
-            if smallest < reach:
-                for j in range(lo, hi):
-                    e = d[i, j]
-                    before, pressed, _ = respond(kind, z[i, j] + alpha * e, p)
-                    after, presses, _ = respond(kind, z[i, j], p)
-                    change = presses - pressed
-                    s[i, j] = change
-                    f += change * e
-                    second += after - before - alpha * pressed * e
-                    size += abs(after)
+            gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+            e = d[i, t * TILE : min(n, (t + 1) * TILE)]
+            change = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
+            close = touching = 0
+            for j in range(gap.size):
+                gap[j] -= step * e[j]
+                old[j] = gap[j] + alpha * e[j]
+            for j in range(gap.size):
+                lower = old[j] if old[j] < gap[j] else gap[j]
+                close += not lower >= near_gap
+                touching += not lower >= reach
+            near[i, t] = close > 0
+            if touching:
+                respond(kind, old[: gap.size], p, here)
+                respond(kind, gap, p, there)
+                for j in range(gap.size):
+                    change[j] = there[1, j] - here[1, j]
+                    slope += change[j] * e[j]
+                    second += there[0, j] - here[0, j] - alpha * here[1, j] * e[j]
+                    size += abs(there[0, j])
             else:
-                for j in range(lo, hi):
-                    s[i, j] = 0.0
-    sums[0] = f
+                for j in range(gap.size):
+                    change[j] = 0.0
+    sums[0] = slope
     sums[1] = second
     sums[2] = size
-
-
-@compiled
-def move_on(
-    start: int,
-    stop: int,
-    sums: Real,
-    z: Real,
-    d: Real,
-    s: Real,
-    step: float,
-    kind: int,
-    p: Real,
-) -> None:
-    """A further step of the same direction: z <- z - step d; s <- s + change of traction; sums: of s d."""
-    for i in range(start, stop):
-        for j in range(z.shape[1]):
-            old = z[i, j]
-            new = old - step * d[i, j]
-            z[i, j] = new
-            s[i, j] += respond(kind, new, p)[1] - respond(kind, old, p)[1]
-            sums[0] += s[i, j] * d[i, j]

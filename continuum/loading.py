@@ -14,13 +14,29 @@ from dataclasses import replace
 import numpy as np
 
 from continuum.area import find_area
+from continuum.constrained import Pressed, constrain
 from continuum.geometry import Contact
 from continuum.grid import Real
 from continuum.minimise import Settings, Solution, Status, Work, minimise
 from continuum.problem import ContactProblem
-from continuum.state import Branch, Control, Event, Outcome, Search, State, coordinate, event, gone, state_of
+from continuum.state import (
+    Branch,
+    Control,
+    Event,
+    Outcome,
+    Search,
+    State,
+    coordinate,
+    event,
+    gone,
+    kept,
+    numbers,
+    state_of,
+    traction,
+)
+from continuum.wall import HardWall
 
-__all__ = ["Branch", "Control", "Search", "State", "follow", "solve"]
+__all__ = ["Branch", "Control", "Search", "State", "follow", "solve", "traction"]
 
 STRETCH = 50
 """Under tension a solve is looked at after so many iterations."""
@@ -63,26 +79,23 @@ def solve(
             return replace(rest, target=target)
         pulled = solve(problem, control, target, settings, rest.gap, branch)
         return replace(pulled, search_pairs=rest.solution.fft_pairs, search_solves=1)
-    offset = problem.heights + target if control == "separation" else problem.heights - problem.mean_height
-    mean, force = problem.mean_stiffness, 0.0
+    lift, mean, force = target, problem.mean_stiffness, 0.0
     if control == "mean-gap":
         # The mean displacement is given; which separation and base belong to it is found afterwards.
-        offset += target
-        mean = np.inf
+        lift, mean = target - problem.mean_height, np.inf
     elif control == "mean-pressure":
         # The mean displacement is free, and counted from first touch.
-        offset += problem.wall.zero_gap - float(offset.min())
-        mean, force = 0.0, target
-    stiffness_q = problem.stiffness_q
-    if mean != problem.mean_stiffness:
-        stiffness_q = stiffness_q.copy()
-        stiffness_q[0, 0] = mean
+        lift, mean, force = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
+    if isinstance(problem.wall, HardWall):
+        if mean == 0 and force < 0:
+            return gone(problem, target, branch)
+        return state_of(problem, control, target, branch, _press(problem, lift, mean, force, start, settings))
     if force < 0:
-        solution = _pull(problem, stiffness_q, offset, start, settings, force)
+        solution = _pull(problem, lift, start, settings, force)
         if not _may_hold(problem, solution.points, -force):
             return gone(problem, target, branch, solution)
     else:
-        solution = minimise(problem.grid, stiffness_q, problem.wall.law, offset, start, settings, force)
+        solution = _minimise(problem, lift, mean, force, start, settings)
     if solution.status.ok and solution.points.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     return state_of(problem, control, target, branch, solution)
@@ -94,15 +107,39 @@ def _at_mean_gap(
     return solve(problem, "mean-gap", target, settings, start, branch)
 
 
-def _pull(
-    problem: ContactProblem, stiffness_q: Real, offset: Real, start: Real | None, settings: Settings, force: float
+def _minimise(
+    problem: ContactProblem, lift: float, mean: float, force: float, start: Real | None, settings: Settings
 ) -> Solution:
-    """Minimise under a tension, by stretches: a surface that has left the wall would fly on to the last iteration."""
+    grid, law = problem.grid, problem.wall.law
+    return minimise(
+        grid, problem.stiffness_q, law, problem.heights, start, settings, force=force, lift=lift, mean_stiffness=mean
+    )
+
+
+def _press(
+    problem: ContactProblem, lift: float, mean: float, force: float, start: Real | None, settings: Settings
+) -> Pressed:
+    """Against a hard wall.  Without load it is only touched."""
+    if mean == 0 and force == 0:
+        gap = np.maximum(problem.heights + lift, np.finfo(np.float64).tiny)
+        return Pressed(gap, Status.CONVERGED, 0.0, 0, traction=np.zeros(problem.grid.shape))
+    stiffness_q = problem.stiffness_q
+    if mean != problem.mean_stiffness:
+        stiffness_q = stiffness_q.copy()
+        stiffness_q[0, 0] = mean
+    return constrain(problem.grid, stiffness_q, problem.heights + lift, start, settings, force)
+
+
+def _pull(problem: ContactProblem, lift: float, start: Real | None, settings: Settings, force: float) -> Solution:
+    """Minimise under a tension, by stretches: a surface that has left the wall would fly on to the last iteration.
+
+    What a coarser grid does not hold this one may.
+    """
     done: Solution | None = None
     while True:
         left = settings.max_iterations - (done.iterations if done else 0)
-        stretch = replace(settings, max_iterations=min(left, STRETCH))
-        last = minimise(problem.grid, stiffness_q, problem.wall.law, offset, start, stretch, force)
+        stretch = replace(settings, max_iterations=min(left, STRETCH), warm_grids=0)
+        last = _minimise(problem, lift, 0.0, force, start, stretch)
         done = last if done is None else _joined(done, last)
         ended = last.status is not Status.ITERATION_LIMIT or done.iterations >= settings.max_iterations
         if ended or not _may_hold(problem, last.points, -force):
@@ -150,14 +187,15 @@ def follow(
 ) -> Iterator[State]:
     """Equilibria at each target in turn, in the order given.
 
-    Each starts from the linear extrapolation of the last two converged states of the same direction, never
-    from a state that failed.  With ``search.event_resolution`` each starts from the last one, by steps that are halved
+    Each starts from the last converged state, shifted rigidly, never from one that failed; where an area is jumped
+    over, from the state before the jump.  With ``search.event_resolution`` the way to it goes by steps that are halved
     where more changes than the threshold of an event, so that jumps on the way are bracketed.
 
     Parameters
     ----------
-    previous : what the path goes on from: its last two converged states, in order.  A list is kept up to date: what it
-        holds after each state is all that the next one needs, and nothing else is held.
+    previous : what the path goes on from: its last converged state, and the numbers of one more
+        (:func:`continuum.state.numbers`), in order.  A list is kept up to date: what it holds after each state is all
+        that the next one needs.  No other field is held.
     search : how closely areas are met and jumps are looked for.
 
     Yields
@@ -177,18 +215,20 @@ def follow(
         if control == "repulsive-area":
             state = find_area(_at_mean_gap, problem, target, settings, search, good, branch)
         elif good and search.event_resolution is not None and problem.wall.work_of_adhesion > 0:
-            del good[:-1]
-            state = _walk(problem, control, target, settings, good[-1], branch, search)
+            state = _walk(problem, control, target, settings, good, branch, search)
         else:
-            state = solve(problem, control, target, settings, _start(problem, control, good, target, branch), branch)
+            start = _shifted(problem, control, good[-1], target) if good else None
+            state = solve(problem, control, target, settings, start, branch)
+            del start
         lost = state if state.outcome is Outcome.PULLED_OFF else None
         if lost is not None and good and not state.events:
             state = replace(state, events=(event(control, branch, good[-1], state),))
         if state.status.ok:
-            good[:] = [*good[-1:], state]
+            good[:] = [*map(numbers, good[-1:]), kept(state)]
         elif state.beyond is not None:
-            good[:] = [replace(state, outcome=None, beyond=None), replace(state.beyond, control=control, target=target)]
+            good[:] = [numbers(state.beyond), kept(state)]
         yield state
+        del state
 
 
 def _branch(control: Control, target: float, good: Sequence[State]) -> Branch:
@@ -202,31 +242,11 @@ def _branch(control: Control, target: float, good: Sequence[State]) -> Branch:
     return "approach" if nearer else "retract"
 
 
-def _start(problem: ContactProblem, control: Control, good: list[State], target: float, branch: Branch) -> Real | None:
-    """Gap to start from: linear in the target along one branch, else the last state shifted rigidly.
-
-    What the extrapolation has used up is let go.
-    """
-    if not good:
-        return None
-    last = good[-1]
-    here = coordinate(control, last)
-    if len(good) == 2 and branch == last.branch and coordinate(control, good[0]) != here:
-        weight = (target - here) / (here - coordinate(control, good[0]))
-        # An extrapolation far beyond the two states is a guess; the shifted state is as good and safer.
-        if 0 < weight <= 2:
-            guess = last.gap - good[0].gap
-            del good[0]
-            guess *= weight
-            guess += last.gap
-            if guess.min() > problem.wall.core:
-                return guess
-    return _shifted(problem, control, last, target - here)
-
-
-def _shifted(problem: ContactProblem, control: Control, state: State, change: float) -> Real:
+def _shifted(problem: ContactProblem, control: Control, state: State, target: float) -> Real:
     """Gap of a state moved rigidly; where the mean displacement is held or free, the solver does that by itself."""
-    return state.gap + change if control == "separation" and np.isfinite(problem.mean_stiffness) else state.gap
+    if control == "separation" and np.isfinite(problem.mean_stiffness):
+        return state.gap + (target - coordinate(control, state))
+    return state.gap
 
 
 def _walk(
@@ -234,30 +254,32 @@ def _walk(
     control: Control,
     target: float,
     settings: Settings,
-    before: State,
+    good: list[State],
     branch: Branch,
     search: Search,
 ) -> State:
-    """State at a target, with the jumps on the way to it.
+    """State at a target, with the jumps on the way to it; the last state before it is kept in ``good``.
 
     The first step is the whole way.  A step on which areas or attractive load change by more than the threshold is
-    halved, from the same state, until it is as narrow as the resolution.  It is an event if the largest change of the
-    gap does not shrink with the step.  Where it still does the path is steep, or flats pass through the gap at which
-    repulsion begins: that is looked at down to 1/16 of the resolution.
+    halved, from the same state and strictly in its basin, until it is as narrow as the resolution.  It is an event if
+    the largest change of the gap does not shrink with the step.  Where it still does the path is steep, or flats pass
+    through the gap at which repulsion begins: that is looked at down to 1/16 of the resolution.
     """
     resolution, threshold = search.event_resolution or 0.0, search.event_threshold
     tension = problem.wall.largest_tension
     events: list[Event] = []
     pairs, solves = 0.0, 0
-    here = coordinate(control, before)
+    here = coordinate(control, good[-1])
     step, wider = target - here, np.inf
 
     while True:
         at = target if abs(step) >= abs(target - here) else here + step
-        trial = solve(problem, control, at, settings, _shifted(problem, control, before, at - here), branch)
+        trial = solve(problem, control, at, settings, _shifted(problem, control, good[-1], at), branch)
+        settings = replace(settings, warm_grids=0)
         left = trial.outcome is Outcome.PULLED_OFF
         if not (left or trial.status.ok):
             break
+        before = good[-1]
         change, width = np.inf if left else _difference(before.contact, trial.contact, tension), abs(at - here)
         moved = np.inf if left else _largest_change(before.gap, trial.gap)
         shrinks = moved < 0.75 * wider
@@ -268,8 +290,10 @@ def _walk(
                 events.append(event(control, branch, before, trial))
             if left or at == target:
                 break
-            before, here, step, wider = trial, at, 2 * (at - here), np.inf
+            good[:] = [trial]
+            here, step, wider = at, 2 * (at - here), np.inf
         pairs, solves = pairs + trial.solution.fft_pairs, solves + 1
+        del before, trial  # while the next one is looked for, one field is held
     return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves)
 
 

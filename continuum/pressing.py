@@ -1,6 +1,6 @@
 """Compiled sweeps of the bound-constrained solver over the points of the surface.
 
-Run by :func:`continuum.sweeps.over_rows`.  p is the pressure, z the gap up to its level ``shift``, t the direction;
+Run over blocks of rows.  p is the pressure, z the gap up to its level ``shift``, t the direction;
 s is the preconditioned gap and m the preconditioned field of ones, both zero off the contact.
 """
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum import store
-from continuum.geometry import ATTRACTED, REPULSIVE, contact_map
-from continuum.minimise import Status, Work
+from continuum.geometry import ATTRACTED, REPULSIVE, Contact, contact_map
 from continuum.problem import ContactProblem
-from continuum.state import Branch, Control, Event, EventKind, Outcome, Side, State, gone, state_of
+from continuum.solution import Solution, Status, Work
+from continuum.state import Branch, Event, EventKind, Outcome, Side, State, gone, numbers
 from continuum.store import Attribute, Dataset
 
 __all__ = ["Passed", "Record", "Step"]
@@ -137,11 +137,16 @@ class Record:
         if self.fields:
             datasets["gap"] = Dataset(np.array(self.gaps), ("step", "x", "y"), "a0", "gap")
         if restart and self.good:
-            for name in ("control", "target", "branch"):
+            for name in ("control", "target", "branch", "separation", "mean_gap"):
                 values = np.array([getattr(state, name) for state in self.good])
                 datasets[f"restart/{name}"] = Dataset(values, ("restart_point",), "", f"{name} of the states")
-            for i, state in enumerate(self.good):  # one by one: together they would be held twice
-                datasets[f"restart/gap{i}"] = Dataset(state.gap, ("x", "y"), "a0", "gap the next point starts from")
+            values = np.array([state.solution.residual for state in self.good])
+            datasets["restart/residual"] = Dataset(values, ("restart_point",), "E*", "residual of the states")
+            values = np.array([dataclasses.astuple(state.contact) for state in self.good])
+            names = ", ".join(column.name for column in dataclasses.fields(Contact))
+            datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", names)
+            gap = self.good[-1].gap
+            datasets["restart/gap"] = Dataset(gap, ("x", "y"), "a0", "gap of the last of these, the start of the next")
         return datasets
 
     def _work(self) -> dict[str, Dataset]:
@@ -207,11 +212,13 @@ class Record:
             work=_stored_work(file),
             seconds=list(zip(file["journal/solve_seconds"].tolist(), file["journal/seconds"].tolist(), strict=True)),
         )
-        if "restart/target" in file.datasets:
-            columns = [file[f"restart/{name}"].tolist() for name in ("control", "target", "branch")]
-            for i, (control, target, branch) in enumerate(zip(*columns, strict=True)):
-                gap = file[f"restart/gap{i}"]
-                record.good.append(state_of(problem, cast("Control", control), target, cast("Branch", branch), gap))
+        if "restart/gap" in file.datasets:
+            names = ["control", "target", "branch", "separation", "mean_gap", "residual", "contact"]
+            rows = zip(*(file[f"restart/{name}"].tolist() for name in names), strict=True)
+            for control, target, branch, separation, mean_gap, residual, contact in rows:
+                solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
+                state = State(control, target, branch, separation, mean_gap, Contact(*contact), solution)
+                record.good = [*map(numbers, record.good), state]
         return record
 
     def remember_lost(self, problem: ContactProblem) -> None:

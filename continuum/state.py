@@ -8,10 +8,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from continuum.constrained import Pressed
 from continuum.geometry import Contact, measure
 from continuum.grid import Real
 from continuum.minimise import Solution, Status
 from continuum.problem import ContactProblem
+from continuum.wall import HardWall, Wall
 
 __all__ = [
     "Branch",
@@ -25,7 +27,10 @@ __all__ = [
     "coordinate",
     "event",
     "gone",
+    "kept",
+    "numbers",
     "state_of",
+    "traction",
 ]
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
@@ -139,17 +144,37 @@ def state_of(
 ) -> State:
     """A state with all that follows from its gap.
 
-    A bare gap is taken for that of a converged state: what a stored path goes on from, bit for bit.
+    A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown, not numbers.
     """
     if not isinstance(solution, Solution):
         solution = Solution(solution, Status.CONVERGED, 0.0, 0)
-    contact = measure(problem.grid, problem.wall, solution.points)
+    pressure = solution.traction if isinstance(solution, Pressed) else None
+    if pressure is None and isinstance(problem.wall, HardWall):
+        pressure = np.broadcast_to(np.nan, problem.grid.shape)
+    contact = measure(problem.grid, problem.wall, solution.points, pressure)
     mean_gap = problem.grid.mean(solution.points)
     separation = target
     if control != "separation":
         k = problem.mean_stiffness
         separation = mean_gap - problem.mean_height - (contact.load / k if k > 0 else np.nan)
     return State(control, target, branch, separation, mean_gap, contact, solution)
+
+
+def traction(wall: Wall, solution: Solution) -> Real:
+    """Traction of the wall on the surface at each point, in E*: of its law, or what a hard wall carries."""
+    return solution.traction if isinstance(solution, Pressed) else wall.evaluate(solution.points).traction
+
+
+def kept(state: State) -> State:
+    """What a path keeps of a state: its numbers, and of its fields the gap only."""
+    solution = Solution(state.gap, state.solution.status, state.solution.residual, state.solution.iterations)
+    return replace(state, solution=solution, outcome=None, beyond=None, events=())
+
+
+def numbers(state: State) -> State:
+    """A state without its fields."""
+    nothing = np.broadcast_to(np.nan, state.gap.shape)
+    return replace(kept(state), solution=replace(kept(state).solution, points=nothing))
 
 
 def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> State:

@@ -1,61 +1,39 @@
-"""Fused sweeps of the minimiser over its spectra, compiled, and the threads that run all sweeps.
+"""Fused sweeps of the minimiser over its spectra, and those over the points that need no wall law, compiled.
 
-A sweep is a compiled function of the rows ``start:stop`` of a block that returns nothing and writes that block's
-sums.  Blocks do not depend on the number of threads and their sums are added in order, so neither do results.
-The threads are Python's own (compiled code releases the lock): they sleep when they have nothing to do, unlike
-OpenMP's, which spin and were seen to slow a shared machine tenfold.
+A sweep over a spectrum is a function of the columns ``first:last`` of a block, which writes that block's sums.
+Spectra are passed as real arrays with padded rows, real and imaginary parts in turn: the compiler vectorises these.
+``weights`` says how often a column counts in a sum over all modes: 0 and, on even grids, ny/2 once, all others twice.
 
-Spectra are passed as real arrays, real and imaginary parts in turn: the compiler vectorises these.  Sums over a half
-spectrum count the columns 0 and, on even grids, ny/2 once, all others twice.
+The next coarser grid carries the columns below ``low_columns`` of the rows within ``low_rows`` of row 0.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from itertools import pairwise
-
-import numpy as np
-
 from continuum.grid import Real
-from continuum.laws import compiled
+from continuum.laws import TILE, Mask, compiled
 
-__all__ = ["SUMS", "gradient", "low_direction", "low_gradient", "low_modes", "over_rows"]
+__all__ = [
+    "SUMS",
+    "copy",
+    "displace",
+    "every_second",
+    "gradient",
+    "lay",
+    "low_direction",
+    "low_gradient",
+    "low_modes",
+    "moved",
+    "square",
+]
 
-SUMS = 10
-_BLOCKS = 64
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads)
-
-
-def over_rows(kernel: Callable[..., None], rows: int, threads: int, *arguments: object) -> Real:
-    """Run ``kernel(start, stop, sums, *arguments)`` over all rows and return its sums, shape (SUMS,)."""
-    blocks = max(1, min(_BLOCKS, rows // 16))
-    edges = [rows * b // blocks for b in range(blocks + 1)]
-    sums = np.zeros((blocks, SUMS))
-
-    def run(first: int, last: int) -> None:
-        for b in range(first, last):
-            kernel(edges[b], edges[b + 1], sums[b], *arguments)
-
-    if threads == 1:
-        run(0, blocks)
-    else:
-        shares = [blocks * t // threads for t in range(threads + 1)]
-        for task in [_pool(threads).submit(run, a, b) for a, b in pairwise(shares)]:
-            task.result()
-    total: Real = sums.sum(axis=0)
-    return total
+SUMS = 6
+"""Sums of a sweep, at most."""
 
 
 @compiled
 def gradient(
-    start: int,
-    stop: int,
+    first: int,
+    last: int,
     sums: Real,
     g: Real,
     d: Real,
@@ -66,7 +44,7 @@ def gradient(
     beta: float,
     low_rows: int,
     low_columns: int,
-    single: int,
+    weights: Real,
 ) -> None:
     """Finish the last step in Fourier space and precondition the new gradient.
 
@@ -78,63 +56,77 @@ def gradient(
         g <- g + y
         work <- s = M g          modes of the coarse grid: y, and d is left as it is
 
-    ``single`` is the index of the last column if it counts once, else -1.
-    sums: |g|², and without the coarse modes <g,s>, <y,s>, <y,My>, <d,g>, <d,y>, <s,Ks>, <s,Kd>, <d,Kd>.
+    sums: |g|², and without the coarse modes <g,s>, <y,s>, <y,My>, <s,Ks>, <s,Kd>.
     """
-    rows, columns = K.shape
-    for i in range(start, stop):
-        first = low_columns if (i < low_rows or i > rows - low_rows) else 0
-        for j in range(first):
-            for c in range(2 * j, 2 * j + 2):
-                y = alpha * K[i, j] * d[i, c] + work[i, c]
-                g[i, c] += y
-                work[i, c] = y
-                sums[0] += (1 if j == 0 else 2) * g[i, c] * g[i, c]
-        gg = gs = ys = ym = dg = dy = ss = sd = dd = 0.0
-        for j in range(first, columns):
-            k = K[i, j]
+    rows = K.shape[0]
+    for i in range(rows):
+        gi = g[i, 2 * first : 2 * last]
+        di = d[i, 2 * first : 2 * last]
+        wi = work[i, 2 * first : 2 * last]
+        ki = K[i, first:last]
+        weight = weights[first:last]
+        gg = 0.0
+        if first < low_columns and (i < low_rows or i > rows - low_rows):
+            for j in range(ki.size):
+                y0 = alpha * ki[j] * di[2 * j] + wi[2 * j]
+                y1 = alpha * ki[j] * di[2 * j + 1] + wi[2 * j + 1]
+                g0 = gi[2 * j] + y0
+                g1 = gi[2 * j + 1] + y1
+                wi[2 * j] = y0
+                wi[2 * j + 1] = y1
+                gi[2 * j] = g0
+                gi[2 * j + 1] = g1
+                gg += weight[j] * (g0 * g0 + g1 * g1)
+            sums[0] += gg
+            continue
+        # A row stays in the cache for three short loops, which vectorise where one long one does not.
+        for j in range(ki.size):
+            k = ki[j]
             m = 1.0 / (k + c0)
-            g0 = g[i, 2 * j]
-            g1 = g[i, 2 * j + 1]
-            d0 = beta * d[i, 2 * j] - m * g0
-            d1 = beta * d[i, 2 * j + 1] - m * g1
-            y0 = alpha * k * d0 + work[i, 2 * j]
-            y1 = alpha * k * d1 + work[i, 2 * j + 1]
-            g0 += y0
-            g1 += y1
-            s0 = m * g0
-            s1 = m * g1
-            d[i, 2 * j] = d0
-            d[i, 2 * j + 1] = d1
-            g[i, 2 * j] = g0
-            g[i, 2 * j + 1] = g1
-            work[i, 2 * j] = s0
-            work[i, 2 * j + 1] = s1
-            w = 1.0 if j == 0 or j == single else 2.0
-            gg += w * (g0 * g0 + g1 * g1)
-            gs += w * (g0 * s0 + g1 * s1)
-            ys += w * (y0 * s0 + y1 * s1)
-            ym += w * m * (y0 * y0 + y1 * y1)
-            dg += w * (d0 * g0 + d1 * g1)
-            dy += w * (d0 * y0 + d1 * y1)
-            ss += w * k * (s0 * s0 + s1 * s1)
-            sd += w * k * (s0 * d0 + s1 * d1)
-            dd += w * k * (d0 * d0 + d1 * d1)
+            d0 = beta * di[2 * j] - m * gi[2 * j]
+            d1 = beta * di[2 * j + 1] - m * gi[2 * j + 1]
+            di[2 * j] = d0
+            di[2 * j + 1] = d1
+            wi[2 * j] += alpha * k * d0
+            wi[2 * j + 1] += alpha * k * d1
+        gs = ys = ym = 0.0
+        for j in range(ki.size):
+            w = weight[j]
+            m = w / (ki[j] + c0)
+            y0 = wi[2 * j]
+            y1 = wi[2 * j + 1]
+            g0 = gi[2 * j] + y0
+            g1 = gi[2 * j + 1] + y1
+            gi[2 * j] = g0
+            gi[2 * j + 1] = g1
+            square = g0 * g0 + g1 * g1
+            gg += w * square
+            gs += m * square
+            ys += m * (y0 * g0 + y1 * g1)
+            ym += m * (y0 * y0 + y1 * y1)
+        ss = sd = 0.0
+        for j in range(ki.size):
+            k = ki[j]
+            m = 1.0 / (k + c0)
+            s0 = m * gi[2 * j]
+            s1 = m * gi[2 * j + 1]
+            wi[2 * j] = s0
+            wi[2 * j + 1] = s1
+            k *= weight[j]
+            ss += k * (s0 * s0 + s1 * s1)
+            sd += k * (s0 * di[2 * j] + s1 * di[2 * j + 1])
         sums[0] += gg
         sums[1] += gs
         sums[2] += ys
         sums[3] += ym
-        sums[4] += dg
-        sums[5] += dy
-        sums[6] += ss
-        sums[7] += sd
-        sums[8] += dd
+        sums[4] += ss
+        sums[5] += sd
 
 
 @compiled
 def low_modes(
-    start: int,
-    stop: int,
+    first: int,
+    last: int,
     sums: Real,
     g: Real,
     d: Real,
@@ -142,74 +134,138 @@ def low_modes(
     K: Real,
     c0: float,
     low_rows: int,
-    low_columns: int,
+    weights: Real,
     e: Real,
 ) -> None:
     """The modes that the coarse grid has seen: work <- s = -e, and their share of the sums of `gradient`."""
     rows = K.shape[0]
-    for i in range(start, stop):
+    for i in range(rows):
         if low_rows <= i <= rows - low_rows:
             continue
-        ic = i if i < low_rows else i - rows + e.shape[0]
-        for j in range(low_columns):
-            w = 1.0 if j == 0 else 2.0
-            k = K[i, j]
-            for c in range(2 * j, 2 * j + 2):
-                y = work[i, c]
-                s = -e[ic, c]
-                work[i, c] = s
-                sums[1] += w * g[i, c] * s
-                sums[2] += w * y * s
-                sums[3] += w * y * y / (k + c0)
-                sums[4] += w * d[i, c] * g[i, c]
-                sums[5] += w * d[i, c] * y
-                sums[6] += w * k * s * s
-                sums[7] += w * k * s * d[i, c]
-                sums[8] += w * k * d[i, c] * d[i, c]
+        coarse = i if i < low_rows else i - rows + e.shape[0]
+        gi = g[i, 2 * first : 2 * last]
+        di = d[i, 2 * first : 2 * last]
+        wi = work[i, 2 * first : 2 * last]
+        ei = e[coarse, 2 * first : 2 * last]
+        ki = K[i, first:last]
+        weight = weights[first:last]
+        gs = ys = ym = ss = sd = 0.0
+        for j in range(ki.size):
+            w = weight[j]
+            y0 = wi[2 * j]
+            y1 = wi[2 * j + 1]
+            ym += w / (ki[j] + c0) * (y0 * y0 + y1 * y1)
+            ys -= w * (y0 * ei[2 * j] + y1 * ei[2 * j + 1])
+        for j in range(ki.size):
+            w = weight[j]
+            k = w * ki[j]
+            s0 = -ei[2 * j]
+            s1 = -ei[2 * j + 1]
+            wi[2 * j] = s0
+            wi[2 * j + 1] = s1
+            gs += w * (gi[2 * j] * s0 + gi[2 * j + 1] * s1)
+            ss += k * (s0 * s0 + s1 * s1)
+            sd += k * (s0 * di[2 * j] + s1 * di[2 * j + 1])
+        sums[1] += gs
+        sums[2] += ys
+        sums[3] += ym
+        sums[4] += ss
+        sums[5] += sd
 
 
 @compiled
 def low_gradient(
-    start: int,
-    stop: int,
+    first: int,
+    last: int,
     sums: Real,
     g: Real,
     work: Real,
     K: Real,
     c0: float,
     low_rows: int,
-    low_columns: int,
+    weights: Real,
 ) -> None:
-    """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 6."""
+    """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 4."""
     rows = K.shape[0]
-    for i in range(start, stop):
+    for i in range(rows):
         if low_rows <= i <= rows - low_rows:
             continue
-        for j in range(low_columns):
-            w = 1.0 if j == 0 else 2.0
+        for j in range(first, last):
+            w = weights[j]
             k = K[i, j]
             for c in range(2 * j, 2 * j + 2):
                 s = g[i, c] / (k + c0)
                 work[i, c] = s
                 sums[1] += w * g[i, c] * s
-                sums[6] += w * k * s * s
+                sums[4] += w * k * s * s
 
 
 @compiled
-def low_direction(
-    start: int,
-    stop: int,
-    sums: Real,
-    d: Real,
-    work: Real,
-    low_rows: int,
-    low_columns: int,
-    beta: float,
-) -> None:
+def low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_rows: int, beta: float) -> None:
     """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
     rows = d.shape[0]
-    for i in range(start, stop):
+    for i in range(rows):
         if low_rows <= i <= rows - low_rows:
             continue
-        for c in range(2 * low_columns):
-            d[i, c] = beta * d[i, c] - work[i, c]
+        di = d[i, 2 * first : 2 * last]
+        wi = work[i, 2 * first : 2 * last]
+        for c in range(di.size):
+            di[c] = beta * di[c] - wi[c]
+
+
+@compiled
+def square(first: int, last: int, sums: Real, g: Real, weights: Real) -> None:
+    """sums: |g|²."""
+    for i in range(g.shape[0]):
+        for j in range(first, last):
+            sums[0] += weights[j] * (g[i, 2 * j] * g[i, 2 * j] + g[i, 2 * j + 1] * g[i, 2 * j + 1])
+
+
+# Over the points: functions of the rows ``first:last``, as those of :mod:`continuum.laws`.
+
+
+@compiled
+def every_second(first: int, last: int, sums: Real, fine: Real, z: Real, n: int, near_gap: float, near: Mask) -> None:
+    """Gap of a coarse grid: z <- every second of the fine one's.  Marks the tiles."""
+    for i in range(first, last):
+        for t in range(near.shape[1]):
+            close = 0
+            for j in range(t * TILE, min(n, (t + 1) * TILE)):
+                z[i, j] = fine[2 * i, 2 * j]
+                close += not z[i, j] >= near_gap
+            near[i, t] = close > 0
+
+
+@compiled
+def moved(first: int, last: int, sums: Real, out: Real, fine: Real, z: Real, n: int) -> None:
+    """How far the coarse grid has displaced the surface: ``out`` <- (every second of the fine gap) - z."""
+    for i in range(first, last):
+        for j in range(n):
+            out[i - first, j] = fine[2 * i, 2 * j] - z[i, j]
+
+
+@compiled
+def displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+    """Displacement u = offset + lift - z into ``out``.  sums: of u."""
+    for i in range(first, last):
+        for j in range(n):
+            u = offset[i, j] + lift - z[i, j]
+            out[i - first, j] = u
+            sums[0] += u
+
+
+@compiled
+def lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+    """Gap z = offset + lift - u."""
+    for i in range(first, last):
+        for j in range(n):
+            z[i, j] = offset[i, j] + lift - u[i - first, j]
+
+
+@compiled
+def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
+    """The values themselves into ``out``.  sums: of them."""
+    for i in range(first, last):
+        for j in range(n):
+            out[i - first, j] = values[i, j]
+            sums[0] += values[i, j]

@@ -224,7 +224,7 @@ event_threshold = 0.03
 
 [loading.retraction]
 control = "mean-pressure"
-targets = [0.0, -0.004, -0.05, -0.06]
+targets = [0.0, -0.004, -0.09, -0.1]
 
 [output]
 fields = true
@@ -266,7 +266,7 @@ def test_what_has_no_state_is_shown_with_both_sides(tmp_path: Path, capsys: pyte
     [
         ("[0.02, 0.1, 0.11]", "[0.1, 0.02]", "loading.targets", "increasing"),
         ("[0.02, 0.1, 0.11]", "[2.0, 10.0]", "loading.targets", "between 0 and 1"),
-        ("[0.0, -0.004, -0.05, -0.06]", "[0.0, 0.1]", "loading.retraction.targets", "decreasing"),
+        ("[0.0, -0.004, -0.09, -0.1]", "[0.0, 0.1]", "loading.retraction.targets", "decreasing"),
         ("event_resolution = 0.01", "retract = true", "loading.retract", "false"),
         ("event_resolution = 0.01", "event_resolution = 0.0", "loading.event_resolution", "greater"),
         ("event_threshold = 0.03", "event_treshold = 0.03", "loading.event_treshold", "event_threshold"),
