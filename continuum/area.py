@@ -29,8 +29,8 @@ __all__ = ["AtMeanGap", "find_area"]
 AtMeanGap = Callable[[ContactProblem, float, Settings, Real | None, Branch], State]
 """Equilibrium at a mean gap, from a start."""
 
-LOOSE = 100.0
-"""Tolerance of trials, in units of the tolerance asked for."""
+LOOSE, LOOSEST = 100.0, 1e-5
+"""Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
 COARSER = 3.0
 """Tolerances and resolution of the search on the next coarser grid, in units of those on this one."""
 MOST_TRIALS = 80
@@ -82,7 +82,8 @@ def find_area(
     """
     size = problem.grid.size
     allowed = max(search.area_tolerance * target, 0.5 / size) * (1 + 1e-9)
-    loose = loose or replace(settings, tolerance=LOOSE * settings.tolerance)
+    tolerance = max(settings.tolerance, min(LOOSE * settings.tolerance, LOOSEST))
+    loose = loose or replace(settings, tolerance=tolerance)
     work = work or _Work(size)
     known = previous if isinstance(previous, list) else list(previous)
     adhesive = problem.wall.work_of_adhesion > 0
@@ -155,8 +156,10 @@ def find_area(
             state = settled()
         else:
             state = trial(mean_gap, now, before.gap, near=after is not None)
-            if closed and state.status.ok and not met(state) and (state.contact.area_rep - target) * sign > 0:
-                return done(before, Outcome.JUMPED_OVER, state)
+            if closed:
+                if state.status.ok and not met(state) and (state.contact.area_rep - target) * sign > 0:
+                    return done(before, Outcome.JUMPED_OVER, state)
+                after = None  # a looser trial, or one from another start, has misled the search
         if not state.status.ok:
             return done(state)
         if closed or met(state) or met(before) or (target - state.contact.area_rep) * sign > 0:

@@ -22,17 +22,15 @@ No contact mechanics here beyond the bound: K and the offset are all that it kno
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from continuum import pressing
-from continuum.grid import Grid, Real, block_edges, over_blocks
-from continuum.levels import SMALLEST
+from continuum.grid import Grid, Real, block_edges
+from continuum.levels import SMALLEST, memory, sum_over
 from continuum.solution import Iteration, Settings, Solution, Status, Work
-from continuum.sweeps import SUMS
 
 __all__ = ["Pressed", "constrain"]
 
@@ -69,19 +67,28 @@ class Pressed(Solution):
 
 
 def constrain(
-    grid: Grid, stiffness_q: Real, offset: Real, start: Real | None, settings: Settings, force: float = 0.0
+    grid: Grid,
+    stiffness_q: Real,
+    offset: Real,
+    start: Real | None,
+    settings: Settings,
+    *,
+    force: float = 0.0,
+    lift: float = 0.0,
+    mean_stiffness: float | None = None,
 ) -> Pressed:
-    """Minimise ½ <u, K u> - F <u> over u with z = offset - u >= 0 at each point.
+    """Minimise ½ <u, K u> - F <u> over u with z = offset + lift - u >= 0 at each point.
 
     Parameters
     ----------
     grid : gives transforms, means and threads.
-    stiffness_q : K > 0 over the half spectrum, in E*/a0.  An infinite mean stiffness holds the mean of u at zero; with
-        none, the mean pressure is F.
-    offset : z at u = 0, shape ``grid.shape``.
+    stiffness_q : K > 0 over the half spectrum, in E*/a0.
+    offset, lift : z at u = 0, an array of shape ``grid.shape`` and a number, in a0.
     start : z at the start, same shape, from which contact and pressure are guessed; None starts on coarser grids.
-    settings : when to stop; its shift is not used.
+    settings : when to stop; of it tolerance and iterations are used.
     force : F, a uniform force per area along u, in E*; of no effect where the mean of u is held.
+    mean_stiffness : K at q = 0 instead of that of ``stiffness_q``.  Infinite holds the mean of u at zero; with none,
+        the mean pressure is F.
 
     Raises
     ------
@@ -89,10 +96,14 @@ def constrain(
         If no state exists: F <= 0 without mean stiffness (a hard wall cannot pull), or a held mean that overlaps.
     """
     began = time.perf_counter()
-    nothing = np.zeros(grid.shape)
     if not np.isfinite(offset).all() or (start is not None and not np.isfinite(start).all()):
-        return Pressed(offset if start is None else start, Status.NON_FINITE, np.inf, 0, traction=nothing)
-    mean_stiffness = float(stiffness_q[0, 0])
+        gap = offset if start is None else start
+        return Pressed(gap, Status.NON_FINITE, np.inf, 0, traction=np.zeros(grid.shape))
+    if mean_stiffness is None:
+        mean_stiffness = float(stiffness_q[0, 0])
+    stiffness_q = stiffness_q.copy()
+    stiffness_q[0, 0] = mean_stiffness
+    offset = offset + lift
     if mean_stiffness == 0 and not force > 0:
         msg = f"a hard wall without adhesion only pushes: give a positive mean pressure, not {force:g}"
         raise ValueError(msg)
@@ -100,7 +111,7 @@ def constrain(
         msg = f"a hard wall leaves no surface at a mean gap of {grid.mean(offset):g} a0: it has to be positive"
         raise ValueError(msg)
     if np.isfinite(mean_stiffness) and mean_stiffness > 0:
-        offset = offset - force / mean_stiffness
+        offset -= force / mean_stiffness
     face = _Face(grid, stiffness_q, offset, force)
     coarse: tuple[Work, ...] = ()
     if start is not None:
@@ -108,15 +119,16 @@ def constrain(
     else:
         coarse = face.cascade(settings, COARSE_TOLERANCES)
     status, residual, error = face.solve(settings)
+    gap, pressure = face.settled()
     return Pressed(
-        face.settled(),
+        gap,
         status,
         residual,
         max(len(face.history) - 1, 0),
         (face.work_done, *coarse),
         time.perf_counter() - began,
         tuple(face.history),
-        traction=np.ascontiguousarray(face.p),
+        traction=pressure,
         gap_error=error,
     )
 
@@ -134,7 +146,6 @@ class _Face:
         self.s, self.m, self.work = grid.empty(), grid.empty(), grid.empty()
         self.mask = np.zeros(grid.shape, dtype=np.bool_)
         self.work_q = grid.empty_q()
-        self.m[...] = 1.0
         self.single = -1 if grid.shape[1] % 2 else grid.shape_q[1] - 1
         self.shift = self.energy = self.in_m = 0.0
         self.changed = np.inf
@@ -203,6 +214,8 @@ class _Face:
     def descend(self, bound: float, limit: int) -> Status:
         """Conjugate gradients on the contact, which is found anew in each iteration."""
         size = self.grid.size
+        if not self.history:
+            self._open()
         self._refresh()
         self.work[...] = 0.0
         self.t[...] = 0.0
@@ -272,25 +285,24 @@ class _Face:
 
     def _stiffen(self, values: Real) -> float:
         """Windowed K between the points of the contact, of values that vanish off it; returns the sum."""
-        stiff_q = self._windowed_q
         self._forward(values)
-        self.work_q *= stiff_q
+        self.work_q *= self.windowed_q
         self._inverse(values)
         return float(self._sweep(pressing.narrow, self.mask, values)[0])
 
-    @cached_property
-    def _windowed_q(self) -> Real:
-        """Spectrum of K whose kernel in real space is cut off by a triangular window along x and y."""
+    def _open(self) -> None:
+        """Make the preconditioner, the spectrum of K with its kernel in real space cut off by a triangular window."""
         self.work_q[...] = self.K
         self.work_q[0, 0] = 0.0  # the mean mode has its own way, and a stiff one would smear over the longest waves
-        kernel = self.grid.empty()
+        kernel = self.work
         self._inverse(kernel)
         for axis, n in enumerate(self.grid.shape):
             distance = np.minimum(np.arange(n), n - np.arange(n))
             window = np.maximum(0.0, 1 - distance / (WINDOW * n))
             kernel *= window[:, None] if axis == 0 else window[None, :]
         self._forward(kernel)
-        return np.maximum(self.work_q.real, 0.0)
+        self.windowed_q = np.maximum(self.work_q.real, 0.0)
+        self.m[...] = 1.0
 
     def _step(self, slope: float) -> float:
         """Go along -t to the minimum, or as far as the bound lets the energy fall; returns the length, NaN for none."""
@@ -342,11 +354,13 @@ class _Face:
         self.work_q *= self.K
         return float(np.sqrt(self.grid.inner_q(self.work_q, self.work_q))), float(np.abs(self.work).max())
 
-    def settled(self) -> Real:
-        """The gap, with contact closed and overlaps lifted; off the contact it is positive, if only just."""
-        gap: Real = np.maximum(self.z + self.shift, np.finfo(np.float64).tiny)
-        gap[self.p > 0] = 0.0
-        return gap
+    def settled(self) -> tuple[Real, Real]:
+        """The gap, with contact closed and overlaps lifted, positive if only just off the contact; and the pressure."""
+        del self.t, self.s, self.m, self.work, self.work_q
+        self.z += self.shift
+        np.maximum(self.z, np.finfo(np.float64).tiny, out=self.z)
+        self.z[self.p > 0] = 0.0
+        return np.ascontiguousarray(self.z), np.ascontiguousarray(self.p)
 
     # --- transforms and sweeps -----------------------------------------------------------------------------
 
@@ -369,13 +383,10 @@ class _Face:
 
     def _comply(self) -> float:
         """Spectrum of G f from that of f; returns <f, G f>."""
-        parts = self.work_q.base.view(np.float64)  # type: ignore[union-attr]
-        return float(self._sweep(pressing.compliance, parts, self.G, self.single)[0])
+        spectrum = memory(self.work_q)[:, : 2 * self.G.shape[1]]
+        return float(self._sweep(pressing.compliance, spectrum, self.G, self.single)[0])
 
-    def _sweep(self, kernel: Any, *arguments: object) -> Real:
-        edges = block_edges(self.grid.shape[0], self.grid.size)
-        sums = np.zeros((len(edges) - 1, SUMS))
-        threads = self.grid.threads if self.grid.size >= 2**17 else 1
-        over_blocks(lambda b: kernel(edges[b], edges[b + 1], sums[b], *arguments), len(sums), threads)
-        total: Real = sums.sum(axis=0)
-        return total
+    def _sweep(self, kernel: Callable[..., None], *arguments: object) -> Real:
+        rows, size = self.grid.shape[0], self.grid.size
+        threads = self.grid.threads if size >= 2**17 else 1
+        return sum_over(lambda a, b, sums: kernel(a, b, sums, *arguments), block_edges(rows, size), threads)[0]

@@ -86,11 +86,10 @@ def solve(
     elif control == "mean-pressure":
         # The mean displacement is free, and counted from first touch.
         lift, mean, force = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
-    if isinstance(problem.wall, HardWall):
-        if mean == 0 and force < 0:
-            return gone(problem, target, branch)
-        return state_of(problem, control, target, branch, _press(problem, lift, mean, force, start, settings))
-    if force < 0:
+    if isinstance(problem.wall, HardWall) and mean == 0 and force <= 0:
+        return gone(problem, target, branch) if force < 0 else _touching(problem, lift, branch)
+    solution: Solution
+    if force < 0 and mean == 0:
         solution = _pull(problem, lift, start, settings, force)
         if not _may_hold(problem, solution.points, -force):
             return gone(problem, target, branch, solution)
@@ -110,24 +109,18 @@ def _at_mean_gap(
 def _minimise(
     problem: ContactProblem, lift: float, mean: float, force: float, start: Real | None, settings: Settings
 ) -> Solution:
-    grid, law = problem.grid, problem.wall.law
-    return minimise(
-        grid, problem.stiffness_q, law, problem.heights, start, settings, force=force, lift=lift, mean_stiffness=mean
-    )
+    grid, stiffness_q, wall, heights = problem.grid, problem.stiffness_q, problem.wall, problem.heights
+    posed = {"force": force, "lift": lift, "mean_stiffness": mean}
+    if isinstance(wall, HardWall):
+        return constrain(grid, stiffness_q, heights, start, settings, **posed)
+    return minimise(grid, stiffness_q, wall.law, heights, start, settings, **posed)
 
 
-def _press(
-    problem: ContactProblem, lift: float, mean: float, force: float, start: Real | None, settings: Settings
-) -> Pressed:
-    """Against a hard wall.  Without load it is only touched."""
-    if mean == 0 and force == 0:
-        gap = np.maximum(problem.heights + lift, np.finfo(np.float64).tiny)
-        return Pressed(gap, Status.CONVERGED, 0.0, 0, traction=np.zeros(problem.grid.shape))
-    stiffness_q = problem.stiffness_q
-    if mean != problem.mean_stiffness:
-        stiffness_q = stiffness_q.copy()
-        stiffness_q[0, 0] = mean
-    return constrain(problem.grid, stiffness_q, problem.heights + lift, start, settings, force)
+def _touching(problem: ContactProblem, lift: float, branch: Branch) -> State:
+    """A hard wall without load: the undeformed surface at first touch."""
+    gap = np.maximum(problem.heights + lift, np.finfo(np.float64).tiny)
+    solution = Pressed(gap, Status.CONVERGED, 0.0, 0, traction=np.broadcast_to(0.0, gap.shape))
+    return state_of(problem, "mean-pressure", 0.0, branch, solution)
 
 
 def _pull(problem: ContactProblem, lift: float, start: Real | None, settings: Settings, force: float) -> Solution:

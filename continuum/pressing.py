@@ -1,16 +1,13 @@
 """Compiled sweeps of the bound-constrained solver over the points of the surface.
 
-Run over blocks of rows.  p is the pressure, z the gap up to its level ``shift``, t the direction;
+Run by :func:`continuum.levels.sum_over`.  p is the pressure, z the gap up to its level ``shift``, t the direction;
 s is the preconditioned gap and m the preconditioned field of ones, both zero off the contact.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from continuum.grid import Real
-from continuum.laws import compiled
+from continuum.laws import Mask, compiled
 
 __all__ = [
     "accept",
@@ -27,8 +24,6 @@ __all__ = [
     "trial",
     "turn",
 ]
-
-Mask = NDArray[np.bool_]
 
 
 @compiled

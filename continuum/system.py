@@ -129,14 +129,23 @@ def build(config: RunConfig) -> System:
     solver = config.solver
     settings = Settings(solver.tolerance * realised.rms_slope, solver.max_iterations, solver.shift)
     problem = ContactProblem(grid, wall, heights, _response(config))
-    given = config.loading.control == "mean-gap" or np.isinf(problem.mean_stiffness)
-    lowest = 0.0 if config.loading.control == "mean-gap" else -problem.mean_height
-    if isinstance(wall, HardWall) and given and config.loading.targets[-1] <= lowest:
-        cause = "no state: a hard wall leaves no surface at a mean gap of zero or less"
-        raise refuse(config, Fault(("loading", "targets"), f"values above {lowest:g} a0, a positive mean gap", cause))
+    if isinstance(wall, HardWall):
+        _check_mean_gaps(config, problem)
     shortest = config.surface.lambda_s if isinstance(config.surface, SelfAffineSurface) else None
     warned = tuple(unresolved(problem, realised.rms_slope, shortest))
     return System(config, problem, realised, expected, settings, warned)
+
+
+def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:
+    """Refuse targets that no state under a hard wall has."""
+    held = {"mean-gap": 0.0}
+    if np.isinf(problem.mean_stiffness):
+        held["separation"] = -problem.mean_height
+    for place, (control, targets) in zip(("loading", "loading.retraction"), config.loading.legs, strict=False):
+        if control in held and min(targets) <= held[control]:
+            expected = f"values above {held[control]:g} a0, a positive mean gap"
+            cause = "no state: a hard wall leaves no surface at a mean gap of zero or less"
+            raise refuse(config, Fault((*place.split("."), "targets"), expected, cause))
 
 
 def _physical_memory() -> float:

@@ -31,7 +31,7 @@ def rough(n: int = 64, seed: int = 1, mean: MeanMode = "clamped") -> ContactProb
 
 def at_pressure(grid: Grid, heights: Real, pressure: float, tolerance: float = 1e-10) -> Pressed:
     """State of a given mean pressure, whose mean displacement is whatever it has to be."""
-    found = constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(tolerance), pressure)
+    found = constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(tolerance), force=pressure)
     assert found.status.ok
     assert grid.mean(found.traction) == pytest.approx(pressure, rel=1e-12)
     return found
@@ -197,7 +197,9 @@ def test_three_controls_agree() -> None:
         state = solve(springy, "separation", separation, TIGHT)
         assert state.status.ok
         np.testing.assert_allclose(traction(springy.wall, state.solution), expected, atol=1e-8)
-        forced = constrain(grid, springy.stiffness_q, 0.3 + problem.heights, None, TIGHT, mean * (0.3 - separation))
+        forced = constrain(
+            grid, springy.stiffness_q, 0.3 + problem.heights, None, TIGHT, force=mean * (0.3 - separation)
+        )
         np.testing.assert_allclose(forced.traction, expected, atol=1e-8)
 
 
@@ -221,7 +223,7 @@ def test_translation_and_transposition() -> None:
 def test_threads_change_no_bit() -> None:
     heights = rough(512).heights
     one, two = (
-        constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(1e-7), 4e-4)
+        constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(1e-7), force=4e-4)
         for grid in (Grid.square(512), Grid.square(512, threads=2))
     )
     np.testing.assert_array_equal(one.points, two.points)
@@ -264,7 +266,7 @@ def test_any_small_surface(
         heights = grid.inverse(grid.forward(heights) / (0.1 + grid.wavenumber**2))
     heights *= 10**height
     start = rng.normal(size=shape) if warm else None
-    found = constrain(grid, HalfSpace("free").stiffness(grid), heights, start, Settings(1e-7), 10**pressure)
+    found = constrain(grid, HalfSpace("free").stiffness(grid), heights, start, Settings(1e-7), force=10**pressure)
     assert found.status.ok
     assert found.residual <= 1e-7
     assert_minimum(grid, heights, found, 1e-7)
@@ -317,7 +319,7 @@ def test_what_a_hard_wall_cannot_do_is_refused() -> None:
     free = HalfSpace("free").stiffness(problem.grid)
     for force in (0.0, -1e-3):
         with pytest.raises(ValueError, match="only pushes"):
-            constrain(problem.grid, free, problem.heights, None, TIGHT, force)
+            constrain(problem.grid, free, problem.heights, None, TIGHT, force=force)
     for target in (0.0, -0.1):
         with pytest.raises(ValueError, match="positive"):
             solve(problem, "mean-gap", target, TIGHT)
