@@ -3,8 +3,9 @@
 The area is a count of points that falls with the gap, but with jumps, and differs between approach and retraction.  So
 root finders that may evaluate anywhere do not serve: a trial must start from a state on its own side of the root.  The
 root is kept in a bracket of two equilibria, ``before`` and ``after`` in the direction of the search, by the secant of
-the logarithm of the area, or by halving where that is slow; each trial starts from ``before``.  Trials have a looser
-tolerance.  A state that meets the target is solved to the full one and looked at again.
+the logarithm of the area, or by halving where that is slow; each trial starts from ``before``.  Without adhesion there
+is one state at each mean gap, and trials have a looser tolerance: a state that meets the target is solved to the full
+one and looked at again.  With adhesion a loose trial may be about to jump, and there is no way back from that.
 
 Where no state is known, the approach is followed on the coarsest grid that carries the surface, up to just before the
 target, and carried from grid to grid.
@@ -82,11 +83,10 @@ def find_area(
     """
     size = problem.grid.size
     allowed = max(search.area_tolerance * target, 0.5 / size) * (1 + 1e-9)
-    tolerance = max(settings.tolerance, min(LOOSE * settings.tolerance, LOOSEST))
-    loose = loose or replace(settings, tolerance=tolerance)
     work = work or _Work(size)
     known = previous if isinstance(previous, list) else list(previous)
     adhesive = problem.wall.work_of_adhesion > 0
+    loose = loose or (settings if adhesive else _loosened(settings))
 
     def trial(mean_gap: float, settings: Settings, start: Real, *, near: bool) -> State:
         # Without adhesion there is one basin only.
@@ -171,6 +171,10 @@ def find_area(
             after = numbers(state)
         del before, state  # while the next one is looked for, one field is held
     return done(known[0], Outcome.NOT_FOUND)
+
+
+def _loosened(settings: Settings) -> Settings:
+    return replace(settings, tolerance=max(settings.tolerance, min(LOOSE * settings.tolerance, LOOSEST)))
 
 
 def _beyond(older: State, last: State, target: float, branch: Branch) -> bool:
@@ -258,7 +262,7 @@ def _from_coarser(
     coarse = _coarser(problem)
     if coarse is None:
         return None
-    rough = replace(loose, tolerance=COARSER * loose.tolerance)
+    rough = replace(loose, tolerance=max(COARSER * loose.tolerance, _loosened(loose).tolerance))
     roughly = replace(
         search, area_tolerance=COARSER * search.area_tolerance, area_resolution=COARSER * search.area_resolution
     )

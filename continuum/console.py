@@ -16,7 +16,6 @@ from rich.progress import (
     Progress,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 from rich.table import Table
 
@@ -47,21 +46,25 @@ def progress(total: int, title: str, done: int = 0) -> Iterator[Reporter]:
     total, done : parts in all, and those that an earlier run has finished.
     title : of the work.
     """
+    before, began = done, time.monotonic()
+
+    def left(done: int) -> str:
+        seconds = (time.monotonic() - began) / max(done - before, 1) * (total - done)
+        return f"about {_duration(seconds)} left" if done < total else ""
+
     if _console.is_terminal:
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
-            TextColumn("left, about"),
-            TimeRemainingColumn(),
-            TextColumn("[dim]{task.fields[text]}"),
+            TextColumn("{task.fields[left]}[dim]{task.fields[text]}"),
         )
         with Progress(*columns, console=_console) as bar:
-            task = bar.add_task(title, total=total, completed=done, text="")
+            task = bar.add_task(title, total=total, completed=done, left="", text="")
 
             def report(done: int, text: str) -> None:
-                bar.update(task, completed=done, text=text)
+                bar.update(task, completed=done, left=left(done) + "  ", text=text)
 
             yield report
         return
@@ -71,11 +74,9 @@ def progress(total: int, title: str, done: int = 0) -> Iterator[Reporter]:
     logger.setLevel(logging.INFO)
     logger.propagate = False
     logger.addHandler(handler)
-    before, began = done, time.monotonic()
 
     def line(done: int, text: str) -> None:
-        left = (time.monotonic() - began) / max(done - before, 1) * (total - done)
-        about = f", about {_duration(left)} left" if done < total else ""
+        about = f", {left(done)}" if done < total else ""
         logger.info("%s %d/%d  %s%s", title, done, total, text, about)
 
     try:

@@ -44,6 +44,7 @@ _BYTES_PER_POINT = 240
 # FFT pairs of one point to a residual of 1e-6 h'rms E*, warm, up to 1024², with and without adhesion; larger
 # grids and points near an instability take up to three times as many (notes of the solver, and the tests).
 _PAIRS_REPULSIVE, _PAIRS_ADHESIVE = 35, 80
+_SEARCH = 2  # further points that the search for a repulsive area takes
 _DECADES = 6.0  # for which these hold; pairs grow linearly with the decades of tolerance
 
 
@@ -91,7 +92,9 @@ def estimate(config: RunConfig) -> Estimate:
     pairs = _PAIRS_ADHESIVE if adhesive else _PAIRS_REPULSIVE
     decades = -float(np.log10(config.solver.tolerance))
     per_point = min(pairs * max(decades, 1.0) / _DECADES, config.solver.max_iterations + 3)
-    return Estimate(int(size * _BYTES_PER_POINT + kept), points, round(per_point * points))
+    searches = sum(len(targets) for control, targets in config.loading.legs if control == "repulsive-area")
+    solves = points + _SEARCH * searches
+    return Estimate(int(size * _BYTES_PER_POINT + kept), points, round(per_point * solves))
 
 
 def build(config: RunConfig) -> System:
