@@ -57,6 +57,7 @@ def datasets_of(results: Sequence[UnitResult]) -> dict[str, Dataset]:
         "case": column((r.unit.case for r, _ in states), "", "case of the input"),
         "adhesion_length": column((r.unit.adhesion_length for r, _ in states), "a0", "l_a = w/E*"),
         "lambda_s": column((r.unit.lambda_s for r, _ in states), "a0", "shortest wavelength of the wall"),
+        "lambda_L": column((r.unit.lambda_L for r, _ in states), "a0", "roll-off wavelength of the wall"),
         "rms_slope": column((r.unit.rms_slope for r, _ in states), "1", "h'_rms of the wall"),
         "seed": column((r.unit.seed for r, _ in states), "1", "seed of the surface"),
         "area": column((s.target_area for _, s in states), "1", "repulsive area asked for, A_rep/A0"),

@@ -182,6 +182,8 @@ class CaseTable(Table):
     """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
     lambda_s: Positive | None = None
     """shortest wavelength of this case, in a0; that of [surface] if left out"""
+    lambda_L: Positive | None = None
+    """roll-off wavelength of this case, in a0; that of [surface] if left out"""
     rms_slopes: _Slopes
     """h'_rms of each run"""
     areas: Annotated[tuple[_Fraction, ...], Field(min_length=1)]
@@ -240,8 +242,17 @@ class ValidateConfig(Document):
     def _fits(self) -> Iterator[Fault]:
         yield from _misfits(self.slab, self.surface)
         for i, case in enumerate(self.case):
-            if case.lambda_s is not None and not 2 <= case.lambda_s <= self.surface.lambda_L:
-                yield Fault(("case", i, "lambda_s"), f"from 2 to surface.lambda_L = {self.surface.lambda_L}")
+            shortest, longest = self.wavelengths(case)
+            if case.lambda_L is not None and not shortest <= longest <= self.slab.n:
+                yield Fault(
+                    ("case", i, "lambda_L"), f"from lambda_s = {shortest} to the period, slab.n = {self.slab.n}"
+                )
+            elif case.lambda_s is not None and not 2 <= shortest <= longest:
+                yield Fault(("case", i, "lambda_s"), f"from 2, two spacings of atoms, to lambda_L = {longest}")
+
+    def wavelengths(self, case: CaseTable) -> tuple[float, float]:
+        """λ_s and λ_L of a case, in a0."""
+        return case.lambda_s or self.surface.lambda_s, case.lambda_L or self.surface.lambda_L
 
     @check
     def _names_are_distinct(self) -> Iterator[Fault]:

@@ -69,9 +69,9 @@ def _budget(archive: Archive) -> Listing:
         "*load of the half-space over that of the lattice at equal separation; all else at equal mean gap, lattice "
         "against atoms at equal separation"
     )
-    head = ("case", "λ_s", "h'rms", *(f"load: {step}" for step in steps), "contact: nonlinearity",
-            "contact: total", "mean compliance*")  # fmt: skip
-    title = "Error budget: largest load difference, relative to N_rep, and points whose contact differs"
+    head = ("case", "λ_s", "h'rms", *steps, "contact nonlinearity",
+            "contact total", "mean compliance*")  # fmt: skip
+    title = "Error budget: largest difference of the load, relative to N_rep, and points whose contact differs"
     return Listing(title, head, rows, "\n".join(notes))
 
 

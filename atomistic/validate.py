@@ -75,6 +75,7 @@ class Unit(NamedTuple):
     case: str
     adhesion_length: float
     lambda_s: float
+    lambda_L: float
     rms_slope: float
     seed: int
     areas: tuple[float, ...]
@@ -134,7 +135,7 @@ def units(config: ValidateConfig) -> tuple[Unit, ...]:
         Unit(
             case.name,
             case.adhesion_length,
-            case.lambda_s or config.surface.lambda_s,
+            *config.wavelengths(case),
             slope,
             seed,
             case.areas,
@@ -192,10 +193,8 @@ def validate_unit(
     substrate = substrate_of(config)
     lattice, grid = substrate.response, substrate.slab.grid
     springs = None if isinstance(substrate.model, Springs) else substrate.springs()
-    surface = config.surface
-    heights = SelfAffine(surface.hurst, unit.rms_slope, unit.lambda_s, surface.lambda_L).synthesise(
-        grid, np.random.default_rng(unit.seed)
-    )
+    spectrum = SelfAffine(config.surface.hurst, unit.rms_slope, unit.lambda_s, unit.lambda_L)
+    heights = spectrum.synthesise(grid, np.random.default_rng(unit.seed))
     wall = LennardJonesSpline.from_adhesion_length(unit.adhesion_length)
     problems: dict[RungName, ContactProblem] = {
         name: ContactProblem(grid, wall, heights, response_of(name, lattice, substrate.model.elastic_constants))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from atomistic.engine import run_command
 from atomistic.interatomic import Springs
 from atomistic.ladder import (
     CONTINUUM_RUNGS,
+    RUNGS,
     Rung,
     approach_and_retract,
     compare,
@@ -25,7 +27,7 @@ from atomistic.ladder import (
     select,
 )
 from atomistic.lattice import LatticeResponse
-from atomistic.validate import STEPS, UnitResult, units, validate_unit
+from atomistic.validate import GEOMETRY, STEPS, UnitResult, units, validate_unit
 from continuum.config import load
 from continuum.geometry import measure
 from continuum.grid import Grid
@@ -34,6 +36,8 @@ from continuum.minimise import Settings
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine
 from continuum.wall import LennardJonesSpline
+
+ROOT = Path(__file__).parents[2]
 
 SMALL = """
 [interatomic]
@@ -351,6 +355,8 @@ def test_a_failing_bound_is_the_exit_code(
     [
         ("n = 16", "n = 16.5", "slab.n = 16.5"),
         ("lambda_s = 8.0", "lambda_s = 1.0", "surface.lambda_s = 1.0"),
+        ("adhesion_length = 0.0\n", "adhesion_length = 0.0\nlambda_s = 20.0\n", "case[0].lambda_s = 20.0"),
+        ("adhesion_length = 0.0\n", "adhesion_length = 0.0\nlambda_L = 20.0\n", "case[0].lambda_L = 20.0"),
         ("lambda_L = 16.0", "lambda_L = 17.0", "surface.lambda_L = 17.0"),
         ("adhesion_length = 0.0005", "adhesion_length = 0.5", "case[1].adhesion_length = 0.5"),
         ("rms_slopes = [0.05]", "rms_slopes = [nan]", "case[1].rms_slopes[0] = nan"),
@@ -373,6 +379,86 @@ def test_bad_input_is_one_message_and_leaves_nothing(
     assert f"{path}:" in error
     assert "allowed:" in error
     assert sorted(tmp_path.iterdir()) == [path]
+
+
+CRYSTAL = (
+    SMALL.replace('kind = "springs"', 'kind = "lennard-jones"').split("[[case]]")[0]
+    + """
+[[case]]
+name = "plain"
+adhesion_length = 0.0
+lambda_s = 6.0
+lambda_L = 12.0
+rms_slopes = [0.02]
+areas = [0.1]
+"""
+)
+
+
+@pytest.fixture(scope="module")
+def crystal(tmp_path_factory: pytest.TempPathFactory) -> tuple[ValidateConfig, Path]:
+    """A validation of Lennard-Jones atoms, by the command."""
+    folder = tmp_path_factory.mktemp("crystal")
+    (folder / "crystal.toml").write_text(CRYSTAL)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STICKINESS_CACHE", str(folder / "cache"))
+        assert main(["validate", str(folder / "crystal.toml"), "-o", str(folder), "-j", "1"]) == 0
+    return load(folder / "crystal.toml", ValidateConfig), folder
+
+
+def test_a_crystal_is_on_every_rung_and_springs_tell_its_geometry(crystal: tuple[ValidateConfig, Path]) -> None:
+    stored = archive.read(crystal[1] / "crystal.h5")[0]
+    columns = stored.columns
+    assert tuple(columns["rung"]) == RUNGS
+    assert (columns["lambda_s"][0], columns["lambda_L"][0]) == (6.0, 12.0)
+    # All rungs but the atoms, which are held at equal separation, stand at one mean gap.
+    gaps = dict(zip(columns["rung"], columns["mean_gap"][:, 0], strict=True))
+    for rung in ("half-space", "layer", "crystal", "spring-lattice"):
+        assert gaps[rung] == pytest.approx(gaps["lattice"], abs=1e-12)
+    (cost,) = budget.costs(columns, (*STEPS, *GEOMETRY))
+    # Springs turn, and so yield more under pressure; Lennard-Jones bonds harden: of opposite sign.
+    signed = columns["nonlinearity_load"][0], columns["geometry_load"][0]
+    assert signed[0] < 0 < signed[1]
+    assert cost.load["anharmonicity"] == pytest.approx(signed[1] - signed[0], rel=1e-12)
+    # Of first order in the slope, 0.02.
+    assert 0.001 < cost.load["anharmonicity"] < 0.04
+    assert stored.attributes["model/surface_relaxation"] == pytest.approx(0.0116, abs=1e-4)
+    assert columns["evaluations"].max() <= 10
+
+
+def test_the_page_of_a_run_stands_alone(crystal: tuple[ValidateConfig, Path]) -> None:
+    page = (crystal[1] / "crystal.html").read_text()
+    assert "lj/smooth/linear" in page
+    assert "anharmonicity" in page
+    assert page.count("data:image/png;base64,") == len(list(crystal[1].glob("crystal-*.png"))) > 0
+    assert "http" not in page.replace("http-equiv", "")
+    assert "2 of 2 bounds hold" in page
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        ('"eam"\nfile = "Al_zhou.eam.alloy"', "the slab needs at least 15 surface atoms"),
+        ('"eam"\nfile = "Fe_mm.eam.fs"', "not fcc at its minimum: bcc"),
+        ('"eam"\nfile = "no-such.eam"', "there is no potential file 'no-such.eam'"),
+        ('"eam"\nfile = "CuNi.eam.alloy"\nelement = "Al"', "'Al' is not among them"),
+        ('"lennard-jones"\ncutoff = 6.0', "forces reach"),
+    ],
+)
+@pytest.mark.parametrize("command", ["validate", "deck"])
+def test_a_crystal_that_cannot_be_is_one_message(
+    command: str, kind: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = CRYSTAL if command == "validate" else (ROOT / "inputs/lammps/rough.toml").read_text()
+    text = text.replace("n = 16", "n = 8").replace("n = 32", "n = 8").replace("depth = 32.0", "depth = 8.0")
+    text = text.replace("lambda_L = 16.0", "lambda_L = 8.0").replace("lambda_s = 6.0\nlambda_L = 12.0\n", "")
+    (tmp_path / "bad.toml").write_text(re.sub('(?<=kind = )"[a-z-]+"', lambda _: kind, text))
+    assert main([command, str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out")]) == 2
+    out, error = capsys.readouterr()
+    assert out == ""
+    assert message in " ".join(error.split())
+    assert "Traceback" not in error
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
 
 
 def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -413,5 +499,6 @@ def test_a_site_may_start_its_own_lammps(tmp_path: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.long
-def test_scaling_laws_over_two_decades_of_slope(tmp_path: Path) -> None:
-    assert main(["validate", "inputs/validate/springs.toml", "-o", str(tmp_path), "-j", "2"]) == 0
+@pytest.mark.parametrize("name", ["springs", "lennard-jones", "copper", "aluminium", "nickel", "wavelength"])
+def test_every_validation_holds(name: str, tmp_path: Path) -> None:
+    assert main(["validate", f"inputs/validate/{name}.toml", "-o", str(tmp_path), "-j", "2"]) == 0
