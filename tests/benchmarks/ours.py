@@ -77,15 +77,27 @@ def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
 
 
 def mean_gap_at(
-    n: int, seed: int, adhesion_length: float, mean_gap: float, tolerance: float = TOLERANCE, save: str = ""
+    n: int,
+    seed: int,
+    adhesion_length: float,
+    mean_gap: float,
+    tolerance: float = TOLERANCE,
+    save: str = "",
+    start: str = "",
 ) -> dict[str, Any]:
-    """One load point from a cold start at a given mean gap; the time runs from the heights to the state."""
+    """One load point at a given mean gap; the time runs from the heights to the state.
+
+    The start is cold, or the gap in a file, whose basin is then kept to.
+    """
     warm_up()
     rough = Rough(n, seed)
     heights = rough.heights()
 
     def cold() -> tuple[State, Wall]:
         problem = rough.problem(adhesion_length, heights)
+        if start:
+            settings = Settings(tolerance, warm_grids=0)
+            return solve(problem, "mean-gap", mean_gap, settings, np.load(start)), problem.wall
         return solve(problem, "mean-gap", mean_gap, Settings(tolerance)), problem.wall
 
     (state, wall), seconds = _timed(cold)
@@ -105,7 +117,7 @@ def mean_gap_at(
 
 
 def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[str, Any]:
-    """States of several codes, from their gaps: areas and loads, and the residual K u + p without its mean."""
+    """States of several codes, from their gaps: areas, loads, energies, and the residual K u + p without its mean."""
     problem = Rough(n, seed).problem(adhesion_length)
     gaps = [np.load(file) for file in files]
     found = []
@@ -113,13 +125,16 @@ def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[s
         mean_gap = problem.grid.mean(gap)
         contact = measure(problem.grid, problem.wall, gap)
         separation = mean_gap - problem.mean_height
-        residual = problem.gradient(problem.displacement(gap, separation), separation)
+        displacement = problem.displacement(gap, separation)
+        displacement -= problem.grid.mean(displacement)
+        residual = problem.gradient(displacement, separation)
         found.append(
             {
                 "mean_gap": mean_gap,
                 "pixels_rep": round(contact.area_rep * n * n),
                 "pixels_att": round(contact.area_att * n * n),
                 "pressure": contact.load,
+                "energy": problem.energy(displacement, separation) / problem.grid.area,
                 "rms_residual": float(np.sqrt(np.mean(residual**2))),
                 "max_residual": float(np.abs(residual).max()),
             }

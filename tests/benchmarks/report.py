@@ -11,7 +11,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from continuum.plot import SERIES, new_figure, save, styled
-from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, MEMORY_ALLOWED, PAIRS_ALLOWED
+from tests.benchmarks.cases import (
+    ADHESION_LENGTHS,
+    AREA,
+    MEMORY_ALLOWED,
+    PAIRS_ALLOWED,
+    PEER_ADHESION_LENGTH,
+    PRESSURE,
+)
 
 __all__ = ["draw", "growth_exponent", "line", "short", "tables", "write"]
 
@@ -137,76 +144,85 @@ def _ratio(row: Row) -> float:
     return float(row["theirs"]["cpu"] / row["ours"]["cpu"])
 
 
+Shown = dict[str, Callable[[Row, Row], str]]
+
+
+def _names(rows: list[Row]) -> list[list[str]]:
+    late = {True: "", False: " (not converged)"}
+    return [[f"{row['n']}²", str(row["seed"]), row["peer"] + late[row["theirs"]["converged"]]] for row in rows]
+
+
+def _costs(rows: list[Row]) -> str:
+    """What ours and each peer cost."""
+    cells = [
+        [
+            *name,
+            f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f}",
+            f"**{_ratio(row):.1f}**",
+            f"{len(row['theirs']['cpus'])}",
+            f"{row['theirs']['iterations'] or '?'} / {row['ours']['iterations']}",
+            f"{row['ours']['fft_pairs']:.1f}",
+            f"{row['theirs']['peak_mib']:.0f} / {row['ours']['peak_mib']:.0f}",
+        ]
+        for name, row in zip(_names(rows), rows, strict=True)
+    ]
+    head = ["grid", "seed", "peer", "CPU s, peer / ours", "ratio", "turns", "iterations", "FFT pairs, ours", "peak MiB"]
+    return table(head, cells)
+
+
+def _states(names: list[list[str]], pairs: list[Row], shown: Shown) -> str:
+    """The peer's state and ours, beside one another: columns by function of both."""
+    cells = [
+        [*name, str(pair["pixels_different"]), *(cell(*pair["states"]) for cell in shown.values())]
+        for name, pair in zip(names, pairs, strict=True)
+    ]
+    return table(["grid", "seed", "peer", "pixels differing", *shown], cells)
+
+
+def _both(key: str, digits: str) -> Callable[[Row, Row], str]:
+    return lambda theirs, ours: f"{theirs[key]:{digits}} / {ours[key]:{digits}}"
+
+
+def _apart(key: str) -> Callable[[Row, Row], str]:
+    return lambda theirs, ours: f"{abs(theirs[key] / ours[key] - 1):.0e}"
+
+
 def adhesive(rows: list[Row]) -> str:
     """Ours and the peer at one mean gap and one residual."""
-    cells = []
-    for row in rows:
-        theirs, ours = row["states"]
-        cells.append(
-            [
-                f"{row['n']}²",
-                row["peer"] + ("" if row["theirs"]["converged"] else " (not converged)"),
-                f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f}",
-                f"**{_ratio(row):.1f}**",
-                f"{row['theirs']['iterations']} / {row['ours']['iterations']}",
-                f"{row['ours']['fft_pairs']:.1f}",
-                f"{theirs['pixels_rep']} / {ours['pixels_rep']}",
-                f"{theirs['pixels_att']} / {ours['pixels_att']}",
-                str(row["pixels_different"]),
-                f"{abs(theirs['pressure'] / ours['pressure'] - 1):.0e}",
-                f"{theirs['rms_residual']:.1e} / {ours['rms_residual']:.1e}",
-                f"{theirs['max_residual']:.1e} / {ours['max_residual']:.1e}",
-                f"{theirs['mean_gap'] - ours['mean_gap']:.0e}",
-                f"{row['theirs']['peak_mib']:.0f} / {row['ours']['peak_mib']:.0f}",
-            ]
-        )
-    head = [
-        "grid",
-        "peer",
-        "CPU s, peer / ours",
-        "ratio",
-        "iterations",
-        "FFT pairs, ours",
-        "A_rep, pixels",
-        "A_att, pixels",
-    ]
-    head += ["differing", "load, rel. diff.", "rms residual, E*", "max residual, E*", "mean gap diff., a0", "peak MiB"]
-    return "### Adhesive contact, l_a = 0.005 a0\n\n" + table(head, cells)
+    same: Shown = {
+        "A_rep, pixels": _both("pixels_rep", "d"),
+        "A_att, pixels": _both("pixels_att", "d"),
+        "load, E* A0": _both("pressure", ".9e"),
+        "rel. diff.": _apart("pressure"),
+        "rms residual, E*": _both("rms_residual", ".1e"),
+        "max residual, E*": _both("max_residual", ".1e"),
+    }
+    cold = same | {
+        "mean gap, a0": _both("mean_gap", ".9f"),
+        "energy diff., E* a0": lambda theirs, ours: f"{theirs['energy'] - ours['energy']:.0e}",
+    }
+    names = _names(rows)
+    return (
+        f"### Adhesive contact, l_a = {PEER_ADHESION_LENGTH:g} a0\n\n{_costs(rows)}"
+        f"\nThe states that they find, peer / ours:\n\n{_states(names, rows, cold)}"
+        f"\nThe peer's, and what it becomes when ours goes on from it, to a tenth of its residual:\n\n"
+        f"{_states(names, [row['from_theirs'] for row in rows], same)}"
+    )
 
 
 def hard_wall(rows: list[Row]) -> str:
     """Ours and the peers at one mean pressure."""
-    cells = []
-    for row in rows:
-        theirs, ours = row["states"]
-        cells.append(
-            [
-                f"{row['n']}²",
-                row["peer"] + ("" if row["theirs"]["converged"] else " (not converged)"),
-                f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f}",
-                f"**{_ratio(row):.1f}**",
-                f"{row['theirs']['iterations'] or '?'} / {row['ours']['iterations']}",
-                f"{row['ours']['fft_pairs']:.0f}",
-                f"{theirs['pixels']} / {ours['pixels']}",
-                str(row["pixels_different"]),
-                f"{theirs['mean_gap']:.8f} / {ours['mean_gap']:.8f}",
-                f"{theirs['max_error']:.0e} / {ours['max_error']:.0e}",
-                f"{row['theirs']['peak_mib']:.0f} / {row['ours']['peak_mib']:.0f}",
-            ]
-        )
-    head = [
-        "grid",
-        "peer",
-        "CPU s, peer / ours",
-        "ratio",
-        "iterations",
-        "FFT pairs, ours",
-        "area, pixels",
-        "differing",
-        "mean gap, a0",
-    ]
-    head += ["largest error of the gap, a0", "peak MiB"]
-    return "### Hard wall, mean pressure 4e-4 E*, λ_s = 16 a0\n\n" + table(head, cells)
+    shown: Shown = {
+        "area, pixels": _both("pixels", "d"),
+        "load, E* A0": _both("pressure", ".9e"),
+        "mean gap, a0": _both("mean_gap", ".9f"),
+        "rel. diff.": _apart("mean_gap"),
+        "largest error of the gap, a0": _both("max_error", ".0e"),
+    }
+    return (
+        f"### Hard wall, mean pressure {PRESSURE:g} E*, lambda_s = 16 a0\n\n{_costs(rows)}"
+        f"\nTheir states, peer / ours:\n\n{_states(_names(rows), rows, shown)}"
+    )
 
 
 TABLES: dict[str, Callable[[list[Row]], str]] = {
@@ -283,22 +299,28 @@ def _draw_iteration(axis: Axes, rows: list[Row]) -> None:
 
 
 def _draw_memory(axis: Axes, rows: list[Row]) -> None:
-    at = {(n,): max(row["peak_mib"] for row in group) for (n,), group in groups(rows, "n").items()}
-    sizes = [n for (n,) in at]
-    axis.plot(sizes, list(at.values()), "o-", color=SERIES[0])
-    for n in set(sizes) & set(MEMORY_ALLOWED):
-        axis.plot(n, MEMORY_ALLOWED[n], "_", ms=18, mew=2, color=SERIES[0])
-    axis.set(ylabel="peak memory, MiB", title="memory of the whole process (bars: bounds)", yscale="log")
+    at = {n: max(row["peak_mib"] for row in group) / 2**10 for (n,), group in groups(rows, "n").items()}
+    axis.plot(list(at), list(at.values()), "o-", color=SERIES[0])
+    for n in at.keys() & MEMORY_ALLOWED.keys():
+        axis.plot(n, MEMORY_ALLOWED[n] / 2**10, "_", ms=18, mew=2, color=SERIES[0])
+    axis.set_yscale("log", base=2)
+    ticks = (0.125, 0.25, 0.5, 1, 2, 4, 8)
+    axis.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set(ylabel="peak memory, GiB", title="memory of the whole process (bars: bounds)")
     _sizes(axis, rows)
 
 
 def _draw_peers(axis: Axes, rows: list[Row]) -> None:
-    y = np.arange(len(rows))
-    axis.barh(y - 0.2, [row["theirs"]["cpu"] for row in rows], 0.38, color=SERIES[1], label="peer")
-    axis.barh(y + 0.2, [row["ours"]["cpu"] for row in rows], 0.38, color=SERIES[0], label="continuum")
-    for i, row in enumerate(rows):
-        axis.text(row["theirs"]["cpu"] * 1.1, i - 0.2, f"{_ratio(row):.0f}x", va="center", fontsize=8)
-    axis.set_yticks(y, [f"{row['peer']}, {row['n']}²" for row in rows])
+    same = groups(rows, "peer", "n")
+    y = np.arange(len(same))
+    theirs, ours = (
+        [median(row[side]["cpu"] for row in group) for group in same.values()] for side in ("theirs", "ours")
+    )
+    axis.barh(y - 0.2, theirs, 0.38, color=SERIES[1], label="peer")
+    axis.barh(y + 0.2, ours, 0.38, color=SERIES[0], label="continuum")
+    for i, group in enumerate(same.values()):
+        axis.text(theirs[i] * 1.1, i - 0.2, f"{median(map(_ratio, group)):.0f}x", va="center", fontsize=8)
+    axis.set_yticks(y, [f"{peer}, {n}²" for peer, n in same])
     axis.invert_yaxis()
     axis.set(xscale="log", xlabel="CPU time of a load point, s", title="one problem, one accuracy, one thread")
     axis.margins(x=0.2)
@@ -315,7 +337,7 @@ def draw(results: Row, stem: Path) -> Path:
         (_draw_memory, work),
         (_draw_peers, _measured(results, "adhesive") + _measured(results, "hard_wall")),
     ]
-    figure = new_figure(9.0, 6.4)
+    figure = new_figure(9.0, 7.6)
     for axis, (panel, rows) in zip(figure.subplots(2, 2).ravel(), panels, strict=True):
         if rows:
             panel(axis, rows)
