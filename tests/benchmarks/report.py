@@ -116,6 +116,11 @@ def memory(rows: list[Row]) -> str:
     return "### Peak memory of a load point\n\n" + table(head, cells)
 
 
+def _wall(row: Row) -> float:
+    """Time of an iteration by the clock, in ms: the transforms, and the arrays at the bandwidth reached."""
+    return float(row["transforms_ms"] + row["arrays"] * 8e-6 * row["n"] ** 2 / row["reached_gb"])
+
+
 def iteration(rows: list[Row]) -> str:
     """One grid alone with the count of arrays, all grids with the ratio only."""
     cells = [
@@ -132,11 +137,12 @@ def iteration(rows: list[Row]) -> str:
             f"{row['stream_gb']:.1f}",
             f"{row['reached_gb']:.1f}",
             f"{100 * row['reached_gb'] / row['stream_gb']:.0f}",
+            f"{_wall(row) / row['one_ms']:.2f}",
         ]
         for row in rows
     ]
     head = ["grid", "l_a/a0", "padded pair, ms", "same in blocks, ms", "iteration, ms", "ratio", "ratio, all grids"]
-    head += ["in transforms, ms", "arrays moved", "stream, GB/s", "reached, GB/s", "%"]
+    head += ["in transforms, ms", "arrays moved", "stream, GB/s", "reached, GB/s", "%", "wall / CPU"]
     return "### Time of an iteration\n\n" + table(head, cells)
 
 
