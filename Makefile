@@ -21,9 +21,11 @@ long: .venv/installed-dev
 # where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall".
 SIZES = 512 1024 2048 4096
 TABLES = work iteration adhesive hard_wall
+# Surface atoms a side of the equilibria of atoms; 128 on request.
+ATOMS = 32 64
 MINUTES = 20
 bench: .venv-bench/installed
-	.venv-bench/bin/python -m tests.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --minutes $(MINUTES)
+	.venv-bench/bin/python -m tests.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --atoms $(ATOMS) --minutes $(MINUTES)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

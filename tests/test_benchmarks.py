@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmarks import ours, report, run
+from tests.benchmarks import atoms, ours, report, run
 from tests.benchmarks.cases import Rough
 
 POINT = {"n": 64, "seed": 1, "adhesion_length": 0.005}
@@ -64,7 +64,7 @@ def test_a_run_fills_the_page_and_the_next_measures_nothing_again(
     monkeypatch.setattr(run, "ADHESION_LENGTHS", (0.005,))
     monkeypatch.setattr(run, "REPEATS", 1)
     page, file = _page(tmp_path), tmp_path / "results.json"
-    plan = ["--sizes", "64", "--tables", "iteration", "--results", str(file), "--docs", str(tmp_path)]
+    plan = ["--sizes", "64", "--tables", "iteration", "--atoms", "--results", str(file), "--docs", str(tmp_path)]
     run.main(plan)
     first = json.loads(file.read_text())
     run.main([*plan, "--minutes", "0"])
@@ -103,6 +103,15 @@ def test_a_job_that_fails_says_why(tmp_path: Path) -> None:
     results = run.Results(tmp_path / "results.json", minutes=1.0)
     with pytest.raises(run.Missing, match="at least 2 points"):
         results.job("ours.mean_gap_at", n=1, seed=1, adhesion_length=0.005, mean_gap=2.0)
+
+
+def test_both_ways_to_the_equilibrium_of_atoms_end_at_one() -> None:
+    row = {"n": 12, "crystal": "springs", "adhesion_length": 0.005, "peak_mib": 1.0}
+    row |= atoms.equilibrium(12, "springs", 0.005, alone=True)
+    # To 1e-9 h'rms E* a0² of force on 12² x 17 atoms.
+    assert row["ours"]["load"] == pytest.approx(row["lammps"]["load"], abs=1e-6)
+    assert row["lammps"]["evaluations"] > 5 * row["ours"]["evaluations"]
+    assert f"| **{row['ours']['evaluations']}** |" in report.atoms([row])
 
 
 def test_the_memory_of_a_job_is_its_own(tmp_path: Path) -> None:

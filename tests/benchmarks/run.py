@@ -26,6 +26,7 @@ from typing import Any
 
 from continuum.provenance import now, provenance
 from tests.benchmarks import report
+from tests.benchmarks.atoms import CRYSTALS
 from tests.benchmarks.cases import ADHESION_LENGTHS, MOST_POINTS, PEER_ADHESION_LENGTH, SEEDS, SIZES
 
 __all__ = ["TABLES", "Missing", "Results", "main"]
@@ -39,6 +40,9 @@ PENTOL, TAMAAS_TOLERANCE, HARD_TOLERANCE = 1e-7, 1e-8, 1e-10
 """Each in its code's own terms: gaps to about 1e-7, 3e-8 and 1e-8 a0 at 1024², which the table shows; ours the best."""
 REPEATS, LONG = 3, 10.0
 """Turns of ours and a peer; one only where the peer takes longer, in seconds."""
+ALONE = {"springs": 64, "Lennard-Jones": 32, "copper": 32}
+"""Largest surfaces, in atoms a side, on which LAMMPS' minimisers go the same way: minutes beyond."""
+MOST_ATOMS = {"springs": 128, "Lennard-Jones": 64, "copper": 64}
 GROWTH = 6.0
 """Time on a grid over that on half as many points a side, at most: 4 by points, the rest by iterations and caches."""
 
@@ -224,6 +228,19 @@ def hard_wall(n: int) -> Plan:
         yield point | {"peer": name}, measured
 
 
+def atoms(n: int) -> Plan:
+    """Atoms under a rough wall: our iteration against LAMMPS' minimisers; these on small cells only."""
+    for crystal, length in product(CRYSTALS, (0.0, PEER_ADHESION_LENGTH)):
+        point = {"n": n, "crystal": crystal, "adhesion_length": length}
+        alone = n <= ALONE[crystal]
+
+        def measured(results: Results, point: Row = point, alone: bool = alone) -> Row:
+            return results.job("atoms.equilibrium", **point, alone=alone)
+
+        if n <= MOST_ATOMS[crystal]:
+            yield point | {"sources": _sources("atomistic", "atoms")}, measured
+
+
 TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall)}
 """Each plans its rows on one grid; `report` has a function of the same name that writes them as text."""
 
@@ -244,11 +261,11 @@ def machine() -> Row:
     return found
 
 
-def _sources() -> str:
+def _sources(package: str = "continuum", *own: str) -> str:
     """Digest of what is measured: rows of one results file belong together."""
-    own = [ROOT / "tests" / "benchmarks" / f"{name}.py" for name in ("cases", "job", "ours", "peers")]
+    files = [ROOT / "tests" / "benchmarks" / f"{name}.py" for name in own or ("cases", "job", "ours", "peers")]
     digest = hashlib.sha256()
-    for file in sorted((ROOT / "continuum").glob("*.py")) + own:
+    for file in sorted((ROOT / package).glob("*.py")) + files:
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -257,6 +274,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="tests.benchmarks.run", description=__doc__)
     parser.add_argument("--sizes", nargs="+", type=int, default=list(SIZES), help="points a side (default %(default)s)")
     parser.add_argument("--tables", nargs="+", choices=list(TABLES), default=list(TABLES))
+    parser.add_argument("--atoms", nargs="*", type=int, default=[32, 64], help="surface atoms a side (default 32 64)")
     parser.add_argument("--minutes", type=float, default=20.0, help="of this run, at most (default 20)")
     parser.add_argument("--results", type=Path, default=Path("results/benchmarks.json"), help="kept, and gone on from")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of benchmarks.md and its figure")
@@ -264,8 +282,12 @@ def main(arguments: list[str] | None = None) -> None:
     options.results.parent.mkdir(parents=True, exist_ok=True)
     results = Results(options.results, options.minutes)
     plan = [(name, *step) for n in sorted(options.sizes) for name in options.tables for step in TABLES[name](n)]
+    plan += [("atoms", *step) for n in sorted(options.atoms) for step in atoms(n)]
+    # Of earlier sources; the other tables start afresh by themselves.
+    known = results.content["rows"].get("atoms", [])
+    known[:] = [row for row in known if row["sources"] == _sources("atomistic", "atoms")]
     for i, (name, point, measured) in enumerate(plan, 1):
-        if "adhesion_length" in point:
+        if "adhesion_length" in point and name != "atoms":
             with suppress(Missing):
                 results.search(**point)
         results.measure(name, point, lambda: measured(results), f"{i}/{len(plan)}")  # noqa: B023
