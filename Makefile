@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test long lint clean
+.PHONY: validate test long verification lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -16,6 +16,10 @@ test: .venv/installed-dev lint
 # The long validations: minutes to an hour.
 long: .venv/installed-dev
 	$(BIN)/python -m pytest -m long
+
+# The solver beside analytic contacts: tables and figure of docs/verification.md.
+verification: .venv/installed-dev
+	$(BIN)/python -m tests.verification.report docs
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

@@ -317,9 +317,9 @@ COMPARISONS = (
             partial(pull_offs, cases),
             IMAGES
             + "The annuli solve the same law without grid, transform or period; what is left is the grid, 3.6 a0 in a "
-            "zone of 6 a0 at μ = 5. The law is no constant tension: at equal w and largest tension it holds up to 5 % more "
-            "than Maugis' in between. Towards the limits it falls short of DMT's force by 0.2 μ (Maugis: 0.3 μ) and "
-            "exceeds JKR's by 0.09/μ.",
+            "zone of 6 a0 at μ = 5. The law is no constant tension: at equal w and largest tension it holds up to 5 % "
+            "more than Maugis' in between. Towards the limits it falls short of DMT's force by 0.2 μ (Maugis: 0.3 μ) "
+            "and exceeds JKR's by 0.09/μ.",
             long,
         )
         for towards, cases, long in (("DMT to JKR", PULL_OFFS, False), ("towards JKR", PULL_OFFS_LONG, True))
