@@ -272,7 +272,7 @@ def _sources(package: str = "continuum", *own: str) -> str:
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="tests.benchmarks.run", description=__doc__)
-    parser.add_argument("--sizes", nargs="+", type=int, default=list(SIZES), help="points a side (default %(default)s)")
+    parser.add_argument("--sizes", nargs="*", type=int, default=list(SIZES), help="points a side (default %(default)s)")
     parser.add_argument("--tables", nargs="+", choices=list(TABLES), default=list(TABLES))
     parser.add_argument("--atoms", nargs="*", type=int, default=[32, 64], help="surface atoms a side (default 32 64)")
     parser.add_argument("--minutes", type=float, default=20.0, help="of this run, at most (default 20)")
