@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import re
 import string
+import textwrap
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -174,7 +175,8 @@ def render(deck: Deck) -> dict[str, str]:
         "README.txt": texts["README.txt"].substitute(
             atoms=f"{deck.slab.size:d}",
             version=continuum.__version__,
-            model=model.reference,
+            model=textwrap.fill(model.reference, 118),
+            potential="".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
             package="MOLECULE" if bonds else "MANYBODY" if model.files else "EXTRA-PAIR",
             **sizes,
         ),

