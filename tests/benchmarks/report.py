@@ -268,11 +268,11 @@ def atoms(rows: list[Row]) -> str:
 
 
 TABLES: dict[str, Callable[[list[Row]], str]] = {
-    "atoms": atoms,
     "work": work,
     "iteration": iteration,
     "adhesive": adhesive,
     "hard_wall": hard_wall,
+    "atoms": atoms,
 }
 
 
