@@ -12,9 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-__all__ = ["Hertz", "Westergaard", "effective_range", "snap_in_wavelength", "spline_adhesion_length"]
+__all__ = [
+    "PERIMETER_FACTOR",
+    "PERIMETER_FACTOR_PAPER",
+    "Hertz",
+    "Westergaard",
+    "effective_range",
+    "snap_in_wavelength",
+    "spline_adhesion_length",
+]
 
 Real = NDArray[np.float64]
+
+PERIMETER_FACTOR_PAPER = float(4 * np.arcsinh(1) / np.pi)
+"""β = 1.1222 in P = β a0 N_P (Suppl. S-II): the mean of 1/cos θ over -π/4 < θ < π/4."""
+
+PERIMETER_FACTOR = float(np.pi / (2 * np.sqrt(2)))
+"""β = 1.1107, which counted discs confirm: a line of length L has L cos θ/a0 perimeter cells (the paper prints
+L/(a0 cos θ)), so that an isotropic perimeter has P <cos θ>/a0 of them and β = 1/<cos θ>."""
 
 
 def spline_adhesion_length(range: float) -> float:
