@@ -24,15 +24,11 @@ __all__ = [
     "TABLE",
     "TILE",
     "Law",
+    "Mask",
     "compiled",
-    "copy",
-    "displace",
     "evaluate",
-    "every_second",
-    "lay",
     "line",
     "move",
-    "moved",
     "press",
     "respond",
     "turn",
@@ -44,6 +40,7 @@ TILE = 64
 """Length in points of the pieces of a row that are marked as near the wall or not."""
 
 Mask = NDArray[np.bool_]
+"""Which tiles are near the wall, one row per row of points."""
 Kernel = TypeVar("Kernel", bound=Callable[..., None])
 
 
@@ -361,50 +358,3 @@ def move(
     sums[0] = slope
     sums[1] = second
     sums[2] = size
-
-
-@compiled
-def every_second(first: int, last: int, sums: Real, fine: Real, z: Real, n: int, near_gap: float, near: Mask) -> None:
-    """Gap of a coarse grid: z <- every second of the fine one's.  Marks the tiles."""
-    for i in range(first, last):
-        for t in range(near.shape[1]):
-            close = 0
-            for j in range(t * TILE, min(n, (t + 1) * TILE)):
-                z[i, j] = fine[2 * i, 2 * j]
-                close += not z[i, j] >= near_gap
-            near[i, t] = close > 0
-
-
-@compiled
-def moved(first: int, last: int, sums: Real, out: Real, fine: Real, z: Real, n: int) -> None:
-    """How far the coarse grid has displaced the surface: ``out`` <- (every second of the fine gap) - z."""
-    for i in range(first, last):
-        for j in range(n):
-            out[i - first, j] = fine[2 * i, 2 * j] - z[i, j]
-
-
-@compiled
-def displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
-    """Displacement u = offset + lift - z into ``out``.  sums: of u."""
-    for i in range(first, last):
-        for j in range(n):
-            u = offset[i, j] + lift - z[i, j]
-            out[i - first, j] = u
-            sums[0] += u
-
-
-@compiled
-def lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
-    """Gap z = offset + lift - u."""
-    for i in range(first, last):
-        for j in range(n):
-            z[i, j] = offset[i, j] + lift - u[i - first, j]
-
-
-@compiled
-def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
-    """The values themselves into ``out``.  sums: of them."""
-    for i in range(first, last):
-        for j in range(n):
-            out[i - first, j] = values[i, j]
-            sums[0] += values[i, j]

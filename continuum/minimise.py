@@ -20,10 +20,8 @@ No contact mechanics here: K, the offset and a law of the gap are all that it kn
 
 from __future__ import annotations
 
-import enum
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +30,7 @@ from continuum import laws, sweeps
 from continuum.grid import Grid, Real
 from continuum.laws import Law
 from continuum.levels import Level, Work, prolong, restrict
+from continuum.solution import Iteration, NotConvergedError, Settings, Solution, Status
 
 __all__ = ["NotConvergedError", "Settings", "Solution", "Status", "Work", "minimise"]
 
@@ -39,6 +38,8 @@ LEVELS = 3
 """Grids that a step uses, at most."""
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
 """Of a cold start on the grids of n/2, n/4, ... points, in units of the tolerance asked for; measured optimum."""
+CLOSE = 1e3
+"""A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer."""
 COARSE_LIMIT = 400
 """Iterations on each coarser grid of a cold start, at most."""
 COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
@@ -47,93 +48,6 @@ SLOPE_REDUCTION, SLOPE_ACCEPTED = 0.1, 0.5
 """The line search follows the points near the wall down to the first; over all points the second must hold."""
 NEAR = 0.5
 """Points within this distance of the reach of the law are near the wall, in a0."""
-
-
-class Status(enum.Enum):
-    """How a solve ended.  Each failure names its usual cause and what helps."""
-
-    CONVERGED = "converged"
-    ITERATION_LIMIT = "iteration limit reached: allow more iterations, or take a smaller step along the path"
-    LINE_SEARCH = "line search found no minimum: the tolerance is below the rounding error of this problem"
-    ENERGY_ROSE = "energy rose: energy and traction of the wall law do not belong to one another"
-    NON_FINITE = "a value is not finite: the start or the input is out of range"
-    BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
-
-    @property
-    def ok(self) -> bool:
-        """Whether the state is an equilibrium of the problem as posed."""
-        return self is Status.CONVERGED
-
-
-class NotConvergedError(RuntimeError):
-    """A solution was required and there is none: the message says how far it came and what helps."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """When to stop, and how to precondition.
-
-    Parameters
-    ----------
-    tolerance : largest root-mean-square gradient, in E*.
-    max_iterations : iterations after which a solve gives up.
-    shift : c0 of the preconditioner 1/(K + c0), in E*/a0; the optimum is flat (0.001 - 0.03).
-    """
-
-    tolerance: float
-    max_iterations: int = 5000
-    shift: float = 0.01
-
-
-class Iteration(NamedTuple):
-    """One line of the history of a solve, on the finest grid."""
-
-    residual: float
-    """Root-mean-square gradient, in E*."""
-    energy: float
-    """Energy per area relative to the start, in E* a0."""
-    step: float
-    """Length α of the step along the direction."""
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """What a solve found, and how."""
-
-    points: Real = field(repr=False)
-    """Gap z = offset - u at each point."""
-    status: Status
-    residual: float
-    """Root-mean-square gradient of the final state, computed afresh, in E*."""
-    iterations: int
-    """On the finest grid."""
-    work: tuple[Work, ...] = ()
-    """On each grid, the finest first."""
-    seconds: float = field(default=0.0, compare=False)
-    history: tuple[Iteration, ...] = field(repr=False, default=())
-
-    @property
-    def fft_pairs(self) -> float:
-        """Transforms of all grids, halved and weighted by their numbers of points."""
-        return sum(w.fft_pairs * w.shape[0] * w.shape[1] for w in self.work) / self.points.size
-
-    @property
-    def sweeps(self) -> int:
-        """Evaluations of the line search on the finest grid."""
-        return self.work[0].sweeps if self.work else 0
-
-    def require(self) -> Solution:
-        """Return the solution itself, if converged.
-
-        Raises
-        ------
-        NotConvergedError
-            Otherwise.
-        """
-        if not self.status.ok:
-            msg = f"{self.status.value} (residual {self.residual:.2e} after {self.iterations} iterations)"
-            raise NotConvergedError(msg)
-        return self
 
 
 def minimise(
@@ -171,16 +85,7 @@ def minimise(
     problem = _Problem(law, settings, force, lift)
     offset = np.ascontiguousarray(offset)
     history: list[Iteration] = []
-    if start is None:
-        status = _from_rest(level, problem, offset, 0, history)
-    else:
-        level.gap[...] = start
-        mean = _displacement(level, problem, offset)
-        if level.held:
-            level.gap[...] += mean
-        _elastic(level, problem)
-        problem.press(level)
-        status = _descend(level, problem, settings.tolerance, settings.max_iterations, LEVELS, history)
+    status = _solve(level, problem, offset, start, 0, history)
 
     # The gradient afresh, from z alone: g has gathered rounding errors on the way.
     _displacement(level, problem, offset)
@@ -217,7 +122,7 @@ class _Problem(NamedTuple):
 
 def _displacement(level: Level, problem: _Problem, offset: Real) -> float:
     """Spectrum of the displacement into the work of a level; returns its mean."""
-    sums = level.into_rows(laws.displace, level.z, level.n, offset, problem.lift)
+    sums = level.into_rows(sweeps.displace, level.z, level.n, offset, problem.lift)
     level.spectral(level.column_edges, None, forward=True)
     return float(sums[0]) / level.grid.size
 
@@ -229,31 +134,52 @@ def _elastic(level: Level, problem: _Problem) -> None:
         level.g_q[0, 0] -= problem.force
 
 
-def _from_rest(level: Level, problem: _Problem, offset: Real, depth: int, history: list[Iteration]) -> Status:
-    """Minimise from the solution on the next coarser grid, that one's from the next, ...: from u = 0 on the last."""
-    tolerance, iterations = problem.settings.tolerance, problem.settings.max_iterations
+def _solve(
+    level: Level, problem: _Problem, offset: Real, start: Real | None, depth: int, history: list[Iteration]
+) -> Status:
+    """Minimise on one level, from the solution on the next coarser grid, that one's from the next, and so on.
+
+    The coarsest begins from u = 0 or, if there is a start, from its part of that.
+    """
+    settings = problem.settings
+    tolerance, iterations = settings.tolerance, settings.max_iterations
     if depth:
         tolerance, iterations = tolerance * COARSE_TOLERANCES[depth - 1], min(iterations, COARSE_LIMIT)
-    coarse = level.coarser if depth < len(COARSE_TOLERANCES) else None
+    coarse = level.coarser if depth < (len(COARSE_TOLERANCES) if start is None else settings.warm_grids) else None
+    if start is not None:
+        level.gap[...] = start
+        mean = _displacement(level, problem, offset)
+        if level.held:
+            level.gap[...] += mean
+        if coarse is not None:
+            restrict(level.work_q, coarse.work_q)
+        _elastic(level, problem)
+        problem.press(level)
+        status = _descend(level, problem, tolerance, 0 if coarse else iterations, LEVELS, history)
+        if coarse is None or status is not Status.ITERATION_LIMIT:
+            return status
+        if history.pop().residual <= CLOSE * tolerance:
+            return _descend(level, problem, tolerance, iterations, LEVELS, history, complete=True)
     if coarse is None:
         level.gap[...] = offset + problem.lift
         level.work_q[...] = 0.0
         _elastic(level, problem)
     else:
-        mean = level.into_rows(laws.copy, offset, level.n)[0] / level.grid.size
+        part = None if start is None else coarse.grid.inverse(coarse.work_q, overwrite=True)
+        mean = level.into_rows(sweeps.copy, offset, level.n)[0] / level.grid.size
         level.spectral(level.column_edges, None, forward=True)
         level.work_q[0, 0] = mean
         restrict(level.work_q, coarse.work_q)
         coarse_offset = coarse.grid.inverse(coarse.work_q, overwrite=True)
-        _from_rest(coarse, problem, coarse_offset, depth + 1, [])
-        mean = _displacement(coarse, problem, coarse_offset)
+        coarse_start = None if part is None else coarse_offset + problem.lift - part
+        _solve(coarse, problem, coarse_offset, coarse_start, depth + 1, [])
         # A coarse grid that failed is no start: this one begins from rest.
-        if not np.isfinite(mean):
+        if not np.isfinite(_displacement(coarse, problem, coarse_offset)):
             coarse.clear()
         prolong(coarse.work_q, level.work_q)
         _elastic(level, problem)
         level.spectral(level.column_edges, None, inverse=True)
-        level.from_rows(laws.lay, level.z, level.n, offset, problem.lift)
+        level.from_rows(sweeps.lay, level.z, level.n, offset, problem.lift)
     problem.press(level)
     return _descend(level, problem, tolerance, iterations, LEVELS, history)
 
@@ -265,21 +191,23 @@ def _descend(
     iterations: int,
     levels: int,
     history: list[Iteration] | None = None,
+    *,
+    complete: bool = False,
 ) -> Status:
     """Minimise on one level from its z, its g_q without the traction of the wall, and that, transformed along rows.
 
-    Without a history it is a step for a finer grid: g_q is complete and the bound relative to it.
+    Or from its complete g_q.  Without a history the bound is relative to that, as for a step for a finer grid.
     """
     law, c0, size = problem.law, problem.settings.shift, level.grid.size
     coarse = level.coarser if levels > 1 else None
     low_rows, low_columns = level.low if coarse else (0, 0)
     g, d, work, K, weights = level.g, level.d, level.work, level.K, level.weights
     alpha = beta = energy = slope = curvature = after = 0.0
-    if history is None:
+    if complete:
         level.work_q[...] = 0.0
     for iteration in range(iterations + 1):
         arguments = g, d, work, K, c0, alpha, beta, low_rows, low_columns, weights
-        forward = bool(iteration) or history is not None
+        forward = iteration > 0 or not complete
         if coarse is None:
             sums = level.spectral(level.column_edges, sweeps.gradient, *arguments, forward=forward, inverse=True)
         else:
@@ -333,10 +261,10 @@ def _descend(
 
 def _coarse_step(level: Level, coarse: Level, problem: _Problem, levels: int) -> Real:
     """Step of the displacement that the coarser grid takes from here, as a spectrum."""
-    coarse.real(laws.every_second, level.z, coarse.z, coarse.n, problem.near_gap, coarse.near)
+    coarse.real(sweeps.every_second, level.z, coarse.z, coarse.n, problem.near_gap, coarse.near)
     restrict(level.g_q, coarse.g_q)
-    _descend(coarse, problem, COARSE_REDUCTION, COARSE_ITERATIONS, levels)
-    coarse.into_rows(laws.moved, level.z, coarse.z, coarse.n)
+    _descend(coarse, problem, COARSE_REDUCTION, COARSE_ITERATIONS, levels, complete=True)
+    coarse.into_rows(sweeps.moved, level.z, coarse.z, coarse.n)
     coarse.spectral(coarse.column_edges, None, forward=True)
     return coarse.work
 

@@ -98,7 +98,7 @@ class ContactProblem:
         if np.isinf(self.mean_stiffness) and abs(u_q[0, 0]) > 1e-12:
             return float("inf")
         elastic = 0.5 * self.grid.inner_q(u_q, self.elastic_traction_q(u_q)) * self.grid.area
-        return elastic + self.grid.integrate(self.wall.evaluate(self.gap(displacement, separation)).energy)
+        return elastic + self.grid.integrate(self.wall.energy(self.gap(displacement, separation)))
 
     def gradient(self, displacement: Real, separation: float) -> Real:
         """Derivative of the energy by the displacement, per area, in E*; without its mean where clamped."""

@@ -1,8 +1,8 @@
-"""Fused sweeps of the minimiser over its spectra, compiled.
+"""Fused sweeps of the minimiser over its spectra, and those over the points that need no wall law, compiled.
 
-A sweep is a function of the columns ``first:last`` of a block, which writes that block's sums.  Spectra are passed as
-real arrays with padded rows, real and imaginary parts in turn: the compiler vectorises these.  ``weights`` says how
-often a column counts in a sum over all modes: 0 and, on even grids, ny/2 once, all others twice.
+A sweep over a spectrum is a function of the columns ``first:last`` of a block, which writes that block's sums.
+Spectra are passed as real arrays with padded rows, real and imaginary parts in turn: the compiler vectorises these.
+``weights`` says how often a column counts in a sum over all modes: 0 and, on even grids, ny/2 once, all others twice.
 
 The next coarser grid carries the columns below ``low_columns`` of the rows within ``low_rows`` of row 0.
 """
@@ -10,9 +10,21 @@ The next coarser grid carries the columns below ``low_columns`` of the rows with
 from __future__ import annotations
 
 from continuum.grid import Real
-from continuum.laws import compiled
+from continuum.laws import TILE, Mask, compiled
 
-__all__ = ["SUMS", "gradient", "low_direction", "low_gradient", "low_modes", "square"]
+__all__ = [
+    "SUMS",
+    "copy",
+    "displace",
+    "every_second",
+    "gradient",
+    "lay",
+    "low_direction",
+    "low_gradient",
+    "low_modes",
+    "moved",
+    "square",
+]
 
 SUMS = 6
 """Sums of a sweep, at most."""
@@ -207,3 +219,53 @@ def square(first: int, last: int, sums: Real, g: Real, weights: Real) -> None:
     for i in range(g.shape[0]):
         for j in range(first, last):
             sums[0] += weights[j] * (g[i, 2 * j] * g[i, 2 * j] + g[i, 2 * j + 1] * g[i, 2 * j + 1])
+
+
+# Over the points: functions of the rows ``first:last``, as those of :mod:`continuum.laws`.
+
+
+@compiled
+def every_second(first: int, last: int, sums: Real, fine: Real, z: Real, n: int, near_gap: float, near: Mask) -> None:
+    """Gap of a coarse grid: z <- every second of the fine one's.  Marks the tiles."""
+    for i in range(first, last):
+        for t in range(near.shape[1]):
+            close = 0
+            for j in range(t * TILE, min(n, (t + 1) * TILE)):
+                z[i, j] = fine[2 * i, 2 * j]
+                close += not z[i, j] >= near_gap
+            near[i, t] = close > 0
+
+
+@compiled
+def moved(first: int, last: int, sums: Real, out: Real, fine: Real, z: Real, n: int) -> None:
+    """How far the coarse grid has displaced the surface: ``out`` <- (every second of the fine gap) - z."""
+    for i in range(first, last):
+        for j in range(n):
+            out[i - first, j] = fine[2 * i, 2 * j] - z[i, j]
+
+
+@compiled
+def displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+    """Displacement u = offset + lift - z into ``out``.  sums: of u."""
+    for i in range(first, last):
+        for j in range(n):
+            u = offset[i, j] + lift - z[i, j]
+            out[i - first, j] = u
+            sums[0] += u
+
+
+@compiled
+def lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+    """Gap z = offset + lift - u."""
+    for i in range(first, last):
+        for j in range(n):
+            z[i, j] = offset[i, j] + lift - u[i - first, j]
+
+
+@compiled
+def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
+    """The values themselves into ``out``.  sums: of them."""
+    for i in range(first, last):
+        for j in range(n):
+            out[i - first, j] = values[i, j]
+            sums[0] += values[i, j]

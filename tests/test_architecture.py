@@ -77,7 +77,7 @@ def test_the_oracles_and_the_ground_know_nothing_of_the_solver(module: str, know
 
 def test_the_minimiser_knows_no_contact_mechanics() -> None:
     mine = {m for m in imports(ROOT / "continuum" / "minimise.py") if m.startswith("continuum.")}
-    assert {m.split(".")[1] for m in mine} == {"grid", "laws", "levels", "sweeps"}
+    assert {m.split(".")[1] for m in mine} == {"grid", "laws", "levels", "solution", "sweeps"}
 
 
 @pytest.mark.parametrize("path", [p for p in MODULES if not p.stem.startswith("__")], ids=name)
