@@ -48,7 +48,10 @@ class ContactProblem:
 
     def __post_init__(self) -> None:
         """Refuse heights that are none."""
-        heights = np.array(self.heights, dtype=np.float64)
+        heights = np.asarray(self.heights, dtype=np.float64)
+        if heights.flags.writeable or heights.base is not None:
+            # Others could change them.
+            heights = heights.copy()
         if heights.shape != self.grid.shape:
             msg = f"heights of shape {heights.shape} do not fit a grid of shape {self.grid.shape}"
             raise ValueError(msg)
