@@ -12,11 +12,12 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage, sparse
 
 from continuum import theory
-from continuum.grid import Grid
+from continuum.grid import Grid, Real
 
-__all__ = ["Correction", "Mask", "Outline", "outline", "ratio"]
+__all__ = ["Correction", "Mask", "Outline", "Patches", "checked", "outline", "patches", "ratio", "size_distribution"]
 
 Mask = NDArray[np.bool_]
 Correction = Literal["paper", "exact", "edges"]
@@ -95,21 +96,97 @@ def outline(grid: Grid, inside: Mask) -> Outline:
     ValueError
         If the map does not fit the grid.
     """
-    inside = _checked(grid, inside)
+    inside = checked(grid, inside)
+    cells, edges = int(np.count_nonzero(inside)), [np.count_nonzero(inside != np.roll(inside, 1, a)) for a in (0, 1)]
+    return Outline(grid.spacing, cells, int(np.count_nonzero(_rim(inside))), (int(edges[0]), int(edges[1])))
+
+
+def _rim(inside: Mask) -> Mask:
+    """Cells inside that have fewer than four neighbours inside."""
     core = inside.copy()
-    edges = []
     for axis in (0, 1):
-        previous = np.roll(inside, 1, axis)
-        edges.append(int(np.count_nonzero(inside != previous)))
-        core &= previous
-        core &= np.roll(inside, -1, axis)
-    cells = int(np.count_nonzero(inside))
-    return Outline(grid.spacing, cells, cells - int(np.count_nonzero(core)), (edges[0], edges[1]))
+        for step in (1, -1):
+            core &= np.roll(inside, step, axis)
+    core ^= inside
+    return core
 
 
-def _checked(grid: Grid, inside: Mask) -> Mask:
+def checked(grid: Grid, inside: Mask) -> Mask:
+    """A map of the shape of the grid.
+
+    Raises
+    ------
+    ValueError
+        If it has another.
+    """
     inside = np.asarray(inside, dtype=np.bool_)
     if inside.shape != grid.shape:
         msg = f"a map of shape {inside.shape} does not fit a grid of shape {grid.shape}"
         raise ValueError(msg)
     return inside
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """The connected parts of a map: cells that share an edge, also over the seam of the period."""
+
+    labels: NDArray[np.int32]
+    """1, 2, ... inside, the number of the patch; 0 outside; shape of the map."""
+    cells: NDArray[np.int64]
+    """Cells of each patch, in the order of their numbers."""
+    perimeter_cells: NDArray[np.int64]
+    """Perimeter cells of each patch."""
+    cell_area: float
+    """Area of a cell, in a0²."""
+
+    @property
+    def areas(self) -> Real:
+        """Area of each patch, in a0²."""
+        return self.cells.astype(np.float64) * self.cell_area
+
+
+def patches(grid: Grid, inside: Mask) -> Patches:
+    """The connected patches of a map, shape ``grid.shape``.
+
+    Raises
+    ------
+    ValueError
+        If the map does not fit the grid.
+    """
+    inside = checked(grid, inside)
+    labels = np.zeros(grid.shape, dtype=np.int32)
+    found = ndimage.label(inside, output=labels)
+    # Patches that meet over the seam are one: components of the graph of such meetings, node 0 being the outside.
+    first = np.concatenate([labels[0], labels[:, 0]])
+    last = np.concatenate([labels[-1], labels[:, -1]])
+    meet = (first > 0) & (last > 0)
+    graph = sparse.coo_array((np.ones(int(meet.sum())), (first[meet], last[meet])), shape=(found + 1, found + 1))
+    count, number = sparse.csgraph.connected_components(graph, directed=False)
+    if count <= found:
+        labels = np.asarray(number, dtype=np.int32)[labels]
+    # Counted on the cells inside only, which are few.
+    cells, rim = (np.bincount(labels[cell], minlength=count)[1:] for cell in (inside, _rim(inside)))
+    return Patches(labels, cells, rim, grid.cell_area)
+
+
+def size_distribution(areas: Real, per_decade: int = 5) -> tuple[Real, Real]:
+    """Number of patches per area of a patch, n(A), in logarithmic bins from the smallest to the largest.
+
+    Parameters
+    ----------
+    areas : of the patches, in a0².
+    per_decade : bins in a factor of ten.
+
+    Returns
+    -------
+    size, density : geometric mean of the ends of each bin, in a0², and patches per a0² of patch size, in 1/a0²; bins
+        without patches are left out.
+    """
+    if areas.size == 0:
+        return np.empty(0), np.empty(0)
+    low, high = np.log10(areas.min()), np.log10(areas.max())
+    edges = 10 ** (low + np.arange(int(np.floor((high - low) * per_decade + 1e-9)) + 2) / per_decade)
+    edges[0] *= 1 - 1e-9  # the smallest lies on the edge
+    count = np.histogram(areas, edges)[0]
+    filled = count > 0
+    return np.sqrt(edges[1:] * edges[:-1])[filled], (count / np.diff(edges))[filled]

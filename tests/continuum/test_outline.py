@@ -13,7 +13,7 @@ from continuum.grid import Grid
 from continuum.kappa import characterise
 from continuum.loading import solve
 from continuum.minimise import Settings
-from continuum.outline import Mask, outline
+from continuum.outline import Mask, outline, patches, size_distribution
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine, moments
 from continuum.theory import PERIMETER_FACTOR, PERIMETER_FACTOR_PAPER
@@ -149,14 +149,71 @@ def test_counts_bound_one_another(mask: Mask) -> None:
     assert rim.perimeter("edges") * rim.chord == pytest.approx(np.pi * rim.area) or not sum(rim.edges)
 
 
+# --- patches -----------------------------------------------------------------------------------------------
+
+
+def test_patches_are_joined_over_the_seam() -> None:
+    grid = Grid.square(60)
+    mask = disc(grid, 10, (0, 0)) | disc(grid, 7, (30, 59)) | disc(grid, 4, (30, 30))
+    found = patches(grid, mask)
+    whole = [np.count_nonzero(disc(grid, *at)) for at in ((10, (0, 0)), (7, (30, 59)), (4, (30, 30)))]
+    assert sorted(found.cells) == sorted(whole)
+    for label, cells in enumerate(found.cells, start=1):
+        assert np.count_nonzero(found.labels == label) == cells
+    assert not found.labels[~mask].any()
+
+
+def test_a_spiral_that_closes_over_the_seam_is_one_patch() -> None:
+    # A line of slope 1/5 winds five times around the period before it meets itself.
+    grid = Grid.square(50)
+    x, y = grid.positions
+    mask = (5 * x - y) % 50 < 6
+    found = patches(grid, mask)
+    assert found.cells.tolist() == [300]
+
+
+def test_diagonal_neighbours_are_not_connected() -> None:
+    found = patches(Grid.square(8), np.indices((8, 8)).sum(0) % 2 == 0)
+    assert found.cells.tolist() == found.perimeter_cells.tolist() == [1] * 32
+    assert patches(Grid.square(8), np.zeros((8, 8), dtype=bool)).cells.size == 0
+    assert patches(Grid.square(8), np.ones((8, 8), dtype=bool)).perimeter_cells.tolist() == [0]
+
+
+@given(masks, st.integers(0, 8), st.integers(0, 8))
+def test_patches_add_up_and_do_not_depend_on_the_origin(mask: Mask, i: int, j: int) -> None:
+    grid = grid_of(mask)
+    found, rim = patches(grid, mask), outline(grid, mask)
+    assert found.cells.sum() == rim.cells
+    assert found.perimeter_cells.sum() == rim.perimeter_cells
+    moved = patches(grid, np.roll(mask, (i, j), (0, 1)))
+    turned = patches(grid_of(mask.T), mask.T)
+    for other in (moved, turned):
+        assert sorted(zip(other.cells, other.perimeter_cells, strict=True)) == sorted(
+            zip(found.cells, found.perimeter_cells, strict=True)
+        )
+    # Neighbours belong to one patch, on both sides of every edge.
+    for axis in (0, 1):
+        both = mask & np.roll(mask, 1, axis)
+        assert (found.labels == np.roll(found.labels, 1, axis))[both].all()
+
+
+@given(st.lists(st.floats(1, 1e6), max_size=50), st.integers(1, 10))
+def test_a_size_distribution_counts_every_patch(areas: list[float], per_decade: int) -> None:
+    size, density = size_distribution(np.array(areas), per_decade)
+    step = 10 ** (0.5 / per_decade)
+    assert (size * step > min(areas, default=0)).all()
+    # The lowest edge is moved by one part in 1e9, so that the smallest patch lies inside.
+    assert np.sum(density * size * (step - 1 / step)) == pytest.approx(len(areas), rel=1e-6)
+
+
 # --- contacts ----------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=5)
+@settings(deadline=None, max_examples=4)
 @given(st.integers(0, 100))
 def test_the_numbers_of_a_contact_belong_together(seed: int) -> None:
-    grid = Grid.square(64)
-    heights = SelfAffine(0.8, 0.1, 8.0, 32.0).synthesise(grid, np.random.default_rng(seed))
+    grid = Grid.square(48)
+    heights = SelfAffine(0.8, 0.1, 8.0, 24.0).synthesise(grid, np.random.default_rng(seed))
     wall = LennardJonesSpline.from_adhesion_length(0.005)
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
     state = solve(problem, "mean-gap", 1 + 1.5 * heights.std(), Settings(1e-7))
