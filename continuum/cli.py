@@ -38,6 +38,15 @@ def _parser() -> argparse.ArgumentParser:
     plot = commands.add_parser("plot", help="draw the figures of a stored run")
     plot.add_argument("result", type=Path, help="file written by `continuum run`")
     plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
+
+    analyse = commands.add_parser(
+        "analyse",
+        help="measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
+        description="Measure every point of stored runs, compare with the paper, and draw the figures.  The "
+        "gap profile, d_att and the distributions need a run with fields = true in [output].",
+    )
+    analyse.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="files written by `continuum run`")
+    analyse.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of each result)")
     return parser
 
 
@@ -49,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from continuum.run import OutputError
     from continuum.store import StoreError
 
-    command = {"check": _check, "run": _run, "plot": _plot}[parsed.command]
+    command = {"check": _check, "run": _run, "plot": _plot, "analyse": _analyse}[parsed.command]
     return exit_code(lambda: command(parsed), (ConfigError, OutputError, StoreError))
 
 
@@ -138,4 +147,21 @@ def _plot(parsed: argparse.Namespace) -> int:
 
     for path in draw_all(parsed.result, parsed.output):
         print(path)
+    return OK
+
+
+def _analyse(parsed: argparse.Namespace) -> int:
+    from continuum.analysis import analyse, summary, tables
+    from continuum.console import OK, show_table
+    from continuum.plot import draw_analysis
+
+    for path in parsed.results:
+        found = analyse(path)
+        for title, head, rows in tables(found):
+            show_table(f"{path}: {title}", head, rows)
+        show_table("theory and adhesion", ["quantity", "value", "unit"], summary(found))
+        for note in found.notes:
+            print(f"note: {note}")
+        for figure in draw_analysis(found, parsed.output):
+            print(figure)
     return OK

@@ -36,7 +36,7 @@ from continuum.problem import ContactProblem
 from continuum.surface import Moments, SelfAffine, moments, sine, sphere
 from continuum.wall import Exponential, HardWall, InversePowers, LennardJonesSpline, Tabulated, Wall
 
-__all__ = ["Estimate", "System", "build", "estimate"]
+__all__ = ["Estimate", "System", "build", "estimate", "wall_of"]
 
 # Peak memory of a solve in bytes per grid point, measured by the tests of this module.
 _BYTES_PER_POINT = 240
@@ -113,7 +113,7 @@ def build(config: RunConfig) -> System:
     except (ValueError, OSError) as error:
         faults.append(Fault(("surface", _place(config.surface)), _usable(error)))
     try:
-        wall = _wall(config)
+        wall = wall_of(config)
     except (ValueError, OSError) as error:
         faults.append(Fault(("wall", _place(config.wall)), _usable(error)))
     if heights is None or wall is None:
@@ -163,7 +163,14 @@ def _response(config: RunConfig) -> greens.Response:
     return greens.HalfSpace(substrate.mean)
 
 
-def _wall(config: RunConfig) -> Wall:
+def wall_of(config: RunConfig) -> Wall:
+    """The wall law of a configuration.
+
+    Raises
+    ------
+    ValueError, OSError
+        If it is a table that cannot be used.
+    """
     table = config.wall
     if isinstance(table, TableWall):
         columns = _read_text(table.path)
