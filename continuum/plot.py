@@ -178,6 +178,8 @@ def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
     """Draw what was measured on a run, beside its file or into a folder; returns the PNG files."""
     stem = (folder or analysis.path.parent) / analysis.path.stem
     touching = [point for point in analysis.points if point.numbers.area_rep > 0]
+    # Points of the approach; on the way back they would hide one another.
+    touching = [point for point in touching if point.branch != "retract"] or touching
     if not touching:
         return []
     chosen = [touching[i] for i in np.unique(np.linspace(0, len(touching) - 1, 4).round().astype(int))]
@@ -189,7 +191,7 @@ def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
 
 
 def _label(point: Point) -> str:
-    return rf"$A_{{rep}}/A_0$ = {point.numbers.area_rep:.3g}" + (" back" if point.branch == "retract" else "")
+    return rf"$A_{{rep}}/A_0$ = {point.numbers.area_rep:.3g}"
 
 
 @styled

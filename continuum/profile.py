@@ -121,7 +121,7 @@ class Distribution:
     """Fraction of A0 in each bin, divided by its width."""
 
 
-def gap_distribution(grid: Grid, gap: Real, bins: int = 200) -> Distribution:
+def gap_distribution(grid: Grid, gap: Real, bins: int = 80) -> Distribution:
     """Distribution of the gap, in a0, from the smallest to the largest: its integral is 1."""
     edges = np.linspace(float(gap.min()), float(gap.max()), bins + 1)
     if edges[0] == edges[-1]:
@@ -131,7 +131,7 @@ def gap_distribution(grid: Grid, gap: Real, bins: int = 200) -> Distribution:
 
 
 def pressure_distribution(
-    grid: Grid, wall: Wall, gap: Real, traction: Real | None = None, bins: int = 200
+    grid: Grid, wall: Wall, gap: Real, traction: Real | None = None, bins: int = 80
 ) -> Distribution:
     """Distribution of the pressure, in E*, compression positive, over the cells that bear any.
 
