@@ -8,20 +8,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuum import store, theory
 from continuum.areas import Areas, areas
 from continuum.config import RunConfig
 from continuum.curve import Adhesion, Curve, adhesion, normal_stiffness
 from continuum.geometry import Contact
-from continuum.grid import Grid
+from continuum.grid import Grid, Real
 from continuum.kappa import Measurement, characterise
 from continuum.outline import Mask, patches
 from continuum.profile import Distribution, GapProfile, gap_distribution, gap_profile, pressure_distribution
 from continuum.system import wall_of
 from continuum.wall import HardWall, Wall
 
-__all__ = ["Analysis", "Fields", "Point", "Prediction", "analyse", "summary", "tables"]
+__all__ = ["Analysis", "Fields", "Point", "Prediction", "analyse", "gap_ratio", "summary", "tables"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,10 @@ class Fields:
     """Above zero_gap, up to twice the mean diameter."""
     width: float
     """d_att, in a0: where the mean gap above zero_gap reaches the range; not a number without attraction."""
+    predicted_width: float
+    """d_att of Eq. (datt) with the measured d_rep, in a0."""
+    gap_ratio: tuple[float, float]
+    """Smallest and largest ratio of the mean gap to Eq. (gap), see :func:`gap_ratio`."""
     gaps: Distribution
     pressures: Distribution | None
     """None under a hard or a tabulated wall: the traction is not stored."""
@@ -47,12 +52,12 @@ class Point:
     mean_gap: float
     """In a0."""
     numbers: Measurement
-    patch_areas: np.ndarray
+    patch_areas: Real
     """Area of each connected patch of A_rep, in a0²."""
     stiffness: float
     """k_N = -dN/d(mean gap), in E*/a0."""
-    repulsive: Mask
-    """Map of A_rep."""
+    packed: NDArray[np.uint8]
+    """Map of A_rep, for :func:`continuum.store.unpack`: many points of a large grid stay small."""
     fields: Fields | None
     """None where the run did not store gaps."""
 
@@ -127,10 +132,13 @@ def analyse(path: Path) -> Analysis:
         loads = Contact(**{name: float(file[name][step]) for name in contact})
         numbers = characterise(grid, loads, repulsive, prediction.rms_slope)
         stored_gap = store.read_part(path, "gap", step)
-        found = None if stored_gap is None else _fields(grid, wall, stored_gap.astype(np.float64), repulsive, numbers)
+        found = None
+        if stored_gap is not None:
+            full = stored_gap.astype(np.float64)
+            found = _fields(grid, wall, full, repulsive, numbers, prediction.rms_slope)
         sizes = patches(grid, repulsive).areas
         branch, gap = str(file["branch"][step]), float(file["mean_gap"][step])
-        points.append(Point(step, branch, gap, numbers, sizes, float(stiffness), repulsive, found))
+        points.append(Point(step, branch, gap, numbers, sizes, float(stiffness), file["repulsive"][step], found))
     return Analysis(path, grid, prediction, tuple(points), adhesion(curve) if good.size else None, tuple(notes))
 
 
@@ -169,7 +177,7 @@ def _prediction(file: store.File, wall: Wall) -> Prediction:
     )
 
 
-def _fields(grid: Grid, wall: Wall, gap: np.ndarray, repulsive: Mask, numbers: Measurement) -> Fields:
+def _fields(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, numbers: Measurement, slope: float) -> Fields:
     # Twice the diameter shows the gap between patches; the map is held with a margin that wide, hence the limit.
     reach = 2 * numbers.diameter if np.isfinite(numbers.diameter) else 0.0
     farthest = min(max(reach, 16 * max(grid.spacing)), min(grid.lengths) / 8)
@@ -178,14 +186,39 @@ def _fields(grid: Grid, wall: Wall, gap: np.ndarray, repulsive: Mask, numbers: M
         areas(grid, wall, gap),
         profile,
         profile.width(wall.range) if wall.range > 0 else np.nan,
+        theory.attraction_width(slope, numbers.diameter, wall.range) if wall.range > 0 else np.nan,
+        gap_ratio(profile, slope, numbers.diameter),
         gap_distribution(grid, gap),
         None if isinstance(wall, (_Bounds, HardWall)) else pressure_distribution(grid, wall, gap),
     )
 
 
+def gap_ratio(
+    profile: GapProfile, rms_slope: float, diameter: float, *, from_perimeter_cells: bool = False
+) -> tuple[float, float]:
+    """Smallest and largest ratio of a mean gap to Eq. (gap) with the measured d_rep, for 2 a0 <= x <= d_rep/4.
+
+    Parameters
+    ----------
+    profile : its gap above zero_gap.
+    rms_slope, diameter : h'rms and the measured d_rep.
+    from_perimeter_cells : count x from the centres of the perimeter cells instead of the edge.
+
+    Returns
+    -------
+    lowest, highest : not numbers where no distance lies between those.
+    """
+    x = profile.from_perimeter_cells if from_perimeter_cells else profile.distance
+    near = (x >= 2) & (x <= diameter / 4)
+    if not near.any():
+        return np.nan, np.nan
+    ratio = profile.gap[near] / theory.gap_profile(x[near], rms_slope, diameter)
+    return float(ratio.min()), float(ratio.max())
+
+
 def tables(analysis: Analysis) -> list[tuple[str, list[str], list[list[str]]]]:
     """The tables of a run: title, names of the columns, one row for each point."""
-    loads, geometry = [], []
+    loads, geometry, fields = [], [], []
     for point in analysis.points:
         n, found, size = point.numbers, point.fields, point.patch_areas
         head = [str(point.step), point.branch, f"{point.mean_gap:.4g}"]
@@ -194,11 +227,16 @@ def tables(analysis: Analysis) -> list[tuple[str, list[str], list[list[str]]]]:
         kappas = _cells(inverse, n.kappa_rep, n.kappa_att)
         loads.append([*head, *_cells(n.area_rep, n.area_att), *pressures, *kappas, f"{point.stiffness:.3e}"])
         lengths = _cells(n.perimeter, n.diameter, n.diameter_exact, n.chord, n.chord_x, n.chord_y)
-        width = _cells(found.width) if found else ["-"]
         patch = [str(size.size), *_cells(size.max(initial=0.0))]
-        geometry.append([*head, str(n.perimeter_cells), *lengths, *width, *patch])
+        geometry.append([*head, str(n.perimeter_cells), *lengths, *patch])
+        if found is not None:
+            rim = n.area_att * analysis.grid.area / n.perimeter if n.perimeter else np.nan
+            low, high = found.gap_ratio
+            a = found.areas
+            shares = _cells(a.repulsive, a.uncertainty, a.corrected, a.contour, a.interior, a.dilated)
+            fields.append([*head, *_cells(found.width, rim, found.predicted_width, low, high), *shares])
     point_head = ["step", "branch", "mean gap"]
-    return [
+    found_tables = [
         (
             "loads: pressures in E*, areas as fractions of A0",
             [*point_head, "A_rep", "A_att", "N", "p_rep", "p_att", "1/κ", "κ_rep", "κ_att", "k_N"],
@@ -206,10 +244,16 @@ def tables(analysis: Analysis) -> list[tuple[str, list[str], list[list[str]]]]:
         ),
         (
             "repulsive contact: lengths in a0; P and d_rep with the paper's 1.1222, d_rep also with 1.1107",
-            [*point_head, "N_P", "P", "d_rep", "1.1107", "chord", "along x", "along y", "d_att", "patches", "largest"],
+            [*point_head, "N_P", "P", "d_rep", "1.1107", "chord", "along x", "along y", "patches", "largest"],
             geometry,
         ),
     ]
+    if fields:
+        names = ["d_att", "A_att/P", "Eq. (datt)", "gap/Eq. (gap)", "to", "A_rep", "±", "corrected", "contour",
+                 "interior", "dilated"]  # fmt: skip
+        title = "gap outside, in a0; areas by other definitions, as fractions of A0"
+        found_tables.append((title, [*point_head, *names], fields))
+    return found_tables
 
 
 def _cells(*values: float) -> list[str]:

@@ -201,7 +201,7 @@ def _patch_maps(analysis: Analysis, points: list[Point]) -> Figure:
     axes = figure.subplots(1, len(points), squeeze=False, sharey=True)[0]
     grid = analysis.grid
     for axis, point in zip(axes, points, strict=True):
-        found = patches(grid, point.repulsive)
+        found = patches(grid, store.unpack(point.packed, grid.shape[1]))
         rank = np.full(found.cells.size + 1, len(SERIES) + 1)
         rank[1 + np.argsort(-found.cells, kind="stable")[: len(SERIES)]] = np.arange(
             1, min(len(SERIES), rank.size - 1) + 1

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from continuum import plot, theory
+from continuum.analysis import gap_ratio
 from continuum.curve import Adhesion, Curve, adhesion
 from continuum.geometry import measure
 from continuum.greens import HalfSpace
@@ -56,6 +57,7 @@ def perimeter_ratio(contact: RoughContact) -> float:
     return n.perimeter * n.chord / (np.pi * n.area_rep * contact.grid.area)
 
 
+@plot.styled
 def perimeter() -> None:
     """P chord/(π A_rep) against the chord."""
     figure = plot.new_figure(7.6, 3.2)
@@ -89,6 +91,11 @@ def perimeter() -> None:
     table(["λ_s", "chord", "P chord/(π A_rep)", "mean", "d_rep/(4h'/h'')"], rows)
     left.axhspan(0.9, 1.1, color="0.92", zorder=0)
     left.axvline(10, color="0.7", linewidth=0.6)
+    for hurst, marker in MARKERS.items():
+        left.plot([], [], marker, color="0.3", label=f"H = {hurst}")
+    for length in (0.0005, 0.005, 0.05):
+        left.plot([], [], "o", color=COLOURS[length], label=f"$l_a$ = {length:g}")
+    left.legend(ncols=2, loc="lower right", fontsize=7)
     left.set_xlabel("mean chord ($a_0$)")
     left.set_ylabel(r"$P\,\ell/(\pi A_{rep})$")
     ends = np.array([3.0, 120.0])
@@ -104,6 +111,7 @@ def perimeter() -> None:
 AREAS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 
 
+@plot.styled
 def diameter() -> None:
     """d_rep against the area."""
     figure = plot.new_figure(4.4, 3.4)
@@ -145,15 +153,11 @@ def profile_of(contact: RoughContact) -> GapProfile:
 
 
 def ratio(contact: RoughContact, profile: GapProfile, *, centres: bool) -> tuple[float, float]:
-    """Smallest and largest ratio to Eq. (gap) for 2 a0 <= x <= d_rep/4, with the measured d_rep."""
-    x = profile.from_perimeter_cells if centres else profile.distance
-    near = (x >= 2) & (x <= contact.numbers.diameter / 4)
-    if not near.any():
-        return np.nan, np.nan
-    values = profile.gap[near] / theory.gap_profile(x[near], contact.moments.rms_slope, contact.numbers.diameter)
-    return float(values.min()), float(values.max())
+    """Smallest and largest ratio to Eq. (gap), counted from the edge or from the centres of the perimeter cells."""
+    return gap_ratio(profile, contact.moments.rms_slope, contact.numbers.diameter, from_perimeter_cells=centres)
 
 
+@plot.styled
 def gap() -> None:
     """Ratio of the gap to Eq. (gap); d_att against Eq. (datt)."""
     figure = plot.new_figure(7.6, 3.2)
@@ -181,7 +185,13 @@ def gap() -> None:
         colour = plot.SERIES[rough.seed - 1] if rough.hard else COLOURS[rough.adhesion_length]
         line = "-" if rough.lambda_s == 32 else "--"
         y = found.gap / theory.gap_profile(found.distance, c.moments.rms_slope, c.numbers.diameter)
-        axis.plot(found.distance / c.numbers.diameter, y, line, color=colour, label=f"λ_s = {rough.lambda_s}, {name}")
+        axis.plot(
+            found.distance / c.numbers.diameter,
+            y,
+            line,
+            color=colour,
+            label=rf"$\lambda_s$ = {rough.lambda_s}, {name.replace('l_a', '$l_a$')}",
+        )
     head = ["λ_s", "wall", "d_rep", "ratio, from the edge", "from perimeter cells", "d_att", "A_att/P", "Eq. (datt)"]
     table(head, rows)
     for axis in (left, right):
@@ -189,7 +199,7 @@ def gap() -> None:
         axis.set_xlim(0, 0.6)
         axis.set_ylim(0.5, 2)
         axis.set_xlabel("$x/d_{rep}$, from the edge")
-        axis.legend(fontsize=6)
+        axis.legend(fontsize=6, ncols=2 if axis is right else 1)
     left.set_ylabel("mean gap / Eq. (gap)")
     plot.save(figure, DOCS / "geometry-gap")
 
@@ -210,6 +220,7 @@ def cycle(problem: ContactProblem, deepest: float, points: int, settings: Settin
     return adhesion(curve), curve, area
 
 
+@plot.styled
 def pull_off() -> None:
     """Pull-off force and work of separation against how deep the approach went."""
     figure = plot.new_figure(7.6, 3.2)
