@@ -38,9 +38,8 @@ def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_belo
     assert values[0] < 0.95
 
 
-@pytest.mark.parametrize("lambda_s", [16, 32])
-def test_the_diameter_hardly_depends_on_the_area(lambda_s: int) -> None:
-    measured = list(contacts(Rough(2048, lambda_s), AREAS))
+def test_the_diameter_hardly_depends_on_the_area() -> None:
+    measured = list(contacts(Rough(2048, 16), AREAS, within=0.1))
     d = np.array([c.numbers.diameter for c in measured])
     assert ((d > 0.5 * measured[0].expected_diameter) & (d < 2 * measured[0].expected_diameter)).all()
     assert measured[-1].numbers.area_rep > 80 * measured[0].numbers.area_rep
