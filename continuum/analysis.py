@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum import store, theory
-from continuum.areas import Areas, areas
 from continuum.config import RunConfig
 from continuum.curve import Adhesion, Curve, adhesion, normal_stiffness
 from continuum.geometry import Contact
 from continuum.grid import Grid, Real
 from continuum.kappa import Measurement, characterise
-from continuum.outline import Mask, patches
+from continuum.outline import Areas, Mask, areas, patches
 from continuum.profile import Distribution, GapProfile, gap_distribution, gap_profile, pressure_distribution
 from continuum.system import wall_of
 from continuum.wall import HardWall, Wall

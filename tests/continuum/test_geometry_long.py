@@ -70,9 +70,8 @@ def test_and_that_outside_a_soft_one(adhesion_length: float, centres: bool) -> N
 _COST = """
 import json, resource, sys, time
 import numpy as np
-from continuum.areas import areas
 from continuum.grid import Grid
-from continuum.outline import outline, patches
+from continuum.outline import areas, outline, patches
 from continuum.profile import gap_distribution, gap_profile, pressure_distribution
 from continuum.wall import LennardJonesSpline
 

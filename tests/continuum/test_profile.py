@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.areas import EDGE_SHARE, areas
 from continuum.classical import Hertz, Westergaard
 from continuum.constrained import constrain
 from continuum.geometry import REPULSIVE, contact_map, measure
@@ -15,7 +14,7 @@ from continuum.greens import HalfSpace
 from continuum.grid import Grid
 from continuum.loading import solve
 from continuum.minimise import Settings
-from continuum.outline import outline
+from continuum.outline import EDGE_SHARE, areas, outline
 from continuum.problem import ContactProblem
 from continuum.profile import gap_distribution, gap_profile, pressure_distribution
 from continuum.surface import SelfAffine, moments, sine, sphere

@@ -14,7 +14,6 @@ import numpy as np
 
 from continuum import plot, theory
 from continuum.analysis import gap_ratio
-from continuum.areas import areas
 from continuum.constrained import constrain
 from continuum.curve import Adhesion, Curve, adhesion
 from continuum.geometry import measure
@@ -22,7 +21,7 @@ from continuum.greens import HalfSpace
 from continuum.grid import Grid
 from continuum.loading import follow
 from continuum.minimise import Settings
-from continuum.outline import outline
+from continuum.outline import areas, outline
 from continuum.problem import ContactProblem
 from continuum.profile import GapProfile, gap_profile
 from continuum.surface import SelfAffine, moments
