@@ -224,8 +224,8 @@ class Areas:
     corrected: float
     """``repulsive`` less 0.118 cells per edge of its outline: for points that sample a continuum under a hard wall.
 
-    There a cell at the edge counts as a whole as soon as its point carries pressure.  Patches that are a few cells wide
-    are corrected too much.
+    There a cell at the edge counts as a whole as soon as its point carries pressure.  For Hertz contacts this is
+    right within 1 % from a radius of two cells on (docs/geometry.md).
     """
     contour: float
     """Area inside the line gap = zero_gap, which lies between points where linear interpolation puts it.

@@ -39,10 +39,15 @@ def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_belo
 
 
 def test_the_diameter_hardly_depends_on_the_area() -> None:
-    measured = list(contacts(Rough(2048, 16), AREAS, within=0.1))
+    measured = list(contacts(Rough(2048, 16), AREAS))
     d = np.array([c.numbers.diameter for c in measured])
+    area = np.array([c.numbers.area_rep for c in measured])
+    assert area[-1] > 80 * area[0]
     assert ((d > 0.5 * measured[0].expected_diameter) & (d < 2 * measured[0].expected_diameter)).all()
-    assert measured[-1].numbers.area_rep > 80 * measured[0].numbers.area_rep
+    assert d[area > 0.005].max() < 1.25 * d[area > 0.005].min()
+    # The exception: below 0.5 % area only the highest asperities touch, and their contacts grow: 40 % over two decades
+    # here, where the paper says 25 %.
+    assert d.max() < 2 * d.min()
 
 
 # --- the gap -------------------------------------------------------------------------------------------------
