@@ -99,6 +99,8 @@ def perimeter() -> None:
     for length in (0.0005, 0.005, 0.05):
         left.plot([], [], "o", color=COLOURS[length], label=f"$l_a$ = {length:g}")
     left.legend(ncols=2, loc="lower right", fontsize=7)
+    left.set_xticks([3, 5, 10, 20, 50], labels=["3", "5", "10", "20", "50"])
+    left.minorticks_off()
     left.set_xlabel("mean chord ($a_0$)")
     left.set_ylabel(r"$P\,\ell/(\pi A_{rep})$")
     ends = np.array([3.0, 120.0])
