@@ -28,7 +28,7 @@ def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_belo
 ) -> None:
     found = []
     for lambda_s in (4, 8, 16, 32):
-        (contact,) = contacts(Rough(1024, lambda_s, adhesion_length, hurst), [0.01])
+        (contact,) = contacts(Rough(512 if lambda_s < 16 else 1024, lambda_s, adhesion_length, hurst), [0.01])
         found.append((contact.numbers.chord, perimeter_ratio(contact)))
         if contact.numbers.chord > 10:
             assert found[-1][1] == pytest.approx(1, abs=0.1)  # Fig. S-2
@@ -45,8 +45,8 @@ def test_the_diameter_hardly_depends_on_the_area() -> None:
     assert area[-1] > 80 * area[0]
     assert ((d > 0.5 * measured[0].expected_diameter) & (d < 2 * measured[0].expected_diameter)).all()
     assert d[area > 0.005].max() < 1.25 * d[area > 0.005].min()
-    # The exception: below 0.5 % area only the highest asperities touch, and their contacts grow: 40 % over two decades
-    # here, where the paper says 25 %.
+    # The exception: below 0.5 % area only the highest asperities touch, and their patches still grow: 75 % over two
+    # decades here, where the paper says 25 %.
     assert d.max() < 2 * d.min()
 
 
