@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from continuum.classical import Hertz, Westergaard
 from continuum.geometry import ATTRACTED, OUT_OF_RANGE, REPULSIVE, contact_map, measure
 from continuum.greens import HalfSpace, Layer
 from continuum.grid import Grid, Real
@@ -15,7 +16,6 @@ from continuum.loading import Control, State, follow, solve
 from continuum.minimise import NotConvergedError, Settings, Status, minimise
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine, sine, sphere
-from continuum.theory import Hertz, Westergaard
 from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Tabulated
 
 TIGHT = Settings(tolerance=1e-9)

@@ -1,0 +1,367 @@
+"""Classical solutions of smooth contact, which the solver is held against.
+
+Independent of the solver.  A rigid sphere or wave on an elastic half-space; E* = 1 unless given, and any consistent
+units.  Loads are positive when they push.  Adhesion has a work w per area; JKR is its limit of short range, DMT that of
+long range, Maugis and Dugdale's constant tension w/h0 over a distance h0 lies between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+__all__ = ["DMT", "JKR", "AdhesiveWave", "Hertz", "MaugisDugdale", "SphereState", "Westergaard", "tabor_parameter"]
+
+Real = NDArray[np.float64]
+
+
+def tabor_parameter(radius: float, work_of_adhesion: float, distance: float, contact_modulus: float = 1.0) -> float:
+    """μ = (R w²/(E*² h0³))^(1/3): elastic stretch of a sphere's edge over the range h0 of its adhesion.
+
+    JKR holds above about 5, DMT below about 0.1 (Tabor, J. Colloid Interface Sci. 58, 2 (1977)).  With the distance of
+    Maugis and Dugdale, h0 = w/(largest tension), their λ is (9/2π)^(1/3) μ = 1.127 μ.
+    """
+    return float(np.cbrt(radius * (work_of_adhesion / contact_modulus) ** 2) / distance)
+
+
+@dataclass(frozen=True)
+class Hertz:
+    """A rigid sphere on an elastic half-space (Johnson, Contact Mechanics, 1985, section 4.2).
+
+    Parameters
+    ----------
+    radius : of the sphere, in a0.
+    load : N, in E* a0².
+    contact_modulus : E*.
+    """
+
+    radius: float
+    load: float
+    contact_modulus: float = 1.0
+
+    @property
+    def contact_radius(self) -> float:
+        """Radius a, a³ = 3 N R/(4 E*)."""
+        return float(np.cbrt(0.75 * self.load * self.radius / self.contact_modulus))
+
+    @property
+    def indentation(self) -> float:
+        """Approach of distant points, a²/R."""
+        return self.contact_radius**2 / self.radius
+
+    def pressure(self, r: Real) -> Real:
+        """Pressure p0 sqrt(1 - r²/a²) with p0 = 3 N/(2π a²), at a distance r from the axis."""
+        a = self.contact_radius
+        return 1.5 * self.load / (np.pi * a**2) * np.sqrt(np.maximum(1 - (r / a) ** 2, 0.0))
+
+
+@dataclass(frozen=True)
+class DMT:
+    """Adhesive sphere, range of adhesion long against its deformation: Hertz under the load N + 2π w R.
+
+    Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314 (1975), in the form of Maugis (1992).
+
+    Parameters
+    ----------
+    radius, work_of_adhesion, contact_modulus : R, w, E*.
+    """
+
+    radius: float
+    work_of_adhesion: float
+    contact_modulus: float = 1.0
+
+    @property
+    def pull_off_force(self) -> float:
+        """Largest tension, 2π w R."""
+        return 2 * np.pi * self.work_of_adhesion * self.radius
+
+    def contact_radius(self, load: float) -> float:
+        """Radius of contact under a load above -2π w R."""
+        return Hertz(self.radius, load + self.pull_off_force, self.contact_modulus).contact_radius
+
+
+@dataclass(frozen=True)
+class JKR:
+    """Adhesive sphere, range of adhesion short against its deformation.
+
+    Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971): Hertz minus a flat punch whose edge releases w.
+
+    Parameters
+    ----------
+    radius, work_of_adhesion, contact_modulus : R, w, E*.
+    """
+
+    radius: float
+    work_of_adhesion: float
+    contact_modulus: float = 1.0
+
+    @property
+    def pull_off_force(self) -> float:
+        """Largest tension, (3/2)π w R, whatever E*; where the sphere jumps out under a given load."""
+        return 1.5 * np.pi * self.work_of_adhesion * self.radius
+
+    @property
+    def separation_force(self) -> float:
+        """Tension at which the sphere jumps out under a given indentation, (5/6)π w R."""
+        return 5 / 6 * np.pi * self.work_of_adhesion * self.radius
+
+    @property
+    def separation_distance(self) -> float:
+        """Stretch at which the sphere jumps out, δ_c = (3/4)(π² w² R/E*²)^(1/3): the paper's δ_c."""
+        return float(0.75 * np.cbrt((np.pi * self.work_of_adhesion / self.contact_modulus) ** 2 * self.radius))
+
+    @property
+    def zero_load_radius(self) -> float:
+        """Radius of contact without load, (9π w R²/(2 E*))^(1/3)."""
+        return float(np.cbrt(4.5 * np.pi * self.work_of_adhesion * self.radius**2 / self.contact_modulus))
+
+    def load(self, contact_radius: float) -> float:
+        """N = 4 E* a³/(3R) - sqrt(8π w E* a³)."""
+        a, modulus = contact_radius, self.contact_modulus
+        return float(
+            4 * modulus * a**3 / (3 * self.radius) - np.sqrt(8 * np.pi * self.work_of_adhesion * modulus * a**3)
+        )
+
+    def indentation(self, contact_radius: float) -> float:
+        """δ = a²/R - sqrt(2π w a/E*)."""
+        a = contact_radius
+        return float(a**2 / self.radius - np.sqrt(2 * np.pi * self.work_of_adhesion * a / self.contact_modulus))
+
+    def contact_radius(self, load: float) -> float:
+        """Radius of contact under a load above the pull-off force, on the stable branch.
+
+        ::
+
+            a³ = (3R/(4E*)) (N + 3π w R + sqrt(6π w R N + (3π w R)²))
+        """
+        w = 3 * np.pi * self.work_of_adhesion * self.radius
+        return float(np.cbrt(0.75 * self.radius / self.contact_modulus * (load + w + np.sqrt(2 * w * load + w**2))))
+
+    def pressure(self, r: Real, contact_radius: float) -> Real:
+        """Pressure (2E*a/πR) sqrt(1 - r²/a²) - sqrt(2 w E*/(π a))/sqrt(1 - r²/a²) inside the contact."""
+        a = contact_radius
+        root = np.sqrt(1 - (r / a) ** 2)
+        edge = np.sqrt(2 * self.work_of_adhesion * self.contact_modulus / (np.pi * a))
+        pressure: Real = 2 * self.contact_modulus * a / (np.pi * self.radius) * root - edge / root
+        return pressure
+
+
+class SphereState(NamedTuple):
+    """One equilibrium of an adhesive sphere."""
+
+    contact_radius: float
+    """a, inside of which the surfaces touch."""
+    rim_radius: float
+    """c, up to which they attract one another."""
+    load: float
+    """N; negative where it pulls."""
+    indentation: float
+    """δ, approach of distant points."""
+
+
+@dataclass(frozen=True)
+class MaugisDugdale:
+    """Adhesive sphere with a constant tension w/h0 up to a gap h0: from DMT to JKR.
+
+    Maugis, J. Colloid Interface Sci. 150, 243 (1992).  With K = 4E*/3, lengths in (π w R²/K)^(1/3), loads in π w R,
+    m = c/a and λ the parameter, the gap at the rim equals h0 where::
+
+        λ a²/2 [sqrt(m²-1) + (m²-2) asec m] + 4λ² a/3 [sqrt(m²-1) asec m - m + 1] = 1
+        N = a³ - λ a² [sqrt(m²-1) + m² asec m]
+        δ = a² - 4λ a/3 sqrt(m²-1)                               in (π² w² R/K²)^(1/3)
+
+    Parameters
+    ----------
+    radius, work_of_adhesion, contact_modulus : R, w, E*.
+    distance : h0, gap up to which the tension w/h0 acts.
+    """
+
+    radius: float
+    work_of_adhesion: float
+    distance: float
+    contact_modulus: float = 1.0
+
+    @property
+    def parameter(self) -> float:
+        """λ = 2 (w/h0) (R/(π w K²))^(1/3) = (9 R w²/(2π E*² h0³))^(1/3)."""
+        mu = tabor_parameter(self.radius, self.work_of_adhesion, self.distance, self.contact_modulus)
+        return float(np.cbrt(9 / (2 * np.pi)) * mu)
+
+    @property
+    def _length(self) -> float:
+        return float(np.cbrt(0.75 * np.pi * self.work_of_adhesion * self.radius**2 / self.contact_modulus))
+
+    @property
+    def _force(self) -> float:
+        return np.pi * self.work_of_adhesion * self.radius
+
+    def state(self, contact_radius: float) -> SphereState:
+        """The equilibrium of a given radius of contact, above zero."""
+        a, unit = contact_radius / self._length, self.parameter
+
+        def rim(excess: float) -> float:
+            root, angle = _rim(excess)
+            m = 1 + excess
+            opening = root + (m * m - 2) * angle
+            return unit * a * a / 2 * opening + 4 * unit**2 * a / 3 * (root * angle - excess) - 1
+
+        high = 1.0
+        while rim(high) < 0:
+            high *= 4
+        excess = brentq(rim, 0.0, high, xtol=1e-15, rtol=1e-14)
+        root, angle = _rim(excess)
+        load = a**3 - unit * a * a * (root + (1 + excess) ** 2 * angle)
+        indentation = a * a - 4 * unit * a / 3 * root
+        return SphereState(
+            contact_radius,
+            contact_radius * (1 + excess),
+            float(load * self._force),
+            float(indentation * self._length**2 / self.radius),
+        )
+
+    @property
+    def _pull_off(self) -> tuple[float, float]:
+        """Radius of contact at the largest tension, and that tension."""
+        # JKR pulls off at 1.145 units, longer ranges at smaller contacts, DMT at none.
+        found = minimize_scalar(
+            lambda a: self.state(a * self._length).load / self._force,
+            bounds=(1e-4, 1.3),
+            method="bounded",
+            options={"xatol": 1e-7},
+        )
+        return float(found.x * self._length), float(-found.fun * self._force)
+
+    @property
+    def pull_off_force(self) -> float:
+        """Largest tension, between (3/2)π w R (λ large) and 2π w R (λ small)."""
+        return self._pull_off[1]
+
+    def contact_radius(self, load: float) -> float:
+        """Radius of contact under a load above the pull-off force, on the stable branch."""
+        low = self._pull_off[0] / self._length
+        high = max(low, 1.0)
+
+        def excess(a: float) -> float:
+            return (self.state(a * self._length).load - load) / self._force
+
+        while excess(high) < 0:
+            high *= 2
+        return float(brentq(excess, low, high, xtol=1e-12) * self._length)
+
+
+def _rim(excess: float) -> tuple[float, float]:
+    """sqrt(m² - 1) and asec m = arctan sqrt(m² - 1), from m - 1 without cancellation."""
+    root = np.sqrt(excess * (2 + excess))
+    return float(root), float(np.arctan(root))
+
+
+@dataclass(frozen=True)
+class Westergaard:
+    """A rigid one-dimensional wave, height Δ cos(2πx/λ), on an elastic half-space (Johnson, section 13.2).
+
+    Parameters
+    ----------
+    amplitude : Δ, in a0.
+    wavelength : λ, in a0.
+    mean_pressure : p̄, in E*; full contact at p* = π E* Δ/λ.
+    contact_modulus : E*.
+    """
+
+    amplitude: float
+    wavelength: float
+    mean_pressure: float
+    contact_modulus: float = 1.0
+
+    @property
+    def full_pressure(self) -> float:
+        """Mean pressure p* = π E* Δ/λ at which contact is complete."""
+        return np.pi * self.contact_modulus * self.amplitude / self.wavelength
+
+    @property
+    def half_width(self) -> float:
+        """Half-width a of a contact, p̄ = p* sin²(πa/λ)."""
+        return float(self.wavelength / np.pi * np.arcsin(np.sqrt(min(self.mean_pressure / self.full_pressure, 1))))
+
+    def pressure(self, x: Real) -> Real:
+        """Pressure 2p̄ cos ψ sqrt(sin² ψ_a - sin² ψ)/sin² ψ_a, ψ = πx/λ, at x from a crest; zero outside."""
+        psi, edge = np.pi * x / self.wavelength, np.sin(np.pi * self.half_width / self.wavelength) ** 2
+        inside = np.maximum(edge - np.sin(psi) ** 2, 0.0)
+        pressure: Real = 2 * self.mean_pressure * np.abs(np.cos(psi)) * np.sqrt(inside) / edge
+        return pressure
+
+
+@dataclass(frozen=True)
+class AdhesiveWave:
+    """A rigid wave, height Δ cos(2πx/λ), with adhesion of short range (Johnson, Int. J. Solids Struct. 32, 423 (1995)).
+
+    Westergaard's contact of half-width a under p* sin² ψ, ψ = πa/λ, and on it the tension of a row of bonded strips,
+    σ cos ψ_x/sqrt(sin² ψ - sin² ψ_x), of mean σ.  Its stress intensity K_I = σ sqrt(λ cot ψ) releases w = K_I²/(2E*)
+    at the edge::
+
+        p̄/p* = sin² ψ - α sqrt(tan ψ),         α = sqrt(2 w E*/λ)/p* = sqrt(2 λ l_a)/(π Δ)
+
+    Parameters
+    ----------
+    amplitude, wavelength, work_of_adhesion, contact_modulus : Δ, λ, w, E*.
+    """
+
+    amplitude: float
+    wavelength: float
+    work_of_adhesion: float
+    contact_modulus: float = 1.0
+
+    @property
+    def full_pressure(self) -> float:
+        """p* = π E* Δ/λ: mean pressure of full contact without adhesion."""
+        return np.pi * self.contact_modulus * self.amplitude / self.wavelength
+
+    @property
+    def alpha(self) -> float:
+        """Johnson's α.  Above 0.570 the wave jumps to full contact without load; above 1.065 no width is stable."""
+        length = self.work_of_adhesion / self.contact_modulus
+        return float(np.sqrt(2 * self.wavelength * length) / (np.pi * self.amplitude))
+
+    def mean_pressure(self, half_width: float) -> float:
+        """p̄ of a contact of a given half-width, below λ/2."""
+        psi = np.pi * half_width / self.wavelength
+        return float(self.full_pressure * (np.sin(psi) ** 2 - self.alpha * np.sqrt(np.tan(psi))))
+
+    def pressure(self, x: Real, half_width: float) -> Real:
+        """Pressure at x from a crest, inside the contact."""
+        psi, edge = np.pi * np.asarray(x) / self.wavelength, np.pi * half_width / self.wavelength
+        root = np.sqrt(np.sin(edge) ** 2 - np.sin(psi) ** 2)
+        pull = self.alpha * np.sqrt(np.tan(edge))
+        pressure: Real = self.full_pressure * np.cos(psi) * (2 * root - pull / root)
+        return pressure
+
+    def _turning_width(self, first: bool) -> float:
+        # dp̄/dψ = 0 where 4 sin^(3/2) ψ cos^(5/2) ψ = α; the left side is largest at tan² ψ = 3/5.
+        top = np.arctan(np.sqrt(0.6))
+
+        def left(psi: float) -> float:
+            return float(4 * np.sin(psi) ** 1.5 * np.cos(psi) ** 2.5 - self.alpha)
+
+        if left(top) <= 0:
+            msg = f"a wave of alpha = {self.alpha:.3g}, above 1.065, is stable in no partial contact"
+            raise ValueError(msg)
+        psi = brentq(left, 0.0, top, rtol=1e-13) if first else brentq(left, top, np.pi / 2, rtol=1e-13)
+        return float(psi * self.wavelength / np.pi)
+
+    @property
+    def pull_off_width(self) -> float:
+        """Half-width of the contact at the largest tension; ValueError where there is none."""
+        return self._turning_width(True)
+
+    @property
+    def pull_off_pressure(self) -> float:
+        """Largest tension of partial contact, as a positive mean pressure."""
+        return -self.mean_pressure(self.pull_off_width)
+
+    @property
+    def snap_in_width(self) -> float:
+        """Half-width from which the contact jumps to full under more load; ValueError where there is none."""
+        return self._turning_width(False)
