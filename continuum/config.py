@@ -42,6 +42,7 @@ __all__ = [
     "MeanMode",
     "OutputTable",
     "Positive",
+    "RigidWall",
     "RunConfig",
     "SelfAffineSurface",
     "SineSurface",
@@ -262,6 +263,12 @@ class ExponentialWall(Table):
     """K, in E*/a0"""
 
 
+class RigidWall(Table):
+    """[wall] of law "hard": non-overlap, no adhesion."""
+
+    law: Literal["hard"]
+
+
 class HalfSpaceTable(Table):
     """[substrate] of response "half-space"."""
 
@@ -354,7 +361,9 @@ class RunConfig(Document):
     """points and period"""
     surface: Annotated[SelfAffineSurface | SineSurface | SphereSurface | FileSurface, Field(discriminator="kind")]
     """heights of the rigid wall"""
-    wall: Annotated[SplineWall | InversePowersWall | ExponentialWall | TableWall, Field(discriminator="law")]
+    wall: Annotated[
+        SplineWall | InversePowersWall | ExponentialWall | TableWall | RigidWall, Field(discriminator="law")
+    ]
     """law between wall and surface"""
     substrate: Annotated[HalfSpaceTable | LayerTable | CrystalTable, Field(discriminator="response")]
     """elastic response"""

@@ -20,7 +20,7 @@ class Contact:
     """Areas and loads of one state.  Areas are fractions of A0, loads are per A0, in E*."""
 
     area_rep: float
-    """A_rep/A0: points with gap < zero_gap."""
+    """A_rep/A0: points with gap < zero_gap; under a hard wall, with gap = 0."""
     area_att: float
     """A_att/A0: points with zero_gap <= gap < zero_gap + range."""
     load_rep: float
@@ -35,14 +35,15 @@ class Contact:
 
 def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
     """REPULSIVE, ATTRACTED or OUT_OF_RANGE at each point."""
-    repulsive = gap < wall.zero_gap
+    repulsive = wall.touches(gap)
     attracted = ~repulsive & (gap < wall.zero_gap + wall.range)
     return np.where(repulsive, REPULSIVE, np.where(attracted, ATTRACTED, OUT_OF_RANGE))
 
 
-def measure(grid: Grid, wall: Wall, gap: Real) -> Contact:
-    """Areas and loads of a state, from its gap."""
-    traction = wall.evaluate(gap).traction
+def measure(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -> Contact:
+    """Areas and loads of a state, from its gap; a hard wall also needs the state's traction."""
+    if traction is None:
+        traction = wall.evaluate(gap).traction
     kind = contact_map(wall, gap)
     load_rep = grid.mean(np.maximum(traction, 0.0))
     load_att = grid.mean(np.maximum(-traction, 0.0))

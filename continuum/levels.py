@@ -27,7 +27,7 @@ from continuum.grid import (
     rows_inverse,
 )
 
-__all__ = ["SMALLEST", "Level", "Work", "prolong", "restrict"]
+__all__ = ["SMALLEST", "Level", "Work", "memory", "prolong", "restrict", "sum_over"]
 
 SMALLEST = 64
 """Grids of no more points along a side have no coarser one."""
@@ -65,8 +65,8 @@ class Level:
         self.K = np.array(stiffness_q, order="C")
         self.K[0, 0] = 1.0 if self.held else mean_stiffness
         self.g_q, self.d_q, self.work_q = (grid.empty_q() for _ in range(3))
-        self.g, self.d, self.work = map(_memory, (self.g_q, self.d_q, self.work_q))
-        self.z, self.direction = _memory(grid.empty()), _memory(grid.empty())
+        self.g, self.d, self.work = map(memory, (self.g_q, self.d_q, self.work_q))
+        self.z, self.direction = memory(grid.empty()), memory(grid.empty())
         self.weights = np.ascontiguousarray(grid.mode_weights[0])
         self.near = np.zeros((grid.shape[0], -(-self.n // laws.TILE)), dtype=np.bool_)
         # Small grids are not worth the start of threads.
@@ -171,18 +171,9 @@ class Level:
         return self._sweep(task, edges)
 
     def _sweep(self, task: Callable[[int, int, Real], float | None], edges: Sequence[int]) -> Real:
-        """Run a task over fixed blocks and add up their sums in order: the same for any number of threads."""
-        blocks = len(edges) - 1
-        sums = np.zeros((blocks, sweeps.SUMS))
-        seconds = [0.0] * blocks
-
-        def run(b: int) -> None:
-            seconds[b] = task(edges[b], edges[b + 1], sums[b]) or 0.0
-
-        over_blocks(run, blocks, self.threads)
-        self.fft_seconds += sum(seconds) / min(self.threads, blocks)
-        total: Real = sums.sum(axis=0)
-        return total
+        sums, seconds = sum_over(task, edges, self.threads)
+        self.fft_seconds += seconds / min(self.threads, len(edges) - 1)
+        return sums
 
     def _buffer(self, rows: int) -> Real:
         """Rows of a field, padded, for the thread that asks."""
@@ -193,7 +184,23 @@ class Level:
         return buffer
 
 
-def _memory(values: Real | Complex) -> Real:
+def sum_over(task: Callable[[int, int, Real], float | None], edges: Sequence[int], threads: int) -> tuple[Real, float]:
+    """Run ``task(first, last, sums)`` over fixed blocks; returns the sums, shape (SUMS,), and the total of its answers.
+
+    Added up in the order of the blocks: the same for any number of threads.
+    """
+    blocks = len(edges) - 1
+    sums, answers = np.zeros((blocks, sweeps.SUMS)), [0.0] * blocks
+
+    def run(b: int) -> None:
+        answers[b] = task(edges[b], edges[b + 1], sums[b]) or 0.0
+
+    over_blocks(run, blocks, threads)
+    total: Real = sums.sum(axis=0)
+    return total, sum(answers)
+
+
+def memory(values: Real | Complex) -> Real:
     """The whole memory of a field or spectrum with padded rows, as real numbers."""
     whole: Real = values.base.view(np.float64)  # type: ignore[union-attr]
     return whole

@@ -13,11 +13,13 @@ from typing import Literal
 
 import numpy as np
 
+from continuum.constrained import Pressed, constrain
 from continuum.grid import Real
 from continuum.minimise import Settings, Solution, Status, minimise
 from continuum.problem import ContactProblem
+from continuum.wall import HardWall, Wall
 
-__all__ = ["Branch", "Control", "State", "follow", "solve"]
+__all__ = ["Branch", "Control", "State", "follow", "solve", "traction"]
 
 Control = Literal["separation", "mean-gap"]
 Branch = Literal["start", "approach", "retract"]
@@ -71,26 +73,28 @@ def solve(
     if control == "mean-gap":
         # The mean displacement is given; which separation and base belong to it is found afterwards.
         lift, mean_stiffness = target - problem.mean_height, np.inf
-    solution = minimise(
-        problem.grid,
-        problem.stiffness_q,
-        problem.wall.law,
-        problem.heights,
-        start,
-        settings,
-        lift=lift,
-        mean_stiffness=mean_stiffness,
-    )
+    grid, wall = problem.grid, problem.wall
+    posed = {"lift": lift, "mean_stiffness": mean_stiffness}
+    solution: Solution
+    if isinstance(wall, HardWall):
+        solution = constrain(grid, problem.stiffness_q, problem.heights, start, settings, **posed)
+    else:
+        solution = minimise(grid, problem.stiffness_q, wall.law, problem.heights, start, settings, **posed)
     if solution.status.ok and solution.points.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     gap = solution.points
-    pressure = problem.grid.mean(problem.wall.evaluate(gap).traction)
+    pressure = problem.grid.mean(traction(problem.wall, solution))
     mean_gap = problem.grid.mean(gap)
     separation = target
     if control == "mean-gap":
         k = problem.mean_stiffness
         separation = target - problem.mean_height - (pressure / k if k > 0 else np.nan)
     return State(target, branch, separation, mean_gap, pressure, solution)
+
+
+def traction(wall: Wall, solution: Solution) -> Real:
+    """Traction of the wall on the surface at each point, in E*: of its law, or what a hard wall carries."""
+    return solution.traction if isinstance(solution, Pressed) else wall.evaluate(solution.points).traction
 
 
 def follow(

@@ -48,7 +48,10 @@ class ContactProblem:
 
     def __post_init__(self) -> None:
         """Refuse heights that are none."""
-        heights = np.array(self.heights, dtype=np.float64)
+        heights = np.asarray(self.heights, dtype=np.float64)
+        if heights.flags.writeable or heights.base is not None:
+            # Others could change them.
+            heights = heights.copy()
         if heights.shape != self.grid.shape:
             msg = f"heights of shape {heights.shape} do not fit a grid of shape {self.grid.shape}"
             raise ValueError(msg)
@@ -98,7 +101,7 @@ class ContactProblem:
         if np.isinf(self.mean_stiffness) and abs(u_q[0, 0]) > 1e-12:
             return float("inf")
         elastic = 0.5 * self.grid.inner_q(u_q, self.elastic_traction_q(u_q)) * self.grid.area
-        return elastic + self.grid.integrate(self.wall.evaluate(self.gap(displacement, separation)).energy)
+        return elastic + self.grid.integrate(self.wall.energy(self.gap(displacement, separation)))
 
     def gradient(self, displacement: Real, separation: float) -> Real:
         """Derivative of the energy by the displacement, per area, in E*; without its mean where clamped."""

@@ -21,7 +21,7 @@ from continuum import store
 from continuum.config import RunConfig, SelfAffineSurface, identity, resolved
 from continuum.geometry import ATTRACTED, REPULSIVE, contact_map, measure
 from continuum.grid import Real
-from continuum.loading import Branch, State, follow
+from continuum.loading import Branch, State, follow, traction
 from continuum.minimise import Solution, Status
 from continuum.provenance import journal, provenance
 from continuum.store import Attribute, Dataset
@@ -152,7 +152,7 @@ def _prepare(path: Path) -> None:
 
 def _append(result: _Result, system: System, state: State) -> None:
     problem, gap = system.problem, state.gap
-    contact = measure(problem.grid, problem.wall, gap)
+    contact = measure(problem.grid, problem.wall, gap, traction(problem.wall, state.solution))
     fluctuation_q = problem.grid.forward(problem.heights - gap)
     fluctuation_q[0, 0] = 0.0
     elastic = 0.5 * problem.grid.inner_q(fluctuation_q, problem.elastic_traction_q(fluctuation_q))
@@ -170,7 +170,7 @@ def _append(result: _Result, system: System, state: State) -> None:
             load_rep=contact.load_rep,
             load_att=contact.load_att,
             elastic_energy=elastic,
-            wall_energy=problem.grid.mean(problem.wall.evaluate(gap).energy),
+            wall_energy=problem.grid.mean(problem.wall.energy(gap)),
             smallest_gap=contact.smallest_gap,
             residual=solution.residual,
             iterations=solution.iterations,

@@ -17,6 +17,7 @@ from continuum.config import (
     FileSurface,
     InversePowersWall,
     LayerTable,
+    RigidWall,
     RunConfig,
     SelfAffineSurface,
     SineSurface,
@@ -29,7 +30,7 @@ from continuum.grid import Grid, Real
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
 from continuum.surface import Moments, SelfAffine, moments, sine, sphere
-from continuum.wall import Exponential, InversePowers, LennardJonesSpline, Tabulated, Wall
+from continuum.wall import Exponential, HardWall, InversePowers, LennardJonesSpline, Tabulated, Wall
 
 __all__ = ["Estimate", "System", "build", "estimate"]
 
@@ -78,7 +79,8 @@ def estimate(config: RunConfig) -> Estimate:
     # Contact maps take two bits per point, fields four bytes, and a rewrite holds them twice.
     kept = points * size * 2 * (0.25 + (4 if config.output.fields else 0))
     wall = config.wall
-    adhesive = not (isinstance(wall, SplineWall) and not (wall.range or wall.adhesion_length))
+    plain = isinstance(wall, SplineWall) and not (wall.range or wall.adhesion_length)
+    adhesive = not (plain or isinstance(wall, RigidWall))
     pairs = _PAIRS_ADHESIVE if adhesive else _PAIRS_REPULSIVE
     decades = -float(np.log10(config.solver.tolerance))
     per_point = min(pairs * max(decades, 1.0) / _DECADES, config.solver.max_iterations + 3)
@@ -120,6 +122,11 @@ def build(config: RunConfig) -> System:
     solver = config.solver
     settings = Settings(solver.tolerance * realised.rms_slope, solver.max_iterations, solver.shift)
     problem = ContactProblem(grid, wall, heights, _response(config))
+    given = config.loading.control == "mean-gap" or np.isinf(problem.mean_stiffness)
+    lowest = 0.0 if config.loading.control == "mean-gap" else -problem.mean_height
+    if isinstance(wall, HardWall) and given and config.loading.targets[-1] <= lowest:
+        cause = "no state: a hard wall leaves no surface at a mean gap of zero or less"
+        raise refuse(config, Fault(("loading", "targets"), f"values above {lowest:g} a0, a positive mean gap", cause))
     return System(config, problem, realised, expected, settings)
 
 
@@ -160,6 +167,8 @@ def _wall(config: RunConfig) -> Wall:
             msg = f"{table.path} has {columns.shape[1]} columns, a wall has 2: gap and traction"
             raise ValueError(msg)
         return Tabulated(columns[:, 0], columns[:, 1])
+    if isinstance(table, RigidWall):
+        return HardWall()
     if isinstance(table, InversePowersWall):
         powers = (9, 3) if table.law == "lennard-jones-9-3" else (12, 6)
         return InversePowers(powers, table.adhesion_length * powers[0] * powers[1], table.core)

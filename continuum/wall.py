@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
@@ -20,7 +21,7 @@ from continuum import laws, theory
 from continuum.grid import Real
 from continuum.laws import Law
 
-__all__ = ["Exponential", "InversePowers", "LennardJonesSpline", "Response", "Tabulated", "Wall"]
+__all__ = ["Exponential", "HardWall", "InversePowers", "LennardJonesSpline", "Response", "Tabulated", "Wall"]
 
 _CORE = 0.7
 
@@ -60,6 +61,14 @@ class Wall:
     def evaluate(self, gap: Real) -> Response:
         """Energy, traction and stiffness per area at each gap."""
         return Response(*laws.evaluate(self.law, gap))
+
+    def energy(self, gap: Real) -> Real:
+        """Energy per area at each gap, in E* a0."""
+        return self.evaluate(gap).energy
+
+    def touches(self, gap: Real) -> NDArray[np.bool_]:
+        """Where the surface is in repulsive contact: gap below ``zero_gap``."""
+        return np.asarray(gap < self.zero_gap)
 
     @property
     def work_of_adhesion(self) -> float:
@@ -107,6 +116,46 @@ def _core(core: float) -> None:
     if not 0 < core < 1:
         msg = f"the core of a wall lies between 0 and a0, got {core}"
         raise ValueError(msg)
+
+
+@dataclass(frozen=True)
+class HardWall(Wall):
+    """Non-overlap, no adhesion: gap >= 0, traction >= 0, and one of them zero at each point.
+
+    The wall only constrains: its traction is not a function of the gap but what holds the surface,
+    :func:`continuum.loading.traction`.  Contact is where the gap is exactly zero.
+    """
+
+    zero_gap: ClassVar[float] = 0.0
+    range: ClassVar[float] = 0.0
+    core: ClassVar[float] = -np.inf
+    work_of_adhesion: ClassVar[float] = 0.0
+    largest_tension: ClassVar[float] = 0.0
+    largest_softening: ClassVar[float] = 0.0
+
+    @property
+    def law(self) -> Law:
+        """Refused: see :meth:`evaluate`."""
+        msg = "a hard wall has no traction as a function of the gap: take the solution's, continuum.loading.traction"
+        raise TypeError(msg)
+
+    def evaluate(self, gap: Real) -> Response:
+        """Refused, since no traction belongs to a gap.
+
+        Raises
+        ------
+        TypeError
+            Always.
+        """
+        return super().evaluate(gap)
+
+    def energy(self, gap: Real) -> Real:
+        """Zero, infinite where the surface would overlap."""
+        return np.where(gap < 0, np.inf, 0.0)
+
+    def touches(self, gap: Real) -> NDArray[np.bool_]:
+        """Where the gap is exactly zero, which is where the wall pushes."""
+        return np.asarray(gap <= 0.0)
 
 
 @dataclass(frozen=True)
