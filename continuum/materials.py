@@ -1,4 +1,4 @@
-"""Elastic constants, work of adhesion and range of attraction of some materials against themselves, each with its source.
+"""Moduli, work of adhesion and range of attraction of some materials against themselves, each with its source.
 
 Starting values for an estimate, not a substitute for measured ones: works of adhesion vary by factors with preparation
 and humidity, moduli of elastomers with cross-linking.
@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
-__all__ = ["MATERIALS", "Body", "Interface", "Material", "interface", "reduced_modulus"]
+from continuum import units
+
+__all__ = ["MATERIALS", "Body", "Interface", "InterfaceError", "Material", "interface", "parse", "reduced_modulus"]
 
 _RANGE = 0.35e-9
 _RANGE_SOURCE = (
@@ -19,6 +22,10 @@ _RANGE_SOURCE = (
 )
 _SOFT_RANGE_SOURCE = "range: the paper's discussion of elastomers"
 _LIFSHITZ = "w = A/(12π D²), D = 0.165 nm (Israelachvili, Intermolecular and Surface Forces, 3rd ed., 2011), with A"
+
+
+class InterfaceError(ValueError):
+    """A contact is not, or doubly, described: the message says what is missing or wrong."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +57,14 @@ MATERIALS: dict[str, Material] = {
         Material(
             "diamond", 1143e9, 0.0691, 0.288, _RANGE, 0.154e-9,
             ("E, ν: polycrystalline, Klein and Cardinale, Diamond Relat. Mater. 2, 918 (1993)",
-             f"{_LIFSHITZ} = 29.6e-20 J (Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)): dispersion forces only",
+             f"{_LIFSHITZ} = 29.6e-20 J (Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)): dispersion only",
              _RANGE_SOURCE, "spacing: bond length"),
         ),
         Material(
             "silicon", 130e9, 0.28, 0.1, _RANGE, 0.235e-9,
             ("E, ν: along <100>, Hopcroft, Nix and Kenny, J. Microelectromech. Syst. 19, 229 (2010)",
-             "w: hydrophilic wafers at room temperature, 0.05 - 0.2 J/m², Spierings, Haisma and Michelsen, Philips J. Res. "
-             "49, 47 (1995); hydrophobic ones a tenth of it",
+             "w: hydrophilic wafers at room temperature, 0.05 - 0.2 J/m², Spierings, Haisma and Michelsen, Philips "
+             "J. Res. 49, 47 (1995); hydrophobic ones a tenth of it",
              _RANGE_SOURCE, "spacing: bond length"),
         ),
         Material(
@@ -105,7 +112,7 @@ class Body:
 
         Raises
         ------
-        ValueError
+        InterfaceError
             If one of E and ν is missing, or ν is none.
         """
         modulus, poisson = self.modulus, self.poisson
@@ -116,10 +123,10 @@ class Body:
             return None
         if modulus is None or poisson is None:
             msg = "a body has a modulus and a Poisson's ratio: --modulus and --poisson, or --material"
-            raise ValueError(msg)
+            raise InterfaceError(msg)
         if not -1 < poisson <= 0.5:
             msg = f"a Poisson's ratio lies above -1 and is at most 0.5, got {poisson}"
-            raise ValueError(msg)
+            raise InterfaceError(msg)
         return modulus / (1 - poisson**2)
 
 
@@ -160,7 +167,7 @@ def interface(
 
     Raises
     ------
-    ValueError
+    InterfaceError
         If a value is missing, or E* is given twice.
     """
     origin: list[str] = []
@@ -169,7 +176,7 @@ def interface(
     if contact_modulus is not None:
         if any(body.modulus is not None or body.poisson is not None for body in bodies):
             msg = "the contact modulus is given twice: by --estar, and by --modulus and --poisson; leave out one"
-            raise ValueError(msg)
+            raise InterfaceError(msg)
         origin.append("E* as given")
     elif known:
         contact_modulus = reduced_modulus(known)
@@ -189,10 +196,66 @@ def interface(
         missing.append("a range of attraction (--range, or --material)")
     if contact_modulus is None or work_of_adhesion is None or range is None:
         msg = "missing: " + "; ".join(missing)
-        raise ValueError(msg)
+        raise InterfaceError(msg)
     if spacing is None:
         spacings = [m.spacing for m in materials]
         spacing = max((s for s in spacings if s is not None), default=None) if None not in spacings else None
     for material in dict.fromkeys(materials):
         origin += [f"{material.name}: {source}" for source in material.sources]
     return Interface(contact_modulus, work_of_adhesion, range, spacing, tuple(origin))
+
+
+def parse(
+    *,
+    material: Sequence[str] = (),
+    modulus: Sequence[str] = (),
+    poisson: Sequence[str] = (),
+    contact_modulus: str | None = None,
+    work: str | None = None,
+    range: str | None = None,
+    spacing: str | None = None,
+) -> Interface:
+    """An interface from text: numbers with their units, names of materials; the first of each for the first body.
+
+    Raises
+    ------
+    InterfaceError
+        All faults at once.
+    """
+    faults: list[str] = []
+
+    def number(text: str | None, quantity: units.Quantity, option: str) -> float | None:
+        if text is None:
+            return None
+        try:
+            return units.parse(text, quantity)
+        except ValueError as error:
+            faults.append(f"{option} {error}")
+            return None
+
+    def ratio(text: str) -> float | None:
+        try:
+            return float(text)
+        except ValueError:
+            faults.append(f"--poisson {text!r} is not a number")
+            return None
+
+    found = [MATERIALS.get(name.lower()) for name in material]
+    for name, one in zip(material, found, strict=True):
+        if one is None:
+            faults.append(f"--material {name!r} is unknown: one of {', '.join(MATERIALS)}")
+    moduli = [number(text, "pressure", "--modulus") for text in modulus]
+    ratios = [ratio(text) for text in poisson]
+    if max(len(found), len(moduli), len(ratios)) > 2:
+        faults.append("a contact has two bodies: --material, --modulus and --poisson can be given twice")
+
+    given = [
+        number(contact_modulus, "pressure", "--estar"),
+        number(work, "energy_per_area", "--work"),
+        number(range, "length", "--range"),
+        number(spacing, "length", "--spacing"),
+    ]
+    if faults:
+        raise InterfaceError("\n".join(faults))
+    bodies = [Body(*one) for one in zip_longest(moduli, ratios, found)]
+    return interface(bodies, *given)

@@ -1,14 +1,13 @@
 """How rough a measured topography is: moments, spectrum, their dependence on the smallest wavelength, self-affine fit.
 
-Lengths are in any one unit.  A periodic map has the spectral moments of :mod:`continuum.surface`.  A map that is not has
-steps at its edges, which are no roughness.  Its slope and curvature are those of differences between neighbouring
+Lengths are in any one unit.  A periodic map has the spectral moments of :mod:`continuum.surface`.  A map that is not
+has steps at its edges, which are no roughness.  Its slope and curvature are those of differences between neighbouring
 points, which need no edges and weigh all points alike; and for its spectrum it is weighted with a Hann window of mean
 square 1.  That spectrum says which share of a moment belongs to which wavelengths; the whole is the map's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -88,6 +87,11 @@ class Roughness:
         return Cut(wavelength, Moments(*(float(np.sqrt(m)) for m in (height, slope, curvature))), energy)
 
     @property
+    def whole(self) -> Cut:
+        """All the roughness that the map shows."""
+        return self.cut(self.wavelengths[0])
+
+    @property
     def wavelengths(self) -> list[float]:
         """Cut-offs to look at, from the shortest of the map to a quarter of its size, four per octave."""
         shortest = float(2 * np.pi / self.wavenumber[-1])
@@ -107,10 +111,9 @@ def hann(shape: tuple[int, int]) -> Real:
 def windowed(topography: Topography) -> Real:
     """The heights as they are transformed: weighted unless periodic, with mean zero."""
     heights = topography.heights
-    if topography.periodic:
-        return heights - heights.mean()
-    window = hann((heights.shape[0], heights.shape[1]))
-    return window * (heights - np.sum(window * heights) / np.sum(window))
+    window = np.ones(heights.shape) if topography.periodic else hann(topography.grid.shape)
+    weighted: Real = window * (heights - np.sum(window * heights) / np.sum(window))
+    return weighted
 
 
 def spectrum(topography: Topography) -> tuple[Real, Real]:
@@ -158,7 +161,8 @@ def analyse(topography: Topography) -> Roughness:
         part: Real = weights * (total / np.sum(weights))
         return part
 
-    shares = (*(share(k, m**2) for k, m in zip((0, 2, 4), whole, strict=True)), share(1, energy))
+    height, slope, curvature = whole
+    shares = share(0, height**2), share(2, slope**2), share(4, curvature**2), share(1, energy)
     return Roughness(
         whole, stencil, spectral, energy, wavenumber, shares, max(grid.spacing), min(grid.lengths)
     )  # fmt: skip
@@ -196,21 +200,21 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
         return None
     best: tuple[float, float, Real, Real, float, float] | None = None
     # A corner at the end of the data is no corner; three bands at least lie on the power law.
-    for low in (-np.inf, *x[1:-3]):
-        for high in (*x[3:-1], np.inf):
+    for low in (-np.inf, *x[1:-3].tolist()):
+        for high in (*x[3:-1].tolist(), np.inf):
             if np.count_nonzero((x >= low) & (x <= high)) < 3:
                 continue
             columns = [np.ones_like(x), np.clip(x, low, high)]
             columns += [np.maximum(x - high, 0.0)] if np.isfinite(high) else []
             design = np.stack(columns, axis=1) * weight[:, None]
-            found, _, _, _ = np.linalg.lstsq(design, y * weight, rcond=None)
+            found = np.asarray(np.linalg.lstsq(design, y * weight, rcond=None)[0], dtype=np.float64)
             if found[1] >= -2:  # H would be negative: the heights of no surface
                 continue
             if found.size > 2 and -4 <= found[2] <= -2:  # 0 < H < 1 again: neither a cut-off nor a floor
                 continue
             rest = float(np.sum((y * weight - design @ found) ** 2)) + 1e-300
             parameters = found.size + bool(np.isfinite(low)) + bool(np.isfinite(high))
-            score = x.size * np.log(rest / x.size) + parameters * np.log(x.size)
+            score = float(x.size * np.log(rest / x.size) + parameters * np.log(x.size))
             if best is None or score < best[0]:
                 best = (score, rest / max(x.size - parameters, 1), found, design, low, high)
     if best is None:

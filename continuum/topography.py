@@ -28,7 +28,7 @@ from continuum.arrays import read_numbers
 from continuum.config import HDF5_SUFFIXES
 from continuum.grid import Grid, Real
 
-__all__ = ["Detrending", "Topography", "TopographyError", "detrend", "mirror", "opposed", "read"]
+__all__ = ["Detrending", "Topography", "TopographyError", "detrend", "mirror", "opposed", "read", "read_all"]
 
 Detrending = Literal["plane", "none"]
 
@@ -76,8 +76,8 @@ class Topography:
         missing = np.count_nonzero(~np.isfinite(heights))
         if missing:
             self._refuse(
-                f"{missing} of {heights.size} heights are missing or not finite: fill the holes, or cut a part without, "
-                "where you know what was measured (Gwyddion does both)"
+                f"{missing} of {heights.size} heights are missing or not finite: fill the holes, or cut a part "
+                "without, where you know what was measured (Gwyddion does both)"
             )
         if not all(np.isfinite(length) and length > 0 for length in self.lengths):
             self._refuse(f"the size of a map is positive and finite, got {self.lengths} m")
@@ -212,6 +212,60 @@ def read(
     return _with_units(_from_instrument(path, part), size, unit, periodic)
 
 
+def read_all(
+    paths: Sequence[Path],
+    *,
+    size: Sequence[str] | None = None,
+    unit: Sequence[str] | None = None,
+    dataset: Sequence[str] | None = None,
+    part: Sequence[str] | None = None,
+    periodic: bool = False,
+) -> list[Topography]:
+    """Topographies of one or two files, with sizes and units as text: one for all files, or one for each.
+
+    Parameters
+    ----------
+    size : like ``"10um"`` or ``"10um,12um"``.
+    unit : of the heights, like ``"nm"``.
+    dataset, part : see :func:`read`.
+    periodic : whether all are; else as the files say.
+
+    Raises
+    ------
+    TopographyError
+        If an option has no meaning; or see :func:`read`.
+    """
+    if len(paths) > 2:
+        msg = f"a contact has one or two rough surfaces, got {len(paths)} files"
+        raise TopographyError(msg)
+
+    def of(values: Sequence[str] | None, i: int) -> str | None:
+        if not values:
+            return None
+        if len(values) not in (1, len(paths)):
+            msg = f"{len(values)} values for {len(paths)} files: give one for all, or one for each"
+            raise TopographyError(msg)
+        return values[i if len(values) > 1 else 0]
+
+    found = []
+    for i, path in enumerate(paths):
+        lengths, name = of(size, i), of(unit, i)
+        try:
+            sizes = None if lengths is None else [units.parse(text, "length") for text in lengths.split(",")]
+            scale = None if name is None else units.unit_size(name, "length")
+        except ValueError as error:
+            msg = f"{path.name}: {error}"
+            raise TopographyError(msg) from error
+        if sizes is not None and len(sizes) > 2:
+            msg = f"{path.name}: a map has one or two lengths, got {lengths!r}"
+            raise TopographyError(msg)
+        its_periodic = True if periodic else None
+        found.append(
+            read(path, size=sizes, unit=scale, periodic=its_periodic, dataset=of(dataset, i), part=of(part, i))
+        )
+    return found
+
+
 class _Map(NamedTuple):
     """Heights as a file has them, and what it says of them."""
 
@@ -285,7 +339,7 @@ def _maps(path: Path, stack: ExitStack) -> dict[str, Callable[[], _Map]]:
 def _load(path: Path, reader: Any, channel: Any) -> _Map:
     """A channel of a file; a size or unit that it does not say is put in as 1 and left out afterwards."""
     size, unit = channel.physical_sizes, channel.unit
-    given = {} if size is not None else {"physical_sizes": (1.0, 1.0)}
+    given: dict[str, Any] = {} if size is not None else {"physical_sizes": (1.0, 1.0)}
     given |= {} if unit is not None else {"unit": "m"}
     found = _values(path, None, reader.topography(channel_index=channel.index, **given))
     scale = None if unit is None else found.unit

@@ -138,7 +138,8 @@ def parse(text: str, quantity: Quantity) -> float:
     """
     found = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", text)
     if found is None:
-        msg = f"{text!r} is not a number with a unit of {_words(quantity)}: write one like 1.5{next(iter(_UNITS[quantity]))}"
+        example = f"1.5{next(iter(_UNITS[quantity]))}"
+        msg = f"{text!r} is not a number with a unit of {_words(quantity)}: write one like {example}"
         raise ValueError(msg)
     try:
         value = float(found[1]) * unit_size(found[2], quantity)
