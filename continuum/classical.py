@@ -240,6 +240,11 @@ class MaugisDugdale:
         """Largest tension, between (3/2)π w R (λ large) and 2π w R (λ small)."""
         return self._pull_off[1]
 
+    @property
+    def pull_off_radius(self) -> float:
+        """Radius of contact at the largest tension."""
+        return self._pull_off[0]
+
     def contact_radius(self, load: float) -> float:
         """Radius of contact under a load above the pull-off force, on the stable branch."""
         low = self._pull_off[0] / self._length

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
+from continuum.classical import Hertz, Westergaard
 from continuum.constrained import Pressed, constrain
 from continuum.geometry import OUT_OF_RANGE, REPULSIVE, contact_map, measure
 from continuum.greens import HalfSpace, Layer, MeanMode
@@ -16,7 +17,6 @@ from continuum.loading import State, follow, solve, traction
 from continuum.minimise import Settings, Solution, Status
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine, sine, sphere
-from continuum.theory import Hertz, Westergaard
 from continuum.wall import HardWall, LennardJonesSpline
 
 TIGHT = Settings(tolerance=1e-10)

@@ -1,0 +1,283 @@
+"""Adhesive spheres and waves: the solver beside JKR, DMT, Maugis and Johnson.
+
+Loads in E* = 1.  A sphere stands for its periodic images too: on a square lattice of period L, with a clamped mean,
+those and the mean pressure N/L² raise the surface around the contact by::
+
+    C1 N/(π E* L) - C3 N r²/(4π E* L³),      C1 = -4 ζ(1/2) β(1/2) = 3.90026,   C3 = 4 ζ(3/2) β(3/2) = 9.03362
+
+so that its indentation is C1 N/(π E* L) - D and its curvature 1/R + C3 N/(2π E* L³).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from continuum.classical import DMT, JKR, AdhesiveWave, MaugisDugdale
+from continuum.greens import HalfSpace
+from continuum.grid import Grid, Real
+from continuum.loading import State, follow, solve
+from continuum.minimise import Settings
+from continuum.problem import ContactProblem
+from continuum.surface import sine, sphere
+from continuum.wall import LennardJonesSpline, Tabulated, Wall
+
+__all__ = [
+    "IMAGES_CURVATURE",
+    "IMAGES_SHIFT",
+    "PAPER_LAW",
+    "Sphere",
+    "SphereCurve",
+    "WaveCurve",
+    "dugdale_law",
+    "dugdale_sphere",
+    "paper_sphere",
+    "pull_off",
+    "sphere_loads",
+    "wave_curve",
+    "wave_pressures",
+    "wave_problem",
+]
+
+IMAGES_SHIFT, IMAGES_CURVATURE = 3.9002649, 9.0336217
+PAPER_LAW = LennardJonesSpline(float(np.sqrt(24 * 0.05)), core=0.3)
+"""The strongest of the paper: l_a = 0.05 a0, range 1.095 a0, tension 0.081 E*.  Small spheres go deep into its core."""
+TIGHT = Settings(1e-8)
+
+
+def largest(x: Real, y: Real) -> float:
+    """Largest y, by the parabola through it and its neighbours; as it is where the path jumps behind it."""
+    i = int(np.argmax(y))
+    if not 0 < i < y.size - 1:
+        msg = "the largest value lies at an end of the path"
+        raise ValueError(msg)
+    if y[i + 1] < 0.8 * y[i]:
+        return float(y[i])
+    a, b, c = np.polyfit(x[i - 1 : i + 2] - x[i], y[i - 1 : i + 2], 2)
+    return float(c - b**2 / (4 * a))
+
+
+# --- spheres -----------------------------------------------------------------------------------------------
+
+
+def dugdale_law(work: float, distance: float, core: float, edge: float) -> Tabulated:
+    """Nearly Maugis and Dugdale's law: a constant tension up to ``distance``, steps smooth over ``edge`` x distance.
+
+    The core takes a pressure ``core`` per gap of -1, and its stiffness within 0.02 distance.
+    """
+    z = np.concatenate([distance * np.array([-100.0, -50.0, -20.0, -5.0]), distance * np.linspace(-1, 1.5, 2001)])
+
+    def step(x: Real) -> Real:
+        t = np.clip(x, 0, 1)
+        return t * t * (3 - 2 * t)
+
+    b = 0.02 * distance
+    repulsion = np.where(z < -b, -core * (z + b / 2), core * np.minimum(z, 0) ** 2 / (2 * b))
+    rise, fall = edge * distance / 2, edge * distance
+    tension = step(z / rise) * (1 - step((z - distance + fall / 2) / fall))
+    unit = np.trapezoid(tension, z)
+    return Tabulated(z, np.append(repulsion[:-1] - work / unit * tension[:-1], 0.0))
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere under an adhesive wall, by its Tabor parameter with h0 = w/(largest tension)."""
+
+    radius: float
+    work: float
+    distance: float
+    wall: Wall
+    grid: Grid
+
+    @property
+    def maugis(self) -> MaugisDugdale:
+        """With the law's work and largest tension."""
+        return MaugisDugdale(self.radius, self.work, self.distance)
+
+    @property
+    def period(self) -> float:
+        """L."""
+        return self.grid.lengths[0]
+
+    def problem(self) -> ContactProblem:
+        """On a half-space whose mean is clamped."""
+        return ContactProblem(self.grid, self.wall, sphere(self.grid, self.radius), HalfSpace("clamped"))
+
+    def load(self, state: State) -> float:
+        """N."""
+        return state.mean_pressure * self.grid.area
+
+    def indentation(self, state: State) -> float:
+        """δ on an infinite half-space."""
+        shift = IMAGES_SHIFT * self.load(state) / (np.pi * self.period)
+        return shift - (state.separation - self.wall.zero_gap)
+
+    def separation(self, indentation: float, load: float) -> float:
+        """D of given δ and N."""
+        return self.wall.zero_gap + IMAGES_SHIFT * load / (np.pi * self.period) - indentation
+
+    def bent(self, load: float) -> MaugisDugdale:
+        """The sphere of the curvature that the images leave."""
+        curvature = 1 / self.radius + IMAGES_CURVATURE * load / (2 * np.pi * self.period**3)
+        return MaugisDugdale(1 / curvature, self.work, self.distance)
+
+
+def _size(radius: float, work: float, distance: float) -> float:
+    """Length on which a sphere acts: its contact without load, or the gap's reach where that is larger."""
+    jkr, dmt = JKR(radius, work).zero_load_radius, DMT(radius, work).contact_radius(0)
+    return float(max(jkr, dmt, np.sqrt(2 * radius * distance)))
+
+
+def _sphere(wall: Wall, tabor: float, n: int, periods: float) -> Sphere:
+    work = wall.work_of_adhesion
+    distance = work / wall.largest_tension
+    radius = tabor**3 * distance**3 / work**2
+    length = periods * _size(radius, work, distance)
+    return Sphere(radius, work, distance, wall, Grid((n, n), (length, length)))
+
+
+def paper_sphere(tabor: float, n: int, periods: float = 4.0) -> Sphere:
+    """Under the paper's law."""
+    return _sphere(PAPER_LAW, tabor, n, periods)
+
+
+@dataclass(frozen=True)
+class SphereCurve:
+    """Equilibria along a retraction."""
+
+    sphere: Sphere
+    indentation: Real
+    load: Real
+    maugis: Real
+    """Maugis' load at the same indentation and curvature."""
+    contact: Real
+    """Radius of the touching cells."""
+    maugis_contact: Real
+
+    @property
+    def error(self) -> Real:
+        """Difference of the loads over the pull-off force."""
+        return (self.load - self.maugis) / self.sphere.maugis.pull_off_force
+
+
+def dugdale_sphere(tabor: float, n: int, edge: float, points: int, periods: float = 4.0) -> SphereCurve:
+    """From about zero load to half-way between pull-off and the last stable indentation, under :func:`dugdale_law`."""
+    work, distance = 0.1, 1.0
+    radius = tabor**3 * distance**3 / work**2
+    # The core yields 1 % of the distance under the mean pressure of a contact of that size without adhesion.
+    core = 200 * _size(radius, work, distance) / (radius * distance)
+    wall = dugdale_law(work, distance, core, edge)
+    made = _sphere(wall, tabor, n, periods)
+    contacts = np.geomspace(0.02, 1.1, 60) * _size(made.radius, made.work, made.distance)
+    states = [made.maugis.state(a) for a in contacts]
+    turn = int(np.argmin([s.indentation for s in states]))
+    first = max(turn + 1, int(np.searchsorted([s.load for s in states[turn:]], 0.0)) + turn)
+    last = (states[turn].indentation + made.maugis.state(made.maugis.pull_off_radius).indentation) / 2
+    depths = np.linspace(states[min(first, 59)].indentation, last, points)
+    targets = [made.separation(d, made.maugis.state(_at(made.maugis, d, contacts, turn)).load) for d in depths]
+    rows = []
+    for state in follow(made.problem(), "separation", targets, TIGHT):
+        state.solution.require()
+        load, depth = made.load(state), made.indentation(state)
+        bent = made.bent(load)
+        a = _at(bent, depth, contacts, turn)
+        # Half the height of the first step of the law is where a contact of Maugis' ends.
+        touching = np.count_nonzero(state.gap < edge * distance / 4) * made.grid.cell_area
+        rows.append((depth, load, bent.state(a).load, np.sqrt(touching / np.pi), a))
+    return SphereCurve(made, *np.array(rows).T)
+
+
+def _at(sphere: MaugisDugdale, indentation: float, contacts: Real, turn: int) -> float:
+    """Radius of contact at an indentation, on the branch that is stable at given indentation."""
+    return float(brentq(lambda a: sphere.state(a).indentation - indentation, contacts[turn], 2 * contacts[-1]))
+
+
+def pull_off(made: Sphere, points: int) -> float:
+    """Largest tension on a retraction in steps of the separation, by the parabola through the largest."""
+    maugis, jkr = made.maugis, JKR(made.radius, made.work)
+    at = maugis.state(maugis.pull_off_radius)
+    middle = made.separation(at.indentation, at.load)
+    reach = 1.2 * max(made.distance, jkr.separation_distance)
+    targets = np.linspace(middle - reach, middle + 0.6 * reach, points)
+    states = list(follow(made.problem(), "separation", targets, TIGHT))
+    for state in states:
+        state.solution.require()
+    return largest(targets, -np.array([made.load(state) for state in states]))
+
+
+def sphere_loads(tabor: float, n: int) -> Real:
+    """Loads of a sphere under the paper's law at five separations about its zero of load: for orders of convergence."""
+    made = paper_sphere(tabor, n)
+    scale = JKR(made.radius, made.work).separation_distance
+    loads = []
+    for depth in (0.6, 0.8, 1.0, 1.2, 1.4):
+        state = solve(made.problem(), "separation", made.separation(depth * scale, 0.0), Settings(1e-10))
+        state.solution.require()
+        loads.append(made.load(state))
+    return np.array(loads)
+
+
+# --- waves -------------------------------------------------------------------------------------------------
+
+
+def wave_problem(
+    alpha: float, wavelength: float, n: int, wall: LennardJonesSpline
+) -> tuple[AdhesiveWave, ContactProblem]:
+    """A wave of Johnson's α along x, four points wide."""
+    work = wall.work_of_adhesion
+    wave = AdhesiveWave(float(np.sqrt(2 * wavelength * work) / (np.pi * alpha)), wavelength, work)
+    grid = Grid((n, 4), (wavelength, 4 * wavelength / n))
+    return wave, ContactProblem(grid, wall, sine(grid, wave.amplitude, (1, 0)), HalfSpace("clamped"))
+
+
+def wave_pressures(n: int) -> Real:
+    """Mean pressures of a wave of 256 a0 at five mean gaps: for orders of convergence."""
+    wave, problem = wave_problem(0.3, 256.0, n, PAPER_LAW)
+    pressures = []
+    for part in (0.3, 0.5, 0.7, 0.9, 1.1):
+        state = solve(problem, "mean-gap", 1 + part * wave.amplitude, Settings(1e-10))
+        state.solution.require()
+        pressures.append(state.mean_pressure)
+    return np.array(pressures)
+
+
+@dataclass(frozen=True)
+class WaveCurve:
+    """Equilibria along a retraction from partial contact."""
+
+    wave: AdhesiveWave
+    spacing: float
+    mean_gap: Real
+    pressure: Real
+    repulsive: Real
+    """Half-width over which the wall repels."""
+    attracted: Real
+    """Half-width within its range."""
+    johnson: Real
+    """Johnson's half-width at the same pressure."""
+
+    @property
+    def pull_off(self) -> float:
+        """Largest tension."""
+        return largest(self.mean_gap, -self.pressure)
+
+
+def wave_curve(alpha: float, wavelength: float, n: int, points: int) -> WaveCurve:
+    """Under the paper's law, of finite range: Johnson's is its limit of long waves."""
+    wave, problem = wave_problem(alpha, wavelength, n, PAPER_LAW)
+    rows = []
+    # Closer where it pulls off, as it may jump there.
+    parts = np.concatenate([np.linspace(0.4, 1.1, points // 2), np.linspace(1.15, 1.5, points)])
+    gaps = 1 + wave.amplitude * parts
+    low, high = wave.pull_off_width, wave.snap_in_width
+    for state in follow(problem, "mean-gap", gaps, TIGHT):
+        state.solution.require()
+        row, half = state.gap[:, 0], problem.grid.spacing[0] / 2
+        widths = (np.count_nonzero(row < end) * half for end in (1.0, 1.0 + PAPER_LAW.range))
+        p = state.mean_pressure
+        stable = -wave.pull_off_pressure < p < wave.mean_pressure(high)
+        johnson = brentq(lambda a, p=p: wave.mean_pressure(a) - p, low, high) if stable else np.nan
+        rows.append((state.mean_gap, p, *widths, johnson))
+    return WaveCurve(wave, problem.grid.spacing[0], *np.array(rows).T)
