@@ -259,9 +259,11 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
         for wavelength, name in ((fit.roll_off, "λ_L"), (fit.cut_off, "λ_s"), (fit.floor, "noise")):
             if wavelength is not None:
                 axis.axvline(2 * np.pi / wavelength, color=colour, linestyle=":", linewidth=0.8)
-                axis.annotate(name, (2 * np.pi / wavelength, 1), xycoords=("data", "axes fraction"), va="top")
+                axis.annotate(
+                    name, (2 * np.pi / wavelength, 1), xycoords=("data", "axes fraction"), va="top", fontsize=8
+                )
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C(q) (m⁴)", title="power spectral density")
-    axis.legend()
+    axis.legend(loc="lower left", fontsize=7)
 
 
 def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
@@ -300,7 +302,8 @@ def contact_figure(simulation: Simulation) -> Figure:
     axis = figure.subplots()
     unit, name = _scale(max(simulation.lengths))
     period = (simulation.lengths[0] / unit, simulation.lengths[1] / unit)
-    plot.contact_image(axis, contact_map(simulation.wall, simulation.gap), period)
+    nx, ny = simulation.shape
+    plot.contact_image(axis, contact_map(simulation.wall, simulation.gap[:nx, :ny]), period)
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
     axis.set_title(f"repulsive (orange) and attracted (black), A_rep/A0 = {simulation.area_rep:.3g}", fontsize=8)
     return figure

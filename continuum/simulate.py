@@ -68,8 +68,10 @@ class Simulation:
     wall: Tabulated = field(repr=False)
     grid: Grid
     """In units of Δr."""
+    shape: tuple[int, int]
+    """Points of the map itself, the first of the grid's in each direction."""
     lengths: tuple[float, float]
-    """Periods, in the units of the interface."""
+    """Size of the map itself, in the units of the interface."""
     warnings: tuple[str, ...]
 
     @property
@@ -219,6 +221,7 @@ def _result(
         gap=high[1].gap,
         wall=wall,
         grid=grid,
-        lengths=(grid.lengths[0] * interface.range, grid.lengths[1] * interface.range),
+        shape=topography.grid.shape,
+        lengths=topography.lengths,
         warnings=tuple(found),
     )
