@@ -47,6 +47,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Every quantity has a unit: 70GPa, 50mJ/m2, 0.5nm.  Example: continuum predict map.npy --size 10um "
         "--unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm",
     ))  # fmt: skip
+    commands.add_parser("examples", help="print the paper's worked examples beside ours, as Markdown")
     return parser
 
 
@@ -90,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from continuum.store import StoreError
     from continuum.topography import TopographyError
 
-    command = {"check": _check, "run": _run, "plot": _plot, "predict": _predict}[parsed.command]
+    command = {"check": _check, "run": _run, "plot": _plot, "predict": _predict, "examples": _examples}[parsed.command]
     bad_input = (ConfigError, OutputError, StoreError, TopographyError, InterfaceError)
     return exit_code(lambda: command(parsed), bad_input)
 
@@ -218,3 +219,11 @@ def _predict(parsed: argparse.Namespace) -> int:
     for path in report.write(prediction, parsed.output, name, simulation):
         print(path)
     return code
+
+
+def _examples(parsed: argparse.Namespace) -> int:
+    from continuum.console import OK
+    from continuum.examples import as_markdown
+
+    print(as_markdown(), end="")
+    return OK

@@ -145,6 +145,11 @@ class Interface:
     origin: tuple[str, ...] = ()
     """Where the values come from."""
 
+    @property
+    def adhesion_length(self) -> float:
+        """l_a = w/E*, in m."""
+        return self.work_of_adhesion / self.contact_modulus
+
 
 def reduced_modulus(moduli: Sequence[float]) -> float:
     """E* of bodies in contact, 1/E* = sum of (1 - ν²)/E; a single one is pressed on a rigid body."""

@@ -212,12 +212,12 @@ def _result(
         found.append("solved on the map and its mirror images")
     slope = moments(grid, problem.heights).rms_slope
     return Simulation(
-        area_rep=area,
-        area_ratio=contact.area_rep / contact.area_att if contact.area_att else np.inf,
-        load=load * interface.contact_modulus,
-        kappa=slope * area / load if load else np.inf,
-        largest_tension=max(tension, -load) * interface.contact_modulus,
-        jumped=jumped,
+        area_rep=float(area),
+        area_ratio=float(contact.area_rep / contact.area_att) if contact.area_att else np.inf,
+        load=float(load * interface.contact_modulus),
+        kappa=float(slope * area / load) if load else np.inf,
+        largest_tension=float(max(tension, -load) * interface.contact_modulus),
+        jumped=bool(jumped),
         gap=high[1].gap,
         wall=wall,
         grid=grid,

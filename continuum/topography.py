@@ -201,9 +201,9 @@ def read(
     if not path.is_file():
         msg = f"{path}: there is no such file"
         raise TopographyError(msg)
-    plain = path.suffix.lower() in _PLAIN
-    # Text of an instrument names its units in a header, which only SurfaceTopography reads.
-    if plain and (dataset or size is not None or unit is not None or util.find_spec("SurfaceTopography") is None):
+    suffix, told = path.suffix.lower(), dataset or size is not None or unit is not None
+    # Other than npy, plain files may name their units in a header, which only SurfaceTopography reads.
+    if suffix == ".npy" or (suffix in _PLAIN and (told or util.find_spec("SurfaceTopography") is None)):
         try:
             heights = read_numbers(path, dataset)
         except (ValueError, OSError) as error:
