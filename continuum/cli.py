@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import continuum
+
+if TYPE_CHECKING:
+    from continuum.state import Event
 
 __all__ = ["main"]
 
@@ -16,7 +21,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="continuum",
         description="Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
         epilog="Units: a0 = 1 (atomic spacing), E* = 1 (contact modulus).  "
-        "Exit code: 0 all converged, 1 some point did not converge, 2 bad input (nothing is written).",
+        "Exit code: 0 all converged, 1 some point did not converge or has no state (a tension too large, an area that "
+        "is jumped over), 2 bad input (nothing is written).",
     )
     parser.add_argument("--version", action="version", version=f"stickiness {continuum.__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -24,7 +30,13 @@ def _parser() -> argparse.ArgumentParser:
     check = commands.add_parser("check", help="validate an input file and print what it amounts to")
     check.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
 
-    run = commands.add_parser("run", help="follow a loading path and store areas, loads and contact maps")
+    run = commands.add_parser(
+        "run",
+        help="follow a loading path and store areas, loads, contact maps and jumps",
+        description="Follow a loading path.  [loading] of the input says how: control (separation, mean-gap, "
+        "mean-pressure, repulsive-area) and targets; retract = true or [loading.retraction] for the way back; "
+        "event_resolution to bracket jumps.  Stopped with Ctrl-C or otherwise, the same command goes on.",
+    )
     run.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
     run.add_argument(
         "-o",
@@ -98,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _check(parsed: argparse.Namespace) -> int:
     from continuum.config import RunConfig, identity, load
-    from continuum.console import OK, show_table
+    from continuum.console import OK, show_table, warn
     from continuum.system import build, estimate
 
     config = load(parsed.file, RunConfig)
@@ -132,25 +144,28 @@ def _check(parsed: argparse.Namespace) -> int:
         ["identity", identity(config)[:16], ""],
     ]
     show_table(f"{parsed.file}: valid", ["quantity", "value", "unit"], rows)
+    warn(system.warnings)
     return OK
 
 
 def _run(parsed: argparse.Namespace) -> int:
     from continuum.config import RunConfig, load
-    from continuum.console import NOT_CONVERGED, OK, progress, show_table
+    from continuum.console import NOT_CONVERGED, OK, progress, show_table, warn
     from continuum.run import Step, run
 
     config = load(parsed.file, RunConfig)
     path = parsed.output / f"{Path(parsed.file).stem}.h5"
-    with progress(len(config.loading.path), Path(parsed.file).stem) as report:
+    with progress(config.loading.points, Path(parsed.file).stem) as report:
+        since = time.monotonic()
 
         def after(step: Step, done: int, total: int) -> None:
-            text = (
-                f"mean gap {step.mean_gap:.4g} a0, A_rep {step.area_rep:.4g}, N {step.load:.4g}, {step.status.lower()}"
-            )
-            report(done, text)
+            nonlocal since
+            seconds, since = time.monotonic() - since, time.monotonic()
+            place = f"mean gap {step.mean_gap:.4g} a0, separation {step.separation:.4g} a0, A_rep {step.area_rep:.4g}"
+            work = f"residual {step.residual:.1e}, {step.fft_pairs + step.search_pairs:.0f} pairs, {seconds:.1f} s"
+            report(done, f"{place}, N {step.load:.4g} E*, {work}, {_words(step.status)}")
 
-        summary = run(config, path, force=parsed.force, progress=after)
+        summary = run(config, path, force=parsed.force, progress=after, warn=warn)
     rows = [
         [
             str(i),
@@ -162,17 +177,35 @@ def _run(parsed: argparse.Namespace) -> int:
             f"{step.load:.4e}",
             f"{step.load_rep:.4e}",
             f"{step.residual:.1e}",
-            f"{step.fft_pairs:g}",
-            step.status.lower().replace("_", " "),
+            f"{step.fft_pairs:.0f}",
+            f"{step.search_pairs:.0f}",
+            _words(step.status),
         ]
         for i, step in enumerate(summary.steps)
     ]
     head = ["step", "branch", "mean gap", "separation", "A_rep/A0", "A_att/A0", "N/(E* A0)", "N_rep/(E* A0)",
-            "residual", "FFT pairs", "status"]  # fmt: skip
-    failed = [step for step in summary.steps if not step.converged]
+            "residual", "FFT pairs", "search", "status"]  # fmt: skip
     caption = f"{summary.path}" + (f"   ({summary.resumed} points were stored before)" if summary.resumed else "")
     show_table("lengths in a0, pressures in E*", head, rows, caption)
+    if summary.events:
+        head = ["before step", "jump", "of", "from", "to", "mean gap", "", "A_rep/A0", "", "N/(E* A0)", ""]
+        show_table("jumps: both sides of each", head, [_jump(*passed) for passed in summary.events])
+    failed = [(i, step) for i, step in enumerate(summary.steps) if not step.converged]
+    for i, step in failed:
+        print(f"step {i}, {step.control} {step.target:g}: {step.meaning}")
     return NOT_CONVERGED if failed else OK
+
+
+def _words(status: str) -> str:
+    return status.lower().replace("_", " ")
+
+
+def _jump(step: int, event: Event) -> list[str]:
+    """One jump as cells of a table."""
+    before, after = event.before, event.after
+    cells = [str(step), event.kind, event.control, f"{before.value:.6g}", f"{after.value:.6g}"]
+    cells += [f"{value:.5g}" for value in (before.mean_gap, after.mean_gap, before.area_rep, after.area_rep)]
+    return [*cells, f"{before.load:.4e}", f"{after.load:.4e}"]
 
 
 def _plot(parsed: argparse.Namespace) -> int:

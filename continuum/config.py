@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from continuum.inputfile import ConfigError, Fault, find
+from continuum.schedule import Control, LoadingTable, RetractionTable
 from continuum.tables import (
     Document,
     InputFile,
@@ -28,6 +29,7 @@ from continuum.tables import (
 __all__ = [
     "HDF5_SUFFIXES",
     "ConfigError",
+    "Control",
     "CrystalTable",
     "Document",
     "ExponentialWall",
@@ -42,6 +44,7 @@ __all__ = [
     "MeanMode",
     "OutputTable",
     "Positive",
+    "RetractionTable",
     "RigidWall",
     "RunConfig",
     "SelfAffineSurface",
@@ -310,28 +313,6 @@ class CrystalTable(Table):
             yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
 
 
-class LoadingTable(Table):
-    """[loading]: the path."""
-
-    control: Literal["separation", "mean-gap"]
-    """what is given at each point"""
-    targets: Annotated[tuple[float, ...], Field(min_length=1, max_length=100_000)]
-    """its values on approach, in a0, decreasing"""
-    retract: bool = False
-    """whether to go back through the same values"""
-
-    @property
-    def path(self) -> tuple[float, ...]:
-        """All targets in the order in which they are visited."""
-        return self.targets + (self.targets[-2::-1] if self.retract else ())
-
-    @check
-    def _approaching(self) -> Iterator[Fault]:
-        if any(later >= earlier for earlier, later in zip(self.targets, self.targets[1:], strict=False)):
-            cause = "an increasing list: write the approach, and retract = true for the way back"
-            yield Fault(("targets",), "decreasing values", cause)
-
-
 class SolverTable(Table):
     """[solver]: when a point counts as solved, and how to get there."""
 
@@ -354,7 +335,7 @@ class RunConfig(Document):
     """The input of ``continuum run``."""
 
     result_schema: ClassVar[str] = "stickiness/continuum-run"
-    result_version: ClassVar[int] = 1
+    result_version: ClassVar[int] = 2
     not_identity: ClassVar[frozenset[str]] = frozenset({"output"})
 
     grid: GridTable
@@ -395,6 +376,7 @@ class RunConfig(Document):
 
     @check
     def _load_to_carry(self) -> Iterator[Fault]:
-        if self.loading.control == "separation" and self.substrate.mean == "free":
-            cause = "a substrate whose mean is free carries no load at any separation"
-            yield Fault(("loading", "control"), '"mean-gap" where substrate.mean = "free"', cause)
+        cause = "a substrate whose mean is free carries no load at any separation"
+        for key, part in ((("loading",), self.loading), (("loading", "retraction"), self.loading.retraction)):
+            if part is not None and part.control == "separation" and self.substrate.mean == "free":
+                yield Fault((*key, "control"), 'another control than "separation" where substrate.mean = "free"', cause)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
@@ -15,14 +16,13 @@ from rich.progress import (
     Progress,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 from rich.table import Table
 
-__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "exit_code", "progress", "show_table"]
+__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "exit_code", "progress", "show_table", "warn"]
 
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
-"""Exit codes: all well; something did not converge or hold; the input is at fault and nothing was written."""
+"""Exit codes: all well; something did not converge, hold or exist; the input is at fault and nothing was written."""
 
 # A pipe or a batch log has no width of its own: wide enough that no table is cut.
 _console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
@@ -39,26 +39,32 @@ class Reporter(Protocol):
 def progress(total: int, title: str, done: int = 0) -> Iterator[Reporter]:
     """Show progress: a bar on a terminal, one line with the time for each part where there is none.
 
+    What remains is estimated from the parts that this call has done, as if the others took as long on average.
+
     Parameters
     ----------
     total, done : parts in all, and those that an earlier run has finished.
     title : of the work.
     """
+    before, began = done, time.monotonic()
+
+    def left(done: int) -> str:
+        seconds = (time.monotonic() - began) / max(done - before, 1) * (total - done)
+        return f"about {_duration(seconds)} left" if done < total else ""
+
     if _console.is_terminal:
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            TextColumn("[dim]{task.fields[text]}"),
+            TextColumn("{task.fields[left]}[dim]{task.fields[text]}"),
         )
         with Progress(*columns, console=_console) as bar:
-            task = bar.add_task(title, total=total, completed=done, text="")
+            task = bar.add_task(title, total=total, completed=done, left="", text="")
 
             def report(done: int, text: str) -> None:
-                bar.update(task, completed=done, text=text)
+                bar.update(task, completed=done, left=left(done) + "  ", text=text)
 
             yield report
         return
@@ -68,10 +74,29 @@ def progress(total: int, title: str, done: int = 0) -> Iterator[Reporter]:
     logger.setLevel(logging.INFO)
     logger.propagate = False
     logger.addHandler(handler)
+
+    def line(done: int, text: str) -> None:
+        about = f", {left(done)}" if done < total else ""
+        logger.info("%s %d/%d  %s%s", title, done, total, text, about)
+
     try:
-        yield lambda done, text: logger.info("%s %d/%d  %s", title, done, total, text)
+        yield line
     finally:
         logger.removeHandler(handler)
+
+
+def _duration(seconds: float) -> str:
+    """A time as people say it: no more digits than an estimate has."""
+    for size, unit in ((86400, "d"), (3600, "h"), (60, "min")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def warn(messages: Sequence[str]) -> None:
+    """Say on the error stream what does not stop the work but matters for its result."""
+    for message in messages:
+        print(f"warning: {message}", file=sys.stderr)  # noqa: T201
 
 
 def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], caption: str | None = None) -> None:

@@ -13,6 +13,7 @@ from continuum.wall import Wall
 __all__ = ["ATTRACTED", "OUT_OF_RANGE", "REPULSIVE", "Contact", "contact_map", "measure"]
 
 OUT_OF_RANGE, ATTRACTED, REPULSIVE = np.uint8(0), np.uint8(1), np.uint8(2)
+_ROWS = 256
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,8 @@ class Contact:
     """N_att/(E* A0): the pulling points, as a positive number."""
     load: float
     """N/(E* A0) = (N_rep - N_att)/(E* A0)."""
+    wall_energy: float
+    """Interaction energy per area, in E* a0."""
     smallest_gap: float
     """In a0."""
 
@@ -42,16 +45,25 @@ def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
 
 def measure(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -> Contact:
     """Areas and loads of a state, from its gap; a hard wall also needs the state's traction."""
-    if traction is None:
-        traction = wall.evaluate(gap).traction
-    kind = contact_map(wall, gap)
-    load_rep = grid.mean(np.maximum(traction, 0.0))
-    load_att = grid.mean(np.maximum(-traction, 0.0))
+    sums = np.zeros(3)
+    repulsive = attracted = 0
+    for start in range(0, gap.shape[0], _ROWS):  # in blocks: three fields of a large grid would not fit
+        block = gap[start : start + _ROWS]
+        if traction is None:
+            energy, pressure, _ = wall.evaluate(block)
+        else:
+            energy, pressure = wall.energy(block), traction[start : start + _ROWS]
+        kind = contact_map(wall, block)
+        repulsive += int(np.count_nonzero(kind == REPULSIVE))
+        attracted += int(np.count_nonzero(kind == ATTRACTED))
+        sums += np.maximum(pressure, 0.0).sum(), np.maximum(-pressure, 0.0).sum(), energy.sum()
+    load_rep, load_att, energy_per_area = (float(total) / grid.size for total in sums)
     return Contact(
-        area_rep=np.count_nonzero(kind == REPULSIVE) / grid.size,
-        area_att=np.count_nonzero(kind == ATTRACTED) / grid.size,
+        area_rep=repulsive / grid.size,
+        area_att=attracted / grid.size,
         load_rep=load_rep,
         load_att=load_att,
         load=load_rep - load_att,
+        wall_energy=energy_per_area,
         smallest_gap=float(gap.min()),
     )

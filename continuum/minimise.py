@@ -171,8 +171,10 @@ def _solve(
         level.work_q[0, 0] = mean
         restrict(level.work_q, coarse.work_q)
         coarse_offset = coarse.grid.inverse(coarse.work_q, overwrite=True)
-        coarse_start = None if part is None else coarse_offset + problem.lift - part
-        _solve(coarse, problem, coarse_offset, coarse_start, depth + 1, [])
+        if part is not None:
+            np.subtract(coarse_offset, part, out=part)
+            part += problem.lift
+        _solve(coarse, problem, coarse_offset, part, depth + 1, [])
         # A coarse grid that failed is no start: this one begins from rest.
         if not np.isfinite(_displacement(coarse, problem, coarse_offset)):
             coarse.clear()

@@ -6,24 +6,19 @@ stopped, however, goes on where it was and ends as if nothing had happened, bit 
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from continuum import store
 from continuum.config import RunConfig, SelfAffineSurface, identity, resolved
-from continuum.geometry import ATTRACTED, REPULSIVE, contact_map, measure
-from continuum.grid import Real
-from continuum.loading import Branch, State, follow, traction
-from continuum.minimise import Solution, Status
+from continuum.loading import Search, State, follow
 from continuum.provenance import journal, provenance
+from continuum.record import Passed, Record, Step
 from continuum.store import Attribute, Dataset
 from continuum.system import System, build
 
@@ -34,37 +29,6 @@ class OutputError(ValueError):
     """The result cannot be stored where it should be: the message says why and what helps."""
 
 
-def _column(units: str, long_name: str) -> Any:
-    return field(metadata={"units": units, "long_name": long_name})
-
-
-@dataclass(frozen=True)
-class Step:
-    """One point of the path, as numbers.  Each is stored as a dataset over ``step``."""
-
-    target: float = _column("a0", "given separation or mean gap")
-    branch: str = _column("", "direction from which the point was reached")
-    separation: float = _column("a0", "height of the wall's zero above the undeformed surface")
-    mean_gap: float = _column("a0", "mean gap")
-    area_rep: float = _column("1", "repulsive area A_rep/A0")
-    area_att: float = _column("1", "attracted area A_att/A0")
-    load: float = _column("E*", "load N/A0, compression positive")
-    load_rep: float = _column("E*", "repulsive load N_rep/A0")
-    load_att: float = _column("E*", "attractive load N_att/A0")
-    elastic_energy: float = _column("E* a0", "elastic energy per area, without the mean mode")
-    wall_energy: float = _column("E* a0", "interaction energy per area")
-    smallest_gap: float = _column("a0", "smallest gap")
-    residual: float = _column("E*", "root-mean-square residual traction")
-    iterations: int = _column("1", "iterations of the solver")
-    fft_pairs: float = _column("1", "forward and inverse Fourier transforms, halved")
-    status: str = _column("", "how the solve ended")
-
-    @property
-    def converged(self) -> bool:
-        """Whether the point is an equilibrium."""
-        return Status[self.status].ok
-
-
 @dataclass(frozen=True)
 class Summary:
     """What a run came to."""
@@ -72,6 +36,8 @@ class Summary:
     path: Path
     identity: str
     steps: tuple[Step, ...]
+    events: tuple[Passed, ...]
+    """Jumps on the path."""
     resumed: int
     """Points that were found finished."""
     seconds: float
@@ -79,7 +45,7 @@ class Summary:
 
     @property
     def converged(self) -> bool:
-        """Whether every point is an equilibrium."""
+        """Whether every point is an equilibrium at its target."""
         return all(step.converged for step in self.steps)
 
 
@@ -87,20 +53,14 @@ Progress = Callable[[Step, int, int], None]
 """Called after each point with what it is, how many are done, and how many there are."""
 
 
-@dataclass
-class _Result:
-    """What is known so far.  The one mutable thing, private to :func:`run`."""
-
-    steps: list[Step] = field(default_factory=list)
-    repulsive: list[NDArray[np.uint8]] = field(default_factory=list)
-    attracted: list[NDArray[np.uint8]] = field(default_factory=list)
-    gaps: list[NDArray[np.float32]] = field(default_factory=list)
-    seconds: list[float] = field(default_factory=list)
-    good: list[State] = field(default_factory=list)
-    """The last two converged states, which the next point starts from."""
-
-
-def run(config: RunConfig, path: Path, *, force: bool = False, progress: Progress | None = None) -> Summary:
+def run(
+    config: RunConfig,
+    path: Path,
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+    warn: Callable[[Sequence[str]], None] | None = None,
+) -> Summary:
     """Follow the path of a configuration and store the result.
 
     Parameters
@@ -109,6 +69,7 @@ def run(config: RunConfig, path: Path, *, force: bool = False, progress: Progres
     path : the result.  If it holds the same run finished, nothing is done; unfinished, it is continued.
     force : start anew, whatever the file holds.
     progress : see :data:`Progress`.
+    warn : called with what the grid does not resolve, before the first point; it is stored as well.
 
     Raises
     ------
@@ -120,22 +81,40 @@ def run(config: RunConfig, path: Path, *, force: bool = False, progress: Progres
     start = time.perf_counter()
     key = identity(config)
     system = build(config)
-    targets = config.loading.path
-    result, finished = (_Result(), False) if force else _stored(system, path, key)
-    resumed = len(result.steps)
+    record, finished = (_nothing(config), False) if force else _stored(system, path, key)
+    resumed = len(record.steps)
+    if warn is not None:
+        warn(system.warnings)
     if not finished:
         _prepare(path)
         since = time.perf_counter()
-        states = follow(system.problem, config.loading.control, targets[resumed:], system.settings, result.good)
-        for state in states:
-            _append(result, system, state)
-            result.seconds.append(time.perf_counter() - since)
-            done = len(result.steps)
-            _write(result, system, path, key, resumed)
+        for state in _states(system, record):
+            record.append(system.problem, state)
+            record.seconds.append((state.solution.seconds, time.perf_counter() - since))
+            done = len(record.steps)
+            del state  # its fields are those of the record, or no longer needed
+            _write(record, system, path, key, resumed)
             if progress is not None:
-                progress(result.steps[-1], done, len(targets))
+                progress(record.steps[-1], done, config.loading.points)
             since = time.perf_counter()
-    return Summary(path, key, tuple(result.steps), resumed, time.perf_counter() - start)
+    steps, events = tuple(record.steps), tuple(record.events)
+    return Summary(path, key, steps, events, resumed, time.perf_counter() - start)
+
+
+def _nothing(config: RunConfig) -> Record:
+    return Record(config.output.fields)
+
+
+def _states(system: System, record: Record) -> Iterator[State]:
+    """The points of the path that are still to be done."""
+    loading, done = system.config.loading, len(record.steps)
+    search = Search(loading.area_tolerance, loading.area_resolution, loading.event_resolution, loading.event_threshold)
+    for control, targets in loading.legs:
+        if done < len(targets):
+            if done > 0:
+                record.remember_lost(system.problem)
+            yield from follow(system.problem, control, targets[done:], system.settings, record.good, search)
+        done = max(0, done - len(targets))
 
 
 def _prepare(path: Path) -> None:
@@ -150,77 +129,23 @@ def _prepare(path: Path) -> None:
         raise OutputError(msg)
 
 
-def _append(result: _Result, system: System, state: State) -> None:
-    problem, gap = system.problem, state.gap
-    contact = measure(problem.grid, problem.wall, gap, traction(problem.wall, state.solution))
-    fluctuation_q = problem.grid.forward(problem.heights - gap)
-    fluctuation_q[0, 0] = 0.0
-    elastic = 0.5 * problem.grid.inner_q(fluctuation_q, problem.elastic_traction_q(fluctuation_q))
-    kind = contact_map(problem.wall, gap)
-    solution = state.solution
-    result.steps.append(
-        Step(
-            target=state.target,
-            branch=state.branch,
-            separation=state.separation,
-            mean_gap=state.mean_gap,
-            area_rep=contact.area_rep,
-            area_att=contact.area_att,
-            load=contact.load,
-            load_rep=contact.load_rep,
-            load_att=contact.load_att,
-            elastic_energy=elastic,
-            wall_energy=problem.grid.mean(problem.wall.energy(gap)),
-            smallest_gap=contact.smallest_gap,
-            residual=solution.residual,
-            iterations=solution.iterations,
-            fft_pairs=solution.fft_pairs,
-            status=solution.status.name,
-        )
-    )
-    result.repulsive.append(store.pack(kind == REPULSIVE))
-    result.attracted.append(store.pack(kind == ATTRACTED))
-    if system.config.output.fields:
-        result.gaps.append(gap.astype(np.float32))
-    if state.status.ok:
-        result.good = [*result.good[-1:], state]
-
-
-def _write(result: _Result, system: System, path: Path, key: str, resumed: int) -> None:
+def _write(record: Record, system: System, path: Path, key: str, resumed: int) -> None:
     config, grid = system.config, system.grid
-    finished = len(result.steps) == len(config.loading.path)
+    finished = len(record.steps) == config.loading.points
     x, y = grid.positions
     datasets = {
-        "step": Dataset(np.arange(len(result.steps)), ("step",), "1", "point of the path"),
         "x": Dataset(x[:, 0], ("x",), "a0", "position"),
         "y": Dataset(y[0], ("y",), "a0", "position"),
-        "repulsive": _masks(result.repulsive, "repulsive contact"),
-        "attracted": _masks(result.attracted, "attracted area"),
-        "journal/seconds": Dataset(np.array(result.seconds), ("step",), "s", "wall time"),
+        **record.datasets(restart=not finished),
     }
-    for column in dataclasses.fields(Step):
-        values = np.array([getattr(step, column.name) for step in result.steps])
-        datasets[column.name] = Dataset(values, ("step",), **column.metadata)
     if config.output.fields:
         heights = system.problem.heights.astype(np.float32)
         datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
-        datasets["gap"] = Dataset(np.array(result.gaps), ("step", "x", "y"), "a0", "gap")
-    if not finished and result.good:
-        good = result.good
-        datasets["restart/gap"] = Dataset(
-            np.array([s.gap for s in good]), ("restart_point", "x", "y"), "a0", "gap of the last converged points"
-        )
-        datasets["restart/target"] = Dataset(np.array([s.target for s in good]), ("restart_point",), "a0", "target")
-        datasets["restart/branch"] = Dataset(np.array([s.branch for s in good]), ("restart_point",), "", "branch")
+    attributes = {**_attributes(system, key, finished), **record.attributes(), "journal/resumed_at": resumed}
     try:
-        store.write(path, datasets, {**_attributes(system, key, finished), "journal/resumed_at": resumed})
+        store.write(path, datasets, attributes)
     except store.StoreError as error:
         raise OutputError(str(error)) from error
-
-
-def _masks(masks: list[NDArray[np.uint8]], name: str) -> Dataset:
-    what = f"{name}, eight points along y in a byte, first in its highest bit"
-    return Dataset(np.array(masks), ("step", "x", "y_byte"), "1", what)
 
 
 def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute]:
@@ -233,6 +158,9 @@ def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute
         "config": config.source.text if config.source else "",
         "config_resolved": resolved(config),
         "control": config.loading.control,
+        "event_resolution": config.loading.event_resolution or 0.0,
+        "event_threshold": config.loading.event_threshold,
+        "warnings": "\n".join(system.warnings),
         "tolerance": system.settings.tolerance,
         "wall_zero_gap": wall.zero_gap,
         "wall_range": wall.range,
@@ -248,11 +176,11 @@ def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute
     return attributes
 
 
-def _stored(system: System, path: Path, key: str) -> tuple[_Result, bool]:
+def _stored(system: System, path: Path, key: str) -> tuple[Record, bool]:
     """What a file holds of this run, and whether that is all of it."""
     config = system.config
     if not path.exists():
-        return _Result(), False
+        return _nothing(config), False
     try:
         file = store.read(path, config.result_schema, config.result_version)
     except store.StoreError as error:
@@ -265,28 +193,6 @@ def _stored(system: System, path: Path, key: str) -> tuple[_Result, bool]:
         )
         raise OutputError(msg)
     if config.output.fields and "gap" not in file.datasets:
-        return _Result(), False  # the same numbers again, this time with fields
-    finished = bool(file.attributes.get("finished"))
-    names = [column.name for column in dataclasses.fields(Step)]
-    rows = zip(*(file[name].tolist() for name in names), strict=True)
-    result = _Result(
-        steps=[Step(**dict(zip(names, row, strict=True))) for row in rows],
-        repulsive=list(file["repulsive"]),
-        attracted=list(file["attracted"]),
-        gaps=list(file["gap"]) if config.output.fields else [],
-        seconds=file["journal/seconds"].tolist(),
-    )
-    if "restart/gap" in file.datasets:
-        result.good = [
-            _restored(system, gap, target, cast("Branch", str(branch)))
-            for gap, target, branch in zip(
-                file["restart/gap"], file["restart/target"], file["restart/branch"], strict=True
-            )
-        ]
-    return result, finished
-
-
-def _restored(system: System, gap: Real, target: float, branch: Branch) -> State:
-    """A converged state as far as the next point needs it: target, branch, gap and status."""
-    solution = Solution(gap, Status.CONVERGED, 0.0, 0)
-    return State(float(target), branch, np.nan, system.grid.mean(gap), np.nan, solution)
+        return _nothing(config), False  # the same numbers again, this time with fields
+    record = Record.restored(system.problem, file, fields=config.output.fields)
+    return record, bool(file.attributes.get("finished"))

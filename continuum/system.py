@@ -29,6 +29,7 @@ from continuum.config import (
 from continuum.grid import Grid, Real
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
+from continuum.resolution import unresolved
 from continuum.surface import Moments, SelfAffine, moments, sine, sphere
 from continuum.wall import Exponential, HardWall, InversePowers, LennardJonesSpline, Tabulated, Wall
 
@@ -39,6 +40,7 @@ _BYTES_PER_POINT = 240
 # FFT pairs of one point to a residual of 1e-6 h'rms E*, warm, up to 1024², with and without adhesion; larger
 # grids and points near an instability take up to three times as many (notes of the solver, and the tests).
 _PAIRS_REPULSIVE, _PAIRS_ADHESIVE = 35, 80
+_SEARCH = 2  # further points that the search for a repulsive area takes
 _DECADES = 6.0  # for which these hold; pairs grow linearly with the decades of tolerance
 
 
@@ -65,6 +67,8 @@ class System:
     expected: Moments | None
     """Moments of the ensemble that they were drawn from; None if they were not drawn."""
     settings: Settings
+    warnings: tuple[str, ...] = ()
+    """What the grid does not resolve."""
 
     @property
     def grid(self) -> Grid:
@@ -75,7 +79,7 @@ class System:
 def estimate(config: RunConfig) -> Estimate:
     """Memory and transforms of a run, from its configuration alone."""
     nx, ny = config.grid.n
-    size, points = nx * ny, len(config.loading.path)
+    size, points = nx * ny, config.loading.points
     # Contact maps take two bits per point, fields four bytes, and a rewrite holds them twice.
     kept = points * size * 2 * (0.25 + (4 if config.output.fields else 0))
     wall = config.wall
@@ -84,7 +88,9 @@ def estimate(config: RunConfig) -> Estimate:
     pairs = _PAIRS_ADHESIVE if adhesive else _PAIRS_REPULSIVE
     decades = -float(np.log10(config.solver.tolerance))
     per_point = min(pairs * max(decades, 1.0) / _DECADES, config.solver.max_iterations + 3)
-    return Estimate(int(size * _BYTES_PER_POINT + kept), points, round(per_point * points))
+    searches = sum(len(targets) for control, targets in config.loading.legs if control == "repulsive-area")
+    solves = points + _SEARCH * searches
+    return Estimate(int(size * _BYTES_PER_POINT + kept), points, round(per_point * solves))
 
 
 def build(config: RunConfig) -> System:
@@ -122,12 +128,23 @@ def build(config: RunConfig) -> System:
     solver = config.solver
     settings = Settings(solver.tolerance * realised.rms_slope, solver.max_iterations, solver.shift)
     problem = ContactProblem(grid, wall, heights, _response(config))
-    given = config.loading.control == "mean-gap" or np.isinf(problem.mean_stiffness)
-    lowest = 0.0 if config.loading.control == "mean-gap" else -problem.mean_height
-    if isinstance(wall, HardWall) and given and config.loading.targets[-1] <= lowest:
-        cause = "no state: a hard wall leaves no surface at a mean gap of zero or less"
-        raise refuse(config, Fault(("loading", "targets"), f"values above {lowest:g} a0, a positive mean gap", cause))
-    return System(config, problem, realised, expected, settings)
+    if isinstance(wall, HardWall):
+        _check_mean_gaps(config, problem)
+    shortest = config.surface.lambda_s if isinstance(config.surface, SelfAffineSurface) else None
+    warned = tuple(unresolved(problem, realised.rms_slope, shortest))
+    return System(config, problem, realised, expected, settings, warned)
+
+
+def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:
+    """Refuse targets that no state under a hard wall has."""
+    held = {"mean-gap": 0.0}
+    if np.isinf(problem.mean_stiffness):
+        held["separation"] = -problem.mean_height
+    for place, (control, targets) in zip(("loading", "loading.retraction"), config.loading.legs, strict=False):
+        if control in held and min(targets) <= held[control]:
+            expected = f"values above {held[control]:g} a0, a positive mean gap"
+            cause = "no state: a hard wall leaves no surface at a mean gap of zero or less"
+            raise refuse(config, Fault((*place.split("."), "targets"), expected, cause))
 
 
 def _physical_memory() -> float:

@@ -55,7 +55,7 @@ def test_the_arrow_points_from_atomistic_to_continuum() -> None:
         ("matplotlib", {"continuum.plot", "continuum.report", "atomistic.plot"}),
         ("SurfaceTopography", {"continuum.topography"}),
         ("argparse", {"continuum.cli", "atomistic.cli"}),
-        ("pydantic", {"continuum.tables", "continuum.config", "atomistic.config"}),
+        ("pydantic", {"continuum.tables", "continuum.config", "continuum.schedule", "atomistic.config"}),
         ("rich", {"continuum.console"}),
         ("ducc0", {"continuum.grid"}),
         ("numba", {"continuum.laws"}),
