@@ -219,10 +219,10 @@ def _plot(parsed: argparse.Namespace) -> int:
 
 def _predict(parsed: argparse.Namespace) -> int:
     from continuum import materials, report
-    from continuum.console import NOT_CONVERGED, OK, progress, show_table
+    from continuum.console import NOT_CONVERGED, OK, show_table
     from continuum.minimise import NotConvergedError
     from continuum.predict import predict
-    from continuum.simulate import BISECTIONS, OVERLAPS, UnresolvedError, simulate
+    from continuum.simulate import UnresolvedError, simulate
     from continuum.topography import detrend, opposed, read_all
 
     maps = read_all(
@@ -238,13 +238,12 @@ def _predict(parsed: argparse.Namespace) -> int:
     if parsed.solve:
         whole = topographies[0] if len(topographies) == 1 else opposed(*topographies)
         try:
-            with progress(len(OVERLAPS) + 1 + BISECTIONS, "solve") as after:
-                simulation = simulate(whole, interface, after, parsed.threads)
+            simulation = simulate(whole, interface, parsed.threads)
         except (UnresolvedError, NotConvergedError) as error:
             prediction, code = prediction.doubted(f"not solved: {error}"), NOT_CONVERGED
     for sheet in report.sheets(prediction, simulation):
         show_table(sheet.title, sheet.head, sheet.rows)
-    print(report.summary(prediction))
+    print(report.summary(prediction, simulation))
     for warning in (*prediction.warnings, *(simulation.warnings if simulation else ())):
         print(f"warning: {warning}")
     parsed.output.mkdir(parents=True, exist_ok=True)

@@ -23,6 +23,8 @@ RESOLVED = 8.0
 """Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
 GROWTH = 0.1
 """Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
+FEW = 10.0
+"""Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
 DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
 
@@ -166,6 +168,12 @@ def _warnings(
         found.append(
             f"resolution: d_rep is {pixels:.2g} pixels; below about {RESOLVED:g} the curvature is that of the pixel, "
             "not of the surface"
+        )
+    contacts = AREA * min(topography.grid.area for topography in topographies) / contact.diameter**2
+    if contacts < FEW:
+        found.append(
+            f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, not "
+            "the average that all theories give"
         )
     whole, octave = roughness.whole.moments, roughness.cut(4 * roughness.pixel).moments
     grown = 1 - octave.rms_slope / whole.rms_slope

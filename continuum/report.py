@@ -49,8 +49,8 @@ def _answer(estimate: Estimate) -> str:
     return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
 
 
-def summary(prediction: Prediction) -> str:
-    """The paper's verdict in one sentence."""
+def summary(prediction: Prediction, simulation: Simulation | None = None) -> str:
+    """The paper's verdict in one sentence, and the solver's if there is one."""
     paper, contact = prediction.paper, prediction.contact
     modulus, work = turning_modulus(paper, contact), turning_work(paper, contact)
     margin = paper.margin or 0.0
@@ -58,7 +58,13 @@ def summary(prediction: Prediction) -> str:
     text = f"{_answer(paper)} by the paper's criterion, by a factor of {factor} in w or E*"
     if modulus and work:
         text += f": the verdict turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
-    return text + ("" if paper.valid else "; out of its range: " + "; ".join(paper.why))
+    text += "" if paper.valid else "; out of its range: " + "; ".join(paper.why)
+    if simulation is None:
+        return text
+    solved = "sticky" if simulation.sticky else "not sticky"
+    return (
+        f"{text}.  Solved on the map: {solved}{'' if simulation.sticky == paper.sticky else ', which is not the same'}"
+    )
 
 
 def sheets(prediction: Prediction, simulation: Simulation | None = None) -> list[Sheet]:
@@ -200,7 +206,6 @@ def _solved(prediction: Prediction, simulation: Simulation) -> Sheet:
         ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
         ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),
         ("A_rep/A_att", f"{ratio:.4g}", f"{simulation.area_ratio:.4g}"),
-        ("largest tension on approach", "-", _pressure(simulation.largest_tension)),
     )
     return Sheet("Solved on the map, on approach", ("quantity", "paper", "solver"), rows)
 
@@ -263,6 +268,8 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
                     name, (2 * np.pi / wavelength, 1), xycoords=("data", "axes fraction"), va="top", fontsize=8
                 )
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C(q) (m⁴)", title="power spectral density")
+    # Rounding errors beyond a cut-off are no spectrum.
+    axis.set_ylim(bottom=max(axis.get_ylim()[0], 1e-12 * axis.get_ylim()[1]))
     axis.legend(loc="lower left", fontsize=7)
 
 
@@ -344,7 +351,7 @@ def write(prediction: Prediction, folder: Path, name: str, simulation: Simulatio
     warnings = "".join(f"<li>{html.escape(text)}</li>" for text in doubts)
     page = _PAGE.substitute(
         title=html.escape("Is it sticky?  " + " and ".join(t.source for t in prediction.topographies)),
-        verdict=html.escape(summary(prediction).capitalize() + "."),
+        verdict=html.escape(_sentence(summary(prediction, simulation))),
         warnings=f"<h2>Warnings</h2><ul>{warnings}</ul>" if warnings else "",
         figures=images,
         tables="\n".join(_html_table(sheet) for sheet in sheets(prediction, simulation)),
@@ -353,6 +360,10 @@ def write(prediction: Prediction, folder: Path, name: str, simulation: Simulatio
     path = folder / f"{name}.html"
     path.write_text(page, encoding="utf-8")
     return [path, *pictures]
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:] + "."
 
 
 def _html_table(sheet: Sheet) -> str:

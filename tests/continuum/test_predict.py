@@ -123,6 +123,8 @@ def test_what_to_doubt_is_said() -> None:
     assert any("resolution" in w for w in predict([coarse], reduced(0.005)).warnings)
     fine = predict([cut], reduced(0.005, range=2.0)).warnings
     assert not any("resolution" in w or "not periodic" in w or "larger than the range" in w for w in fine)
+    assert any("single summits" in w for w in fine)
+    assert not any("single summits" in w for w in predict([surface(256, lambda_s=4.0)], reduced(0.005)).warnings)
     open_map = detrend(Topography(cut.heights, cut.lengths))
     said = predict([open_map], reduced(0.005)).warnings
     assert any("not periodic" in w for w in said)
@@ -146,11 +148,11 @@ def test_the_solver_agrees_where_the_margin_is_wide(adhesion_length: float, stic
     predicted, found = predict([topography], contact), simulate(topography, contact)
     assert predicted.paper.sticky is sticky
     assert found.sticky is sticky
-    assert found.area_rep == pytest.approx(0.01) or found.jumped
+    assert found.area_rep == pytest.approx(0.01, rel=0.02) or found.jumped
     if not sticky:
         # κ scatters by a quarter among surfaces of so few asperities; units of E* must not double it.
         assert found.load == pytest.approx(predicted.load, rel=0.35)
-        assert found.kappa == pytest.approx(0.1 * 2.0 * 0.01 / found.load)
+        assert found.kappa == pytest.approx(0.1 * 2.0 * found.area_rep / found.load)
 
 
 def test_the_solver_does_not_depend_on_units() -> None:
