@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test long lint clean
+.PHONY: validate test long bench lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -17,15 +17,23 @@ test: .venv/installed-dev lint
 long: .venv/installed-dev
 	$(BIN)/python -m pytest -m long
 
+# Counts, times and memory, beside those of the peers, into docs/benchmarks.md: at most MINUTES, one core; goes on from
+# where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall".
+SIZES = 512 1024 2048 4096
+TABLES = work iteration adhesive hard_wall
+MINUTES = 20
+bench: .venv-bench/installed
+	.venv-bench/bin/python -m tests.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --minutes $(MINUTES)
+
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-.venv/bin/python:
+.venv/bin/python .venv-bench/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "stickiness needs Python 3.11 or later: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 2; }
-	$(PYTHON) -m venv .venv
+	$(PYTHON) -m venv $(@:/bin/python=)
 
 .venv/installed: pyproject.toml | .venv/bin/python
 	$(BIN)/python -m pip install --quiet --editable .
@@ -35,5 +43,13 @@ lint: .venv/installed-dev
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	@touch $@ .venv/installed
 
+# A peer that cannot be installed here is skipped, and its rows say so.
+.venv-bench/installed: pyproject.toml | .venv-bench/bin/python
+	.venv-bench/bin/python -m pip install --quiet --editable .
+	@for extra in bench-adhesion bench-tamaas; do \
+	  .venv-bench/bin/python -m pip install --quiet --editable ".[$$extra]" || echo "skipped: the peer of $$extra"; \
+	done
+	@touch $@
+
 clean:
-	rm -rf .venv build dist results .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-bench build dist results .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -172,8 +172,8 @@ def _warnings(
     contacts = AREA * min(topography.grid.area for topography in topographies) / contact.diameter**2
     if contacts < FEW:
         found.append(
-            f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, not "
-            "the average that all theories give"
+            f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, "
+            "not the average that all theories give"
         )
     whole, octave = roughness.whole.moments, roughness.cut(4 * roughness.pixel).moments
     grown = 1 - octave.rms_slope / whole.rms_slope

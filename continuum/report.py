@@ -69,9 +69,9 @@ def summary(prediction: Prediction, simulation: Simulation | None = None) -> str
 
 def sheets(prediction: Prediction, simulation: Simulation | None = None) -> list[Sheet]:
     """Everything there is to say, as tables."""
-    tables = [_surfaces(prediction), _moments(prediction), _contact(prediction), _verdicts(prediction)]
-    tables += [_numbers(prediction), _cuts(prediction)]
-    return tables if simulation is None else [*tables, _solved(prediction, simulation)]
+    solved = [] if simulation is None else [_solved(prediction, simulation)]
+    inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
+    return [*inputs, _verdicts(prediction), *solved, _numbers(prediction), _cuts(prediction)]
 
 
 def _surfaces(prediction: Prediction) -> Sheet:
@@ -349,12 +349,14 @@ def write(prediction: Prediction, folder: Path, name: str, simulation: Simulatio
     )
     doubts = [*prediction.warnings, *(simulation.warnings if simulation else ())]
     warnings = "".join(f"<li>{html.escape(text)}</li>" for text in doubts)
+    tables = sheets(prediction, simulation)
+    # A terminal ends, a page begins with what was asked.
     page = _PAGE.substitute(
         title=html.escape("Is it sticky?  " + " and ".join(t.source for t in prediction.topographies)),
         verdict=html.escape(_sentence(summary(prediction, simulation))),
         warnings=f"<h2>Warnings</h2><ul>{warnings}</ul>" if warnings else "",
         figures=images,
-        tables="\n".join(_html_table(sheet) for sheet in sheets(prediction, simulation)),
+        tables="\n".join(_html_table(sheet) for sheet in [*tables[3:], *tables[:3]]),
         version=html.escape(continuum.__version__),
     )
     path = folder / f"{name}.html"

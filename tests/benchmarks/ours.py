@@ -1,0 +1,279 @@
+"""What is measured of `continuum`.  Each function runs in a process of its own and returns numbers only.
+
+Fields go through files, so that one function, `judge`, evaluates the states of all codes by one definition.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import ducc0.fft
+import numpy as np
+from numba import njit
+
+from continuum import minimise
+from continuum.constrained import Pressed, constrain
+from continuum.geometry import contact_map, measure
+from continuum.greens import HalfSpace
+from continuum.grid import Grid, Real
+from continuum.laws import TILE
+from continuum.loading import State, solve
+from continuum.minimise import NEAR, Settings, Solution
+from continuum.problem import ContactProblem
+from continuum.wall import HardWall, Wall
+from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, Rough
+
+__all__ = ["ARRAYS_MOVED", "hard_wall", "iteration", "judge", "judge_hard", "mean_gap_at", "search"]
+
+ARRAYS_MOVED = {"columns": 4.5, "turn": 2.0, "move": 3.0}
+"""Arrays that an iteration on one grid reads or writes beside the transforms, counted by hand from the sweeps.
+
+The unit is one field of float64; a half spectrum is one array, K is half of one.
+
+* columns, the sweep `gradient`: reads g, d, K, writes g, d; its work is in the cache, where it is transformed
+* `turn`: reads d, writes d; the step is in the cache
+* `move`: reads z, d, writes z; the change of traction stays in the cache
+
+Tiles near the wall come on top: `turn` reads z there, each `line` z and d.  Arrays that are written are read before, so
+that nothing is allocated by writing; the same holds of the stream that they are compared with.
+"""
+
+
+def _timed(work: Callable[[], Any]) -> tuple[Any, float]:
+    """Result and CPU seconds of this process."""
+    began = time.process_time()
+    result = work()
+    return result, time.process_time() - began
+
+
+def warm_up() -> None:
+    """Compile and load everything on a small grid: compilation is no part of any time."""
+    for length in ADHESION_LENGTHS:
+        solve(Rough(256, 1).problem(length), "mean-gap", 4.0, Settings(TOLERANCE))
+
+
+def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
+    """Mean gap near `AREA`: nine bisections on the grid of n/4, where every fourth point stands for the surface."""
+    warm_up()
+
+    def bisect() -> tuple[float, float]:
+        coarse = Rough(n, seed).coarse(adhesion_length)
+        deepest = -float(coarse.heights.min())
+        low, high, pairs = 1 + 0.2 * deepest, 1 + deepest, 0.0
+        for _ in range(9):
+            gap = (low + high) / 2
+            state = solve(coarse, "mean-gap", gap, Settings(1e-5))
+            pairs += state.solution.fft_pairs / 16
+            if measure(coarse.grid, coarse.wall, state.gap).area_rep < AREA:
+                high = gap
+            else:
+                low = gap
+        return gap, pairs
+
+    (gap, pairs), seconds = _timed(bisect)
+    return {"mean_gap": gap, "fft_pairs": pairs, "cpu": seconds}
+
+
+def mean_gap_at(
+    n: int,
+    seed: int,
+    adhesion_length: float,
+    mean_gap: float,
+    tolerance: float = TOLERANCE,
+    save: str = "",
+    start: str = "",
+) -> dict[str, Any]:
+    """One load point at a given mean gap; the time runs from the heights to the state.
+
+    The start is cold, or the gap in a file, whose basin is then kept to.
+    """
+    warm_up()
+    rough = Rough(n, seed)
+    heights = rough.heights()
+
+    def cold() -> tuple[State, Wall]:
+        problem = rough.problem(adhesion_length, heights)
+        if start:
+            settings = Settings(tolerance, warm_grids=0)
+            return solve(problem, "mean-gap", mean_gap, settings, np.load(start)), problem.wall
+        return solve(problem, "mean-gap", mean_gap, Settings(tolerance)), problem.wall
+
+    (state, wall), seconds = _timed(cold)
+    solution = state.solution.require()
+    contact = measure(rough.grid, wall, state.gap)
+    if save:
+        np.save(save, state.gap)
+    return {
+        "cpu": seconds,
+        "fft_pairs": solution.fft_pairs,
+        "iterations": solution.iterations,
+        "pairs_by_grid": {part.shape[0]: part.fft_pairs for part in solution.work},
+        "residual": solution.residual,
+        "area": contact.area_rep,
+        "pressure": contact.load,
+    }
+
+
+def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[str, Any]:
+    """States of several codes, from their gaps: areas, loads, energies, and the residual K u + p without its mean."""
+    problem = Rough(n, seed).problem(adhesion_length)
+    gaps = [np.load(file) for file in files]
+    found = []
+    for gap in gaps:
+        mean_gap = problem.grid.mean(gap)
+        contact = measure(problem.grid, problem.wall, gap)
+        separation = mean_gap - problem.mean_height
+        displacement = problem.displacement(gap, separation)
+        displacement -= problem.grid.mean(displacement)
+        residual = problem.gradient(displacement, separation)
+        found.append(
+            {
+                "mean_gap": mean_gap,
+                "pixels_rep": round(contact.area_rep * n * n),
+                "pixels_att": round(contact.area_att * n * n),
+                "pressure": contact.load,
+                "energy": problem.energy(displacement, separation) / problem.grid.area,
+                "rms_residual": float(np.sqrt(np.mean(residual**2))),
+                "max_residual": float(np.abs(residual).max()),
+            }
+        )
+    maps = [contact_map(problem.wall, gap) for gap in gaps]
+    different = int(np.count_nonzero(maps[0] != maps[-1]))
+    return {"states": found, "pixels_different": different}
+
+
+def hard_wall(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -> dict[str, Any]:
+    """The hard wall at `PRESSURE` from a cold start; the time runs from the heights to the state."""
+
+    def cold(rough: Rough, heights: Real) -> Pressed:
+        problem = ContactProblem(rough.grid, HardWall(), heights, HalfSpace("free"))
+        return constrain(rough.grid, problem.stiffness_q, problem.heights, None, Settings(tolerance), force=PRESSURE)
+
+    small, rough = Rough(128, 1, lambda_s), Rough(n, seed, lambda_s)
+    cold(small, small.heights())
+    heights = rough.heights()
+    solution, seconds = _timed(lambda: cold(rough, heights))
+    solution.require()
+    np.save(save, solution.traction)
+    return {"cpu": seconds, "fft_pairs": solution.fft_pairs, "iterations": solution.iterations}
+
+
+def judge_hard(n: int, seed: int, lambda_s: float, files: list[str]) -> dict[str, Any]:
+    """States of several codes, from their pressures alone.
+
+    With v = h + FFT⁻¹(p_q/K), q != 0, the gap is v + D, where D makes its mean over the pixels under pressure zero.
+    An exact state has no gap at any of these and no overlap elsewhere.
+    """
+    rough = Rough(n, seed, lambda_s)
+    grid, heights = rough.grid, rough.heights()
+    K = rough.problem(0.0).stiffness_q
+    found, maps = [], []
+    for file in files:
+        pressure = np.load(file)
+        touching = pressure > 0
+        gap = heights + grid.inverse(grid.forward(pressure) / K)
+        gap -= gap[touching].mean()
+        error = max(float(np.abs(gap[touching]).max()), -float(gap.min()))
+        found.append(
+            {
+                "pixels": int(np.count_nonzero(touching)),
+                "pressure": grid.mean(pressure),
+                "mean_gap": grid.mean(gap),
+                "max_error": error,
+            }
+        )
+        maps.append(touching)
+    return {"states": found, "pixels_different": int(np.count_nonzero(maps[0] != maps[-1]))}
+
+
+@njit
+def _add(a: Real, b: Real) -> None:
+    for i in range(a.size):
+        a[i] += 3.0 * b[i]
+
+
+def _best(work: Callable[[], Any], repeats: int = 7) -> float:
+    """Smallest CPU seconds of several runs: the one least disturbed."""
+    work()
+    return min(_timed(work)[1] for _ in range(repeats))
+
+
+def _stream(size: int) -> float:
+    """Bandwidth of a <- a + 3 b over arrays of float64, in B/s: three arrays, and no more since a is read."""
+    a, b = np.zeros(size), np.ones(size)
+    return 3 * 8 * size / _best(lambda: _add(a, b))
+
+
+def _pair(grid: Grid) -> tuple[float, float]:
+    """CPU seconds of an FFT pair on padded arrays: ducc0's own, and the package's over fixed blocks."""
+    field, spectrum = grid.empty(), grid.empty_q()
+    field[...] = np.random.default_rng(1).standard_normal(grid.shape)
+
+    def plain() -> None:
+        ducc0.fft.r2c(field, axes=(0, 1), inorm=2, out=spectrum, nthreads=1)
+        ducc0.fft.c2r(
+            spectrum,
+            axes=(0, 1),
+            lastsize=grid.shape[1],
+            forward=False,
+            out=field,
+            nthreads=1,
+            allow_overwriting_input=True,
+        )
+
+    def blocks() -> None:
+        grid.forward(field, out=spectrum)
+        grid.inverse(spectrum, out=field, overwrite=True)
+
+    return _best(plain), _best(blocks)
+
+
+def _near(gap: Real, reach: float) -> float:
+    """Part of the tiles of a field that are near the wall."""
+    close = gap < reach + NEAR
+    return float(np.mean([close[:, i : i + TILE].any(axis=1) for i in range(0, gap.shape[1], TILE)]))
+
+
+def iteration(n: int, seed: int, adhesion_length: float, mean_gap: float) -> dict[str, Any]:
+    """CPU time of an iteration and of an FFT pair, and the stream, in one process.
+
+    With all grids: a whole solve, over its pairs by weight.  With one: iterations 10 to 40 of the conjugate gradients
+    alone, on the way from that solution to one that is 0.1 a0 closer.
+    """
+    stream = _stream(n * n)
+    pair, block_pair = _pair(Grid.square(n))
+    warm_up()
+    rough = Rough(n, seed)
+    problem = rough.problem(adhesion_length)
+    state, whole = _timed(lambda: solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE)))
+    all_pairs = state.solution.require().fft_pairs
+
+    minimise.LEVELS = 1
+
+    def run(iterations: int) -> Solution:
+        settings = Settings(1e-30, max_iterations=iterations, warm_grids=0)
+        return solve(problem, "mean-gap", mean_gap - 0.1, settings, state.gap).solution
+
+    (few, short), (many, long) = _timed(lambda: run(10)), _timed(lambda: run(40))
+    count = many.iterations - few.iterations
+    done, before = many.work[0], few.work[0]
+    transforms = (done.fft_seconds - before.fft_seconds) / count
+    outside = (many.seconds - few.seconds) / count - transforms
+    near, lines = _near(many.points, problem.wall.law.reach), (done.sweeps - before.sweeps) / count
+    arrays = sum(ARRAYS_MOVED.values()) + near * (1 + 2 * lines)
+    return {
+        "pair_ms": 1e3 * pair,
+        "block_pair_ms": 1e3 * block_pair,
+        "one_ms": 1e3 * (long - short) / count,
+        "one_pairs": (done.fft_pairs - before.fft_pairs) / count,
+        "one_ratio": (long - short) / count / pair,
+        "transforms_ms": 1e3 * transforms,
+        "all_pairs": all_pairs,
+        "all_ratio": whole / all_pairs / pair,
+        "arrays": arrays,
+        "near": near,
+        "stream_gb": stream / 1e9,
+        "reached_gb": arrays * 8 * n * n / outside / 1e9,
+    }

@@ -1,0 +1,363 @@
+"""Tables as Markdown and one figure, from the rows of a run, into a page that holds the two marker lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from continuum.plot import SERIES, new_figure, save, styled
+from tests.benchmarks.cases import (
+    ADHESION_LENGTHS,
+    AREA,
+    MEMORY_ALLOWED,
+    PAIRS_ALLOWED,
+    PEER_ADHESION_LENGTH,
+    PRESSURE,
+)
+
+__all__ = ["draw", "growth_exponent", "line", "short", "tables", "write"]
+
+Row = dict[str, Any]
+BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+SHOWN = ("fft_pairs", "area", "cpu", "one_ratio", "all_ratio", "peak_mib")
+
+
+def line(point: Row) -> str:
+    """A point of a table in one line."""
+    return " ".join(f"{key}={value}" for key, value in point.items())
+
+
+def short(row: Row) -> str:
+    """What matters of a row, while the rest runs."""
+    if "theirs" in row and "ours" in row:
+        return f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f} s"
+    return ", ".join(f"{key}={row[key]:.4g}" for key in SHOWN if key in row)
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table in Markdown."""
+    head = list(head)
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+def groups(rows: list[Row], *keys: str) -> dict[tuple[Any, ...], list[Row]]:
+    """Rows that share the values of some keys, in order."""
+    found: dict[tuple[Any, ...], list[Row]] = {}
+    for row in rows:
+        found.setdefault(tuple(row[key] for key in keys), []).append(row)
+    return found
+
+
+def growth_exponent(sizes: list[int], counts: list[float]) -> float:
+    """Exponent a of counts ~ sizes^a, by least squares in logarithms; not a number from fewer than two sizes."""
+    return float(np.polyfit(np.log(sizes), np.log(counts), 1)[0]) if len(sizes) > 1 else float("nan")
+
+
+def work(rows: list[Row]) -> str:
+    """Pairs by size and adhesion length, with bounds, growth and the worst point."""
+    cells, medians = [], {}
+    for (n, length), group in groups(rows, "n", "adhesion_length").items():
+        counts = [row["fft_pairs"] for row in group]
+        medians[n, length] = median(counts)
+        bounds = PAIRS_ALLOWED.get(n)
+        allowed = "" if bounds is None else f"{bounds[ADHESION_LENGTHS.index(length)]}"
+        cells.append(
+            [
+                f"{n}²",
+                f"{length:g}",
+                ", ".join(f"{count:.1f}" for count in counts),
+                f"**{median(counts):.1f}**",
+                allowed,
+                ", ".join(str(row["iterations"]) for row in group),
+                ", ".join(f"{100 * row['area']:.2f}" for row in group),
+                f"{median(row['cpu'] for row in group):.2f}",
+                ", ".join(f"{row['search_pairs']:.0f}" for row in group),
+                f"{median(row['search_cpu'] for row in group):.2f}",
+            ]
+        )
+    head = ["grid", "l_a/a0", "FFT pairs, seeds 1, 2, 3", "median", "bound", "fine iterations", "area, %"]
+    text = table([*head, "CPU s", "search, pairs", "search, CPU s"], cells)
+    growth = []
+    for length in ADHESION_LENGTHS:
+        sizes = [n for n, at in medians if at == length]
+        if len(sizes) > 1:
+            exponent = growth_exponent(sizes, [medians[n, length] for n in sizes])
+            growth.append(f"{exponent:.2f} (l_a = {length:g} a0)")
+    worst = max(rows, key=lambda row: row["fft_pairs"])
+    text += f"\nMedians grow as n^a with a = {', '.join(growth)}. " if growth else "\n"
+    text += f"Worst point: {worst['fft_pairs']:.1f} pairs at {worst['n']}², "
+    text += f"l_a = {worst['adhesion_length']:g} a0, seed {worst['seed']}.\n"
+    return "### Work per load point\n\n" + text + "\n" + memory(rows)
+
+
+def memory(rows: list[Row]) -> str:
+    """Peak memory of the same processes, the largest on each grid."""
+    cells = []
+    for (n,), group in groups(rows, "n").items():
+        worst = max(group, key=lambda row: row["peak_mib"])
+        fields = worst["peak_mib"] * 2**20 / (8 * n * n)
+        cells.append(
+            [
+                f"{n}²",
+                f"**{worst['peak_mib']:.0f}**",
+                f"{MEMORY_ALLOWED.get(n, '')}",
+                f"{fields:.1f}",
+                f"{worst['fft_pairs']:.1f}",
+                f"{worst['cpu']:.1f}",
+            ]
+        )
+    head = ["grid", "peak MiB", "bound", "in fields of n²", "FFT pairs", "CPU s"]
+    return "### Peak memory of a load point\n\n" + table(head, cells)
+
+
+def _wall(row: Row) -> float:
+    """Time of an iteration by the clock, in ms: the transforms, and the arrays at the bandwidth reached."""
+    return float(row["transforms_ms"] + row["arrays"] * 8e-6 * row["n"] ** 2 / row["reached_gb"])
+
+
+def iteration(rows: list[Row]) -> str:
+    """One grid alone with the count of arrays, all grids with the ratio only."""
+    cells = [
+        [
+            f"{row['n']}²",
+            f"{row['adhesion_length']:g}",
+            f"{row['pair_ms']:.2f}",
+            f"{row['block_pair_ms']:.2f}",
+            f"{row['one_ms']:.2f}",
+            f"**{row['one_ratio']:.2f}**",
+            f"**{row['all_ratio']:.2f}**",
+            f"{row['transforms_ms']:.2f}",
+            f"{row['arrays']:.1f}",
+            f"{row['stream_gb']:.1f}",
+            f"{row['reached_gb']:.1f}",
+            f"{100 * row['reached_gb'] / row['stream_gb']:.0f}",
+            f"{_wall(row) / row['one_ms']:.2f}",
+        ]
+        for row in rows
+    ]
+    head = ["grid", "l_a/a0", "padded pair, ms", "same in blocks, ms", "iteration, ms", "ratio", "ratio, all grids"]
+    head += ["in transforms, ms", "arrays moved", "stream, GB/s", "reached, GB/s", "%", "wall / CPU"]
+    return "### Time of an iteration\n\n" + table(head, cells)
+
+
+def _ratio(row: Row) -> float:
+    return float(row["theirs"]["cpu"] / row["ours"]["cpu"])
+
+
+Shown = dict[str, Callable[[Row, Row], str]]
+
+
+def _names(rows: list[Row]) -> list[list[str]]:
+    late = {True: "", False: " (not converged)"}
+    return [[f"{row['n']}²", str(row["seed"]), row["peer"] + late[row["theirs"]["converged"]]] for row in rows]
+
+
+def _costs(rows: list[Row]) -> str:
+    """What ours and each peer cost."""
+    cells = [
+        [
+            *name,
+            f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f}",
+            f"**{_ratio(row):.1f}**",
+            f"{len(row['theirs']['cpus'])}",
+            f"{row['theirs']['iterations'] or '?'} / {row['ours']['iterations']}",
+            f"{row['ours']['fft_pairs']:.1f}",
+            f"{row['theirs']['peak_mib']:.0f} / {row['ours']['peak_mib']:.0f}",
+        ]
+        for name, row in zip(_names(rows), rows, strict=True)
+    ]
+    head = ["grid", "seed", "peer", "CPU s, peer / ours", "ratio", "turns", "iterations", "FFT pairs, ours", "peak MiB"]
+    return table(head, cells)
+
+
+def _states(names: list[list[str]], pairs: list[Row], shown: Shown) -> str:
+    """The peer's state and ours, beside one another: columns by function of both."""
+    cells = [
+        [*name, str(pair["pixels_different"]), *(cell(*pair["states"]) for cell in shown.values())]
+        for name, pair in zip(names, pairs, strict=True)
+    ]
+    return table(["grid", "seed", "peer", "pixels differing", *shown], cells)
+
+
+def _both(key: str, digits: str) -> Callable[[Row, Row], str]:
+    return lambda theirs, ours: f"{theirs[key]:{digits}} / {ours[key]:{digits}}"
+
+
+def _apart(key: str) -> Callable[[Row, Row], str]:
+    return lambda theirs, ours: f"{abs(theirs[key] / ours[key] - 1):.0e}"
+
+
+def adhesive(rows: list[Row]) -> str:
+    """Ours and the peer at one mean gap and one residual."""
+    same: Shown = {
+        "A_rep, pixels": _both("pixels_rep", "d"),
+        "A_att, pixels": _both("pixels_att", "d"),
+        "load, E* A0": _both("pressure", ".9e"),
+        "rel. diff.": _apart("pressure"),
+        "rms residual, E*": _both("rms_residual", ".1e"),
+        "max residual, E*": _both("max_residual", ".1e"),
+    }
+    cold = same | {
+        "mean gap, a0": _both("mean_gap", ".9f"),
+        "energy diff., E* a0": lambda theirs, ours: f"{theirs['energy'] - ours['energy']:.0e}",
+    }
+    names = _names(rows)
+    return (
+        f"### Adhesive contact, l_a = {PEER_ADHESION_LENGTH:g} a0\n\n{_costs(rows)}"
+        f"\nThe states that they find, peer / ours:\n\n{_states(names, rows, cold)}"
+        f"\nThe peer's, and what it becomes when ours goes on from it, to a tenth of its residual:\n\n"
+        f"{_states(names, [row['from_theirs'] for row in rows], same)}"
+    )
+
+
+def hard_wall(rows: list[Row]) -> str:
+    """Ours and the peers at one mean pressure."""
+    shown: Shown = {
+        "area, pixels": _both("pixels", "d"),
+        "load, E* A0": _both("pressure", ".9e"),
+        "mean gap, a0": _both("mean_gap", ".9f"),
+        "rel. diff.": _apart("mean_gap"),
+        "largest error of the gap, a0": _both("max_error", ".0e"),
+    }
+    return (
+        f"### Hard wall, mean pressure {PRESSURE:g} E*, lambda_s = 16 a0\n\n{_costs(rows)}"
+        f"\nTheir states, peer / ours:\n\n{_states(_names(rows), rows, shown)}"
+    )
+
+
+TABLES: dict[str, Callable[[list[Row]], str]] = {
+    "work": work,
+    "iteration": iteration,
+    "adhesive": adhesive,
+    "hard_wall": hard_wall,
+}
+
+
+def _measured(results: Row, name: str) -> list[Row]:
+    """Rows of a table that could be measured, by size, adhesion length, seed and peer."""
+    rows = [row for row in results["rows"].get(name, []) if "skipped" not in row]
+    return sorted(rows, key=lambda row: (row["n"], row.get("adhesion_length", 0.0), row["seed"]))
+
+
+def tables(results: Row) -> str:
+    """All tables as Markdown, and below each what is missing."""
+    here, made = results["machine"], results["provenance"]
+    peers = ", ".join(
+        f"{name} {here[name]}" for name in ("Adhesion", "ContactMechanics", "SurfaceTopography", "tamaas")
+    )
+    text = f"Made {results['date']} in {results['seconds'] / 60:.0f} min"
+    if "provenance/git_commit" in made:
+        changed = ", with changes not committed" if made["provenance/git_dirty"] else ""
+        text += f", commit {made['provenance/git_commit'][:10]}{changed}"
+    text += f". Machine: {here['processor']}, {here['cores']} cores, one used at a time. Python {here['python']}, "
+    text += f"numpy {here['numpy']}, scipy {here['scipy']}, numba {here['numba']}, ducc0 {here['ducc0']}; {peers}.\n"
+    parts = [text]
+    for name, written in TABLES.items():
+        rows = _measured(results, name)
+        missing = [row for row in results["rows"].get(name, []) if "skipped" in row]
+        notes = "".join(
+            f"- {line({k: v for k, v in row.items() if k not in ('skipped', 'seconds')})}: {row['skipped']}\n"
+            for row in missing
+        )
+        if rows or notes:
+            parts.append((written(rows) if rows else f"### {name}\n") + (f"\nMissing:\n\n{notes}" if notes else ""))
+    return "\n".join(parts)
+
+
+def _sizes(axis: Axes, rows: list[Row]) -> None:
+    sizes = sorted({row["n"] for row in rows})
+    axis.set_xscale("log", base=2)
+    axis.set_xticks(sizes, [f"{n}²" for n in sizes])
+
+
+def _draw_work(axis: Axes, rows: list[Row]) -> None:
+    for i, length in enumerate(ADHESION_LENGTHS):
+        at = groups([row for row in rows if row["adhesion_length"] == length], "n")
+        counts = {n: [row["fft_pairs"] for row in group] for (n,), group in at.items()}
+        axis.plot(
+            list(counts), list(map(median, counts.values())), "-", color=SERIES[i], label=f"$l_a$ = {length:g} $a_0$"
+        )
+        for n, values in counts.items():
+            axis.plot([n] * len(values), values, "o", ms=3, color=SERIES[i])
+            if n in PAIRS_ALLOWED:
+                axis.plot(n, PAIRS_ALLOWED[n][i], "_", ms=18, mew=2, color=SERIES[i])
+    axis.set(ylabel="FFT pairs per load point", title=f"work near {100 * AREA:g} % area (bars: bounds)", ylim=(0, None))
+    axis.legend()
+    _sizes(axis, rows)
+
+
+def _draw_iteration(axis: Axes, rows: list[Row]) -> None:
+    for (length,), group in groups(rows, "adhesion_length").items():
+        color = SERIES[ADHESION_LENGTHS.index(length)]
+        for key, style, name in (("one_ratio", "o-", "one grid"), ("all_ratio", "o:", "all grids")):
+            at = [row["n"] for row in group], [row[key] for row in group]
+            axis.plot(*at, style, color=color, label=f"{name}, $l_a$ = {length:g} $a_0$")
+    axis.axhline(2.0, color="0.6", ls="--", lw=1)
+    axis.set(ylabel="iteration / padded FFT pair", title="time of an iteration (dashed: bound)", ylim=(0, None))
+    axis.legend()
+    _sizes(axis, rows)
+
+
+def _draw_memory(axis: Axes, rows: list[Row]) -> None:
+    at = {n: max(row["peak_mib"] for row in group) / 2**10 for (n,), group in groups(rows, "n").items()}
+    axis.plot(list(at), list(at.values()), "o-", color=SERIES[0])
+    for n in at.keys() & MEMORY_ALLOWED.keys():
+        axis.plot(n, MEMORY_ALLOWED[n] / 2**10, "_", ms=18, mew=2, color=SERIES[0])
+    axis.set_yscale("log", base=2)
+    ticks = (0.125, 0.25, 0.5, 1, 2, 4, 8)
+    axis.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set(ylabel="peak memory, GiB", title="memory of the whole process (bars: bounds)")
+    _sizes(axis, rows)
+
+
+def _draw_peers(axis: Axes, rows: list[Row]) -> None:
+    same = groups(rows, "peer", "n")
+    y = np.arange(len(same))
+    theirs, ours = (
+        [median(row[side]["cpu"] for row in group) for group in same.values()] for side in ("theirs", "ours")
+    )
+    axis.barh(y - 0.2, theirs, 0.38, color=SERIES[1], label="peer")
+    axis.barh(y + 0.2, ours, 0.38, color=SERIES[0], label="continuum")
+    for i, group in enumerate(same.values()):
+        axis.text(theirs[i] * 1.1, i - 0.2, f"{median(map(_ratio, group)):.0f}x", va="center", fontsize=8)
+    axis.set_yticks(y, [f"{peer}, {n}²" for peer, n in same])
+    axis.invert_yaxis()
+    axis.set(xscale="log", xlabel="CPU time of a load point, s", title="one problem, one accuracy, one thread")
+    axis.margins(x=0.2)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+
+
+@styled
+def draw(results: Row, stem: Path) -> Path:
+    """Pairs, iteration time, memory and CPU times of ours and the peers in one figure, as far as they were measured."""
+    work = _measured(results, "work")
+    panels: list[tuple[Callable[[Axes, list[Row]], None], list[Row]]] = [
+        (_draw_work, work),
+        (_draw_iteration, _measured(results, "iteration")),
+        (_draw_memory, work),
+        (_draw_peers, _measured(results, "adhesive") + _measured(results, "hard_wall")),
+    ]
+    figure = new_figure(9.0, 7.6)
+    for axis, (panel, rows) in zip(figure.subplots(2, 2).ravel(), panels, strict=True):
+        if rows:
+            panel(axis, rows)
+        else:
+            axis.set_axis_off()
+    return save(figure, stem)
+
+
+def write(results: Row, folder: Path) -> str:
+    """Tables between the marker lines of ``benchmarks.md`` in a folder, the figure beside it; returns the tables."""
+    text = tables(results)
+    page = folder / "benchmarks.md"
+    before, rest = page.read_text().split(BEGIN)
+    after = rest.split(END)[1]
+    page.write_text(f"{before}{BEGIN}\n\n{text}\n{END}{after}")
+    draw(results, folder / "benchmarks")
+    return text

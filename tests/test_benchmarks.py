@@ -1,0 +1,115 @@
+"""The arithmetic of the benchmarks; they themselves run by `make bench`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.benchmarks import ours, report, run
+from tests.benchmarks.cases import Rough
+
+POINT = {"n": 64, "seed": 1, "adhesion_length": 0.005}
+
+
+def test_growth_is_the_exponent_of_a_power_law() -> None:
+    sizes = [512, 1024, 4096]
+    assert report.growth_exponent(sizes, [7 * n**0.3 for n in sizes]) == pytest.approx(0.3, abs=1e-12)
+    assert np.isnan(report.growth_exponent([512], [30.0]))
+
+
+def test_the_judge_finds_what_the_solver_says(tmp_path: Path) -> None:
+    file = str(tmp_path / "gap.npy")
+    said = ours.mean_gap_at(**POINT, mean_gap=2.0, save=file)
+    judged = ours.judge(**POINT, files=[file, file])
+    state = judged["states"][0]
+    assert judged["pixels_different"] == 0
+    assert state["pixels_rep"] == round(said["area"] * 64**2) > 0
+    assert state["mean_gap"] == pytest.approx(2.0, abs=1e-12)
+    # Both are rms gradients of one state; rounding of the fields is 1e-16 of order one, times K of order one.
+    assert state["rms_residual"] == pytest.approx(said["residual"], abs=1e-14)
+    # A state that is none is told from one that is.
+    np.save(file, np.load(file) + 1e-3 * np.random.default_rng(1).standard_normal((64, 64)))
+    assert ours.judge(**POINT, files=[file])["states"][0]["rms_residual"] > 1e-4
+
+
+def test_the_judge_of_the_hard_wall_accepts_full_contact(tmp_path: Path) -> None:
+    """Pressed flat, u = h: the pressure is P - K h, the gap zero everywhere."""
+    rough = Rough(64, 1, 16.0)
+    pressure = 1.0 - rough.grid.inverse(rough.problem(0.0).elastic_traction_q(rough.grid.forward(rough.heights())))
+    assert pressure.min() > 0
+    file = tmp_path / "pressure.npy"
+    np.save(file, pressure)
+    state = ours.judge_hard(64, 1, 16.0, [str(file)])["states"][0]
+    assert state["pixels"] == 64**2
+    assert state["pressure"] == pytest.approx(1.0, rel=1e-14)
+    # Rounding of heights of a few a0.
+    assert state["max_error"] < 1e-13
+    np.save(file, pressure + 0.01 * np.cos(np.arange(64)))
+    assert ours.judge_hard(64, 1, 16.0, [str(file)])["states"][0]["max_error"] > 1e-3
+
+
+def _page(folder: Path) -> Path:
+    page = folder / "benchmarks.md"
+    page.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n")
+    return page
+
+
+def test_a_run_fills_the_page_and_the_next_measures_nothing_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Real solves of 64² in processes of their own; no peer is needed."""
+    monkeypatch.setattr(run, "ADHESION_LENGTHS", (0.005,))
+    monkeypatch.setattr(run, "REPEATS", 1)
+    page, file = _page(tmp_path), tmp_path / "results.json"
+    plan = ["--sizes", "64", "--tables", "iteration", "--results", str(file), "--docs", str(tmp_path)]
+    run.main(plan)
+    first = json.loads(file.read_text())
+    run.main([*plan, "--minutes", "0"])
+    assert "left out" not in page.read_text()
+    again = json.loads(file.read_text())
+    assert again["rows"] == first["rows"]
+    assert again["seconds"] == first["seconds"]
+    text = page.read_text()
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "old" not in text
+    assert "| 64² | 0.005 |" in text
+    assert (tmp_path / "benchmarks.png").stat().st_size > 1000
+
+
+def test_what_is_missing_is_named_and_tried_again(tmp_path: Path) -> None:
+    results = run.Results(tmp_path / "results.json", minutes=1.0)
+    point = {"n": 512, "seed": 1, "peer": "Adhesion (SciPy)"}
+
+    def absent() -> run.Row:
+        raise run.Missing("Adhesion is not installed")
+
+    results.measure("adhesive", point, absent)
+    page = _page(tmp_path)
+    report.write(results.content, tmp_path)
+    assert "Adhesion (SciPy): Adhesion is not installed" in page.read_text()
+    # What would take longer than there is time is left out: a grid of twice the points takes longer than this one.
+    assert results.measure("work", {"n": 512, "seed": 1}, lambda: {"cpu": 1.0})["cpu"] == 1.0
+    results.content["rows"]["work"][0]["seconds"] = 3600.0
+    assert "left out" in results.measure("work", {"n": 1024, "seed": 1}, lambda: {"cpu": 1.0})["skipped"]
+    assert results.measure("adhesive", point, lambda: {"cpu": 2.0})["cpu"] == 2.0
+    assert len(results.content["rows"]["adhesive"]) == 1
+
+
+def test_a_job_that_fails_says_why(tmp_path: Path) -> None:
+    results = run.Results(tmp_path / "results.json", minutes=1.0)
+    with pytest.raises(run.Missing, match="at least 2 points"):
+        results.job("ours.mean_gap_at", n=1, seed=1, adhesion_length=0.005, mean_gap=2.0)
+
+
+def test_the_memory_of_a_job_is_its_own(tmp_path: Path) -> None:
+    """Not that of the process that starts it, which is larger here."""
+    ballast = np.ones(2**26)
+    gap = np.full((64, 64), 2.0)
+    np.save(tmp_path / "gap.npy", gap)
+    results = run.Results(tmp_path / "results.json", minutes=1.0)
+    found = results.job("ours.judge", **POINT, files=[str(tmp_path / "gap.npy")])
+    assert ballast.nbytes / 2**20 > found["peak_mib"] > gap.nbytes / 2**20
