@@ -75,8 +75,8 @@ def _add_predict(predict: argparse.ArgumentParser) -> None:
     maps.add_argument(
         "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
     )
-    maps.add_argument("--detrend", choices=("plane", "none"), default="plane",
-                      help="what is taken off: the mean plane (default), or the mean only")  # fmt: skip
+    maps.add_argument("--detrend", choices=("plane", "none"),
+                      help="what is taken off: the mean plane (default), or the mean (default if periodic)")  # fmt: skip
     contact = predict.add_argument_group("contact")
     contact.add_argument("--material", action="append", default=[], metavar="NAME",
                          help="diamond, silicon, mica, pdms, rubber, with cited values; given once the other body is "
@@ -222,6 +222,7 @@ def _predict(parsed: argparse.Namespace) -> int:
     from continuum.console import NOT_CONVERGED, OK, show_table
     from continuum.minimise import NotConvergedError
     from continuum.predict import predict
+    from continuum.run import OutputError
     from continuum.simulate import UnresolvedError, simulate
     from continuum.topography import detrend, opposed, read_all
 
@@ -246,9 +247,14 @@ def _predict(parsed: argparse.Namespace) -> int:
     print(report.summary(prediction, simulation))
     for warning in (*prediction.warnings, *(simulation.warnings if simulation else ())):
         print(f"warning: {warning}")
-    parsed.output.mkdir(parents=True, exist_ok=True)
     name = "-".join([*(path.stem for path in parsed.files), "predict"])
-    for path in report.write(prediction, parsed.output, name, simulation):
+    try:
+        parsed.output.mkdir(parents=True, exist_ok=True)
+        written = report.write(prediction, parsed.output, name, simulation)
+    except OSError as error:
+        msg = f"{parsed.output}: the report cannot be written there: {error}"
+        raise OutputError(msg) from error
+    for path in written:
         print(path)
     return code
 

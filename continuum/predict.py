@@ -121,6 +121,9 @@ def predict(topographies: Sequence[Topography], interface: Interface) -> Predict
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
     contact = rough_contact(roughness.whole, interface)
     fits = tuple(fit_self_affine(*spectrum(topography)) for topography in topographies)
+    estimates = every_estimate(contact)
+    warnings = _warnings(topographies, analysed, fits, roughness, contact)
+    warnings += [f"{estimates[0].name} out of its range: {why}" for why in estimates[0].why]
     cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths]
     return Prediction(
         tuple(topographies),
@@ -128,9 +131,9 @@ def predict(topographies: Sequence[Topography], interface: Interface) -> Predict
         fits,
         interface,
         contact,
-        every_estimate(contact),
+        estimates,
         tuple((cut, verdicts(rough_contact(cut, interface))) for cut in cuts if min(cut.moments) > 0),
-        tuple(_warnings(topographies, analysed, fits, roughness, contact)),
+        tuple(warnings),
     )
 
 

@@ -58,7 +58,7 @@ def summary(prediction: Prediction, simulation: Simulation | None = None) -> str
     text = f"{_answer(paper)} by the paper's criterion, by a factor of {factor} in w or E*"
     if modulus and work:
         text += f": the verdict turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
-    text += "" if paper.valid else "; out of its range: " + "; ".join(paper.why)
+    text += "" if paper.valid else ", out of its range (see the warnings)"
     if simulation is None:
         return text
     solved = "sticky" if simulation.sticky else "not sticky"

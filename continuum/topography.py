@@ -105,8 +105,13 @@ class Topography:
         return replace(self, heights=heights, steps=(*self.steps, step), **changes)
 
 
-def detrend(topography: Topography, how: Detrending = "plane") -> Topography:
+def detrend(topography: Topography, how: Detrending | None = None) -> Topography:
     """Take off the mean, or the plane of least squares: how a sample lies under the instrument is no roughness.
+
+    Parameters
+    ----------
+    topography : as read.
+    how : None takes off the plane, but of a periodic map, which no plane leaves periodic, the mean only.
 
     Raises
     ------
@@ -115,7 +120,7 @@ def detrend(topography: Topography, how: Detrending = "plane") -> Topography:
     """
     heights = topography.heights - topography.heights.mean()
     step = "mean height taken off"
-    if how == "plane":
+    if how == "plane" or (how is None and not topography.periodic):
         tilt = []
         for axis, (n, length) in enumerate(zip(heights.shape, topography.lengths, strict=True)):
             # On a full rectangle the two slopes and the mean are independent.

@@ -270,6 +270,13 @@ def test_what_cannot_be_solved_is_reported_all_the_same(tmp_path: Path, capsys: 
     assert "not solved" in (tmp_path / "map-predict.html").read_text()
 
 
+def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    np.save(tmp_path / "map.npy", surface(32).heights)
+    command = ["predict", str(tmp_path / "map.npy"), "--size", "3um", "--unit", "nm", "--material", "mica"]
+    assert main([*command, "-o", str(tmp_path / "map.npy" / "below")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
 def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
     found = predict([surface()], reduced(0.005))
     tables = report.sheets(found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from importlib import util
 from pathlib import Path
 
@@ -143,6 +144,8 @@ def test_without_detrending_only_the_mean_goes(rng: np.random.Generator) -> None
     kept = detrend(Topography(heights, (1.0, 1.0)), "none")
     np.testing.assert_allclose(kept.heights, heights - heights.mean(), atol=1e-13)
     assert kept.steps == ("mean height taken off",)
+    # A plane would leave a step at the edges of a periodic map.
+    assert detrend(Topography(heights, (1.0, 1.0), periodic=True)).steps == kept.steps
 
 
 def test_mirror_images_close_a_map_without_a_step(rng: np.random.Generator) -> None:
@@ -189,6 +192,24 @@ def test_the_header_of_an_instrument_names_its_units(tmp_path: Path, rng: np.ran
     path.with_suffix(".odd").write_bytes(b"nothing at all\n" * 5)
     with pytest.raises(TopographyError, match="none of its formats"):
         read(path.with_suffix(".odd"))
+
+
+@needs_reader
+def test_holes_of_an_instrument_are_refused(tmp_path: Path, rng: np.random.Generator) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that there is no MPI
+        from SurfaceTopography import Topography as Theirs
+
+        heights = rough(rng)
+        Theirs(heights, (2.0, 3.0), unit="um", periodic=True).to_netcdf(str(tmp_path / "whole.nc"))
+        holes = np.ma.masked_array(heights, heights > np.quantile(heights, 0.99))
+        Theirs(holes, (2.0, 3.0), unit="um", periodic=False).to_netcdf(str(tmp_path / "holes.nc"))
+    found = read(tmp_path / "whole.nc")
+    assert found.lengths == pytest.approx((2e-6, 3e-6))
+    assert found.periodic
+    np.testing.assert_allclose(found.heights, 1e-6 * heights, rtol=1e-12)
+    with pytest.raises(TopographyError, match="5 of 480 heights are missing"):
+        read(tmp_path / "holes.nc")
 
 
 @needs_reader
