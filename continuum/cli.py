@@ -76,7 +76,7 @@ def _add_predict(predict: argparse.ArgumentParser) -> None:
         "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
     )
     maps.add_argument("--detrend", choices=("plane", "none"),
-                      help="what is taken off: the mean plane (default), or the mean (default if periodic)")  # fmt: skip
+                      help="what is taken off: the mean plane (default), or the mean (if periodic)")  # fmt: skip
     contact = predict.add_argument_group("contact")
     contact.add_argument("--material", action="append", default=[], metavar="NAME",
                          help="diamond, silicon, mica, pdms, rubber, with cited values; given once the other body is "

@@ -277,6 +277,15 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path, capsys: pytest.
     assert "cannot be written" in capsys.readouterr().err
 
 
+def test_the_page_does_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    code = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "predict.md").read_text(), re.DOTALL)
+    assert code is not None
+    exec(code[1], {})
+    said = capsys.readouterr().out
+    assert "Pastewka-Robbins True" in said
+    assert "not periodic" in said
+
+
 def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
     found = predict([surface()], reduced(0.005))
     tables = report.sheets(found)
