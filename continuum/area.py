@@ -263,9 +263,9 @@ def _from_coarser(
     if coarse is None:
         return None
     rough = replace(loose, tolerance=max(COARSER * loose.tolerance, _loosened(loose).tolerance))
-    roughly = replace(
-        search, area_tolerance=COARSER * search.area_tolerance, area_resolution=COARSER * search.area_resolution
-    )
+    # Never so rough that the guess says nothing: after many grids the tolerance would exceed the area itself.
+    tolerance = max(search.area_tolerance, min(COARSER * search.area_tolerance, 0.3))
+    roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * search.area_resolution)
     found = find_area(at, coarse, target, rough, roughly, (), branch, loose=rough, work=work)
     return (found.mean_gap, _carried(coarse, problem, found)) if found.solution.status.ok else None
 
