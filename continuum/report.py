@@ -250,6 +250,11 @@ def _draw_map(axis: Axes, prediction: Prediction) -> None:
 def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
     for topography, fit, colour in zip(prediction.topographies, prediction.fits, plot.SERIES, strict=False):
         q, c = spectrum(topography)
+        # Rounding errors are no spectrum.
+        real = c > 1e-12 * c.max(initial=0)
+        if not real.any():
+            continue
+        q, c = q[real], c[real]
         axis.loglog(q, c, color=colour, label=topography.source)
         if fit is None:
             continue
@@ -268,9 +273,8 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
                     name, (2 * np.pi / wavelength, 1), xycoords=("data", "axes fraction"), va="top", fontsize=8
                 )
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C(q) (m⁴)", title="power spectral density")
-    # Rounding errors beyond a cut-off are no spectrum.
-    axis.set_ylim(bottom=max(axis.get_ylim()[0], 1e-12 * axis.get_ylim()[1]))
-    axis.legend(loc="lower left", fontsize=7)
+    if axis.lines:
+        axis.legend(loc="lower left", fontsize=7)
 
 
 def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:

@@ -37,6 +37,8 @@ SMALLEST = 16
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 _FLAT = 1e-12
 """Heights this much smaller than the largest number of the file are rounding errors."""
+_NOTHING = 1e-100
+"""Heights whose squares, divided by pixels to the fourth power, would not be numbers."""
 
 
 class TopographyError(ValueError):
@@ -81,7 +83,7 @@ class Topography:
             )
         if not all(np.isfinite(length) and length > 0 for length in self.lengths):
             self._refuse(f"the size of a map is positive and finite, got {self.lengths} m")
-        if np.ptp(heights) <= _FLAT * np.abs(heights).max():
+        if np.ptp(heights) <= max(_FLAT * np.abs(heights).max(), _NOTHING):
             self._refuse("all heights are the same: not a measured surface, or the wrong channel of the file")
         heights.flags.writeable = False
         object.__setattr__(self, "heights", heights)

@@ -19,7 +19,7 @@ from continuum.materials import MATERIALS, Body, Interface, InterfaceError, inte
 from continuum.predict import Prediction, predict, turning_modulus, turning_work
 from continuum.simulate import UnresolvedError, simulate, spline_wall
 from continuum.surface import SelfAffine
-from continuum.topography import Topography, detrend, read
+from continuum.topography import Topography, detrend, read, read_all
 from continuum.wall import InversePowers
 
 MEASURED = os.environ.get("STICKINESS_TOPOGRAPHIES")
@@ -87,26 +87,39 @@ def test_the_verdict_is_the_same_in_all_units(length: float, pressure: float, pe
         assert [e.margin for e in same_found] == pytest.approx([e.margin for e in found])
 
 
-def test_the_command_gives_one_verdict_in_si_and_in_reduced_units(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_text_in_si_and_in_other_units_gives_the_verdict_of_reduced_units(tmp_path: Path) -> None:
     base = surface()
     np.save(tmp_path / "nm.npy", 0.3 * base.heights)
     np.save(tmp_path / "m.npy", 0.3e-9 * base.heights)
-    told = []
+    # 0.015 J/m² over 10 GPa x 0.3 nm: l_a = 0.005 a0.
+    expected = predict([base], reduced(0.005))
     for name, size, unit, modulus, work, reach in (
         ("nm", "19.2nm", "nm", "10GPa", "15mJ/m2", "0.105nm"),
         ("m", "1.92e-8 m", "m", "1e4 MPa", "0.015 N/m", "1.05 Å"),
     ):
-        arguments = ["--size", size, "--unit", unit, "--periodic", "--detrend", "none"]
-        contact = ["--estar", modulus, "--work", work, "--range", reach]
-        assert main(["predict", str(tmp_path / f"{name}.npy"), *arguments, *contact, "-o", str(tmp_path / "out")]) == 0
-        told.append(next(line for line in capsys.readouterr().out.splitlines() if "by the paper's criterion" in line))
-    assert told[0] == told[1]
-    # 0.015 J/m² over 10 GPa x 0.3 nm: l_a = 0.005 a0.
-    paper = predict([base], reduced(0.005)).paper
-    assert told[0].startswith("sticky" if paper.sticky else "not sticky")
-    assert f"factor of {max(paper.margin or 0, 1 / (paper.margin or 1)):.3g}" in told[0]
+        maps = read_all([tmp_path / f"{name}.npy"], size=[size], unit=[unit], periodic=True)
+        contact = materials.parse(contact_modulus=modulus, work=work, range=reach, spacing="3 Å")
+        found = predict([detrend(topography) for topography in maps], contact)
+        assert [e.margin for e in found.verdicts] == pytest.approx([e.margin for e in expected.verdicts])
+        assert [e.sticky for e in found.verdicts] == [e.sticky for e in expected.verdicts]
+        assert found.kappa == pytest.approx(expected.kappa)
+
+
+@pytest.mark.parametrize("pattern", ["spike", "checkerboard", "stripes", "step", "steps of a digitiser"])
+@pytest.mark.parametrize("periodic", [True, False])
+def test_no_map_is_too_odd_for_a_page(pattern: str, periodic: bool) -> None:
+    x, y = np.mgrid[:32, :40]
+    heights = {
+        "spike": (x == 5) & (y == 6),
+        "checkerboard": (x + y) % 2,
+        "stripes": x % 2,
+        "step": x > 15,
+        "steps of a digitiser": np.random.default_rng(0).integers(0, 5, (32, 40)),
+    }[pattern]
+    topography = detrend(Topography(1e-9 * heights, (1e-6, 2e-6), periodic))
+    found = predict([topography], interface([Body(material=MATERIALS["mica"])]))
+    assert all(np.isfinite(row.value) for row in found.estimates)
+    report.overview(found).canvas.draw()
 
 
 def test_two_rough_bodies_stick_less_than_one() -> None:

@@ -56,6 +56,7 @@ def test_plain_arrays_are_read_with_the_units_given(suffix: str, tmp_path: Path,
         ("nan", "1 of 480 heights are missing"),
         ("inf", "1 of 480 heights are missing"),
         ("constant", "all heights are the same"),
+        ("nothing", "all heights are the same"),
         ("plane", "the map is a plane"),
         ("one-dimensional", "two directions"),
         ("three-dimensional", "two directions"),
@@ -74,6 +75,7 @@ def test_what_is_no_map_is_refused_with_one_message_and_nothing_written(
         heights[3, 4] = float(fault)
     heights = {
         "constant": np.full((20, 24), 1e-7),
+        "nothing": 1e-200 * heights,
         "plane": np.add.outer(np.arange(20.0), 3 * np.arange(24.0)),
         "one-dimensional": heights[0],
         "three-dimensional": np.stack([heights, heights]),
