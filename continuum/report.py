@@ -21,6 +21,7 @@ from continuum.predict import Prediction, turning_modulus, turning_work
 from continuum.roughness import Cut, spectrum
 from continuum.simulate import Simulation
 from continuum.surface import Moments
+from continuum.topography import Topography
 
 __all__ = ["Sheet", "contact_figure", "overview", "sheets", "summary", "write"]
 
@@ -46,6 +47,8 @@ def _work(value: float) -> str:
 
 
 def _answer(estimate: Estimate) -> str:
+    if estimate.sticky and estimate.name == "necessary adhesion":
+        return "not excluded"
     return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
 
 
@@ -71,7 +74,8 @@ def sheets(prediction: Prediction, simulation: Simulation | None = None) -> list
     """Everything there is to say, as tables."""
     solved = [] if simulation is None else [_solved(prediction, simulation)]
     inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
-    return [*inputs, _verdicts(prediction), *solved, _numbers(prediction), _cuts(prediction)]
+    numbers = [_numbers(prediction), _cuts(prediction), *map(_density, prediction.topographies)]
+    return [*inputs, _verdicts(prediction), *solved, *numbers]
 
 
 def _surfaces(prediction: Prediction) -> Sheet:
@@ -195,6 +199,14 @@ def _cuts(prediction: Prediction) -> Sheet:
     names = tuple(prediction.verdicts[i].name for i in chosen)
     head = ("smallest wavelength", "h'_rms", "h''_rms, 1/µm", "d_rep", *names)
     return Sheet("If only wavelengths above a cut-off counted: roughness, and margin of each criterion", head, rows)
+
+
+def _density(topography: Topography) -> Sheet:
+    q, c = spectrum(topography)
+    chosen = np.unique(np.geomspace(1, q.size, 12).round().astype(int)) - 1
+    rows = tuple((_length(2 * np.pi / q[i]), f"{q[i]:.4g}", f"{c[i]:.4g}") for i in chosen)
+    head = ("wavelength", "q, 1/m", "C(q), m⁴")
+    return Sheet(f"Power spectral density, radial average, h_rms² = ∫ C d²q: {topography.source}", head, rows)
 
 
 def _solved(prediction: Prediction, simulation: Simulation) -> Sheet:
