@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test long bench lint clean
+.PHONY: validate test long verification bench lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -16,6 +16,10 @@ test: .venv/installed-dev lint
 # The long validations: minutes to an hour.
 long: .venv/installed-dev
 	$(BIN)/python -m pytest -m long
+
+# The solver beside analytic contacts: tables and figure of docs/verification.md.
+verification: .venv/installed-dev
+	$(BIN)/python -m tests.verification.report docs
 
 # Counts, times and memory, beside those of the peers, into docs/benchmarks.md: at most MINUTES, one core; goes on from
 # where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall".

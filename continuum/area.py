@@ -114,7 +114,7 @@ def find_area(
         """The last state to the full tolerance."""
         return trial(known[0].mean_gap, settings, known[0].gap, near=True)
 
-    now, after, stalled, step = loose, None, False, 0.0
+    now, after, stalled, misled, step = loose, None, False, False, 0.0
     if known:
         older = known[0] if len(known) == 2 else None
         del known[:-1]
@@ -155,11 +155,11 @@ def find_area(
             now = settings
             state = settled()
         else:
-            state = trial(mean_gap, now, before.gap, near=after is not None)
+            state = trial(mean_gap, now, before.gap, near=misled or after is not None)
             if closed:
                 if state.status.ok and not met(state) and (state.contact.area_rep - target) * sign > 0:
                     return done(before, Outcome.JUMPED_OVER, state)
-                after = None  # a looser trial, or one from another start, has misled the search
+                after, misled = None, True  # by a looser trial, or one over coarser grids, or from another start
         if not state.status.ok:
             return done(state)
         if closed or met(state) or met(before) or (target - state.contact.area_rep) * sign > 0:

@@ -18,11 +18,14 @@ from continuum.classical import JKR, tabor_parameter
 __all__ = [
     "Estimate",
     "RoughContact",
+    "adhesive_pressure",
     "area_ratio",
     "asperity_pull_off",
     "asperity_tabor",
+    "attraction_width",
     "contact_diameter",
     "dmt_asperities",
+    "dmt_pull_off",
     "every_estimate",
     "fuller_tabor",
     "half_conformal_energy",
@@ -31,6 +34,7 @@ __all__ = [
     "necessary_adhesion",
     "pastewka_robbins",
     "persson_tosatti",
+    "repulsive_pressure",
     "verdicts",
 ]
 
@@ -176,6 +180,28 @@ def inverse_kappa(contact: RoughContact) -> Estimate:
     return Estimate("inverse kappa", "1/κ", value, "", source, contact.inputs(*_ONSET), tuple(_rim(contact)))
 
 
+def repulsive_pressure(contact: RoughContact) -> Estimate:
+    """p_rep = h' E*/κ_rep, mean over the repulsive area."""
+    value = theory.repulsive_pressure(contact.rms_slope, contact.kappa_rep, contact.contact_modulus)
+    inputs = contact.inputs("rms_slope", "contact_modulus", "kappa_rep")
+    source = "paper, Eq. (eqkappa); A_rep much smaller than A0"
+    return Estimate("repulsive pressure", "p_rep", value, "pressure", source, inputs, tuple(_steep(contact)))
+
+
+def adhesive_pressure(contact: RoughContact) -> Estimate:
+    """w/Δr, mean tension over the attracted area."""
+    value = theory.adhesive_pressure(contact.work_of_adhesion, contact.range)
+    inputs = contact.inputs("work_of_adhesion", "range")
+    return Estimate("adhesive pressure", "w/Δr", value, "pressure", "paper, after Eq. (eqkappa)", inputs)
+
+
+def attraction_width(contact: RoughContact) -> Estimate:
+    """d_att, width of the attracted rim."""
+    value = theory.attraction_width(contact.rms_slope, contact.diameter, contact.range)
+    inputs = contact.inputs(*_MOMENTS)
+    return Estimate("attraction width", "d_att", value, "length", "paper, Eq. (datt)", inputs, tuple(_rim(contact)))
+
+
 def maugis_parameter(contact: RoughContact) -> Estimate:
     """Maugis' λ of one asperity: DMT below 0.1, JKR above 5."""
     inputs = contact.inputs("rms_curvature", "range", "work_of_adhesion", "contact_modulus")
@@ -263,6 +289,15 @@ def asperity_pull_off(contact: RoughContact) -> Estimate:
     return Estimate("pull-off", "N/A0", value, "pressure", source, parameter.inputs, parameter.why)
 
 
+def dmt_pull_off(contact: RoughContact) -> Estimate:
+    """Pull-off force per area of DMT asperities, 2π w R each instead of (3/2)π w R."""
+    parameter = dmt_asperities(contact)
+    limit = 4 / 3 * statistical.asperity_limit(contact.work_of_adhesion, contact.rms_height)
+    value = limit * statistical.dmt_asperities(parameter.value)
+    source = "Maugis 1996, 0.05 summits per R h_rms"
+    return Estimate("pull-off (DMT asperities)", "N/A0", value, "pressure", source, parameter.inputs, parameter.why)
+
+
 def verdicts(contact: RoughContact) -> tuple[Estimate, ...]:
     """Every criterion of stickiness that the inputs allow, the paper's first."""
     criteria = [pastewka_robbins, fuller_tabor, dmt_asperities]
@@ -275,5 +310,16 @@ def verdicts(contact: RoughContact) -> tuple[Estimate, ...]:
 
 def every_estimate(contact: RoughContact) -> tuple[Estimate, ...]:
     """Every verdict, and the numbers behind them."""
-    numbers = (inverse_kappa, area_ratio, contact_diameter, maugis_parameter, asperity_tabor, asperity_pull_off)
+    numbers = (
+        inverse_kappa,
+        area_ratio,
+        contact_diameter,
+        attraction_width,
+        repulsive_pressure,
+        adhesive_pressure,
+        maugis_parameter,
+        asperity_tabor,
+        asperity_pull_off,
+        dmt_pull_off,
+    )
     return (*verdicts(contact), *(number(contact) for number in numbers))

@@ -257,6 +257,9 @@ def _walk(
     halved, from the same state and strictly in its basin, until it is as narrow as the resolution.  It is an event if
     the largest change of the gap does not shrink with the step.  Where it still does the path is steep, or flats pass
     through the gap at which repulsion begins: that is looked at down to 1/16 of the resolution.
+
+    On the way back, a step on which a load that fell begins to rise is halved in the same way, so that the largest
+    tension is seen although nothing jumps.
     """
     resolution, threshold = search.event_resolution or 0.0, search.event_threshold
     tension = problem.wall.largest_tension
@@ -264,6 +267,8 @@ def _walk(
     pairs, solves = 0.0, 0
     here = coordinate(control, good[-1])
     step, wider = target - here, np.inf
+    lowest = good[-1].mean_pressure, good[-1].mean_gap
+    falls = len(good) == 2 and good[0].mean_pressure > good[1].mean_pressure
 
     while True:
         at = target if abs(step) >= abs(target - here) else here + step
@@ -276,18 +281,22 @@ def _walk(
         change, width = np.inf if left else _difference(before.contact, trial.contact, tension), abs(at - here)
         moved = np.inf if left else _largest_change(before.gap, trial.gap)
         shrinks = moved < 0.75 * wider
-        if change > threshold and (width > resolution or (shrinks and width > resolution / 16)):
+        turns = branch == "retract" and falls and 0 > trial.mean_pressure > before.mean_pressure and not left
+        narrow = resolution / 16 if change > threshold and shrinks else resolution
+        if (change > threshold or turns) and width > narrow:
             step, wider = (at - here) / 2, moved
         else:
             if change > threshold and not shrinks:
                 events.append(event(control, branch, before, trial))
+            falls = trial.mean_pressure < before.mean_pressure
+            lowest = min(lowest, (trial.mean_pressure, trial.mean_gap))
             if left or at == target:
                 break
             good[:] = [trial]
             here, step, wider = at, 2 * (at - here), np.inf
         pairs, solves = pairs + trial.solution.fft_pairs, solves + 1
         del before, trial  # while the next one is looked for, one field is held
-    return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves)
+    return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves, lowest=lowest)
 
 
 def _difference(one: Contact, other: Contact, tension: float) -> float:

@@ -38,6 +38,8 @@ class Step:
     load: float = _column("E*", "load N/A0, compression positive")
     load_rep: float = _column("E*", "repulsive load N_rep/A0")
     load_att: float = _column("E*", "attractive load N_att/A0")
+    lowest_load: float = _column("E*", "smallest load on the way from the point before, as far as it was looked at")
+    lowest_load_mean_gap: float = _column("a0", "mean gap there")
     elastic_energy: float = _column("E* a0", "elastic energy per area, without the mean mode")
     wall_energy: float = _column("E* a0", "interaction energy per area")
     smallest_gap: float = _column("a0", "smallest gap")
@@ -88,6 +90,7 @@ class Record:
     def append(self, problem: ContactProblem, state: State) -> None:
         """Add a point of the path."""
         contact, solution = state.contact, state.solution
+        lowest = state.lowest or (contact.load, state.mean_gap)
         self.steps.append(
             Step(
                 control=state.control,
@@ -100,6 +103,8 @@ class Record:
                 load=contact.load,
                 load_rep=contact.load_rep,
                 load_att=contact.load_att,
+                lowest_load=lowest[0],
+                lowest_load_mean_gap=lowest[1],
                 elastic_energy=_elastic_energy(problem, state),
                 wall_energy=contact.wall_energy,
                 smallest_gap=contact.smallest_gap,
@@ -188,7 +193,7 @@ class Record:
 
     def attributes(self) -> dict[str, Attribute]:
         """The largest tension among the equilibria of the path and those beside its jumps."""
-        loads = [(step.load, step.mean_gap, step.branch) for step in self.steps if step.converged]
+        loads = [(step.lowest_load, step.lowest_load_mean_gap, step.branch) for step in self.steps if step.converged]
         for _, event in self.events:
             loads += [(side.load, side.mean_gap, event.branch) for side in (event.before, event.after)]
         if not loads:

@@ -118,6 +118,8 @@ class State:
     """The state after the jump, where the area jumps over the target."""
     events: tuple[Event, ...] = ()
     """Jumps on the way from the state before."""
+    lowest: tuple[float, float] | None = None
+    """Smallest load per A0, in E*, and its mean gap, among the equilibria on the way from the state before and it."""
     search_pairs: float = 0.0
     """FFT pairs, weighted as those of the solution, of the other equilibria on the way."""
     search_solves: int = 0

@@ -310,14 +310,30 @@ def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: f
     }
     unit = {"": 1.0, "length": length, "pressure": modulus}
     estimates = every_estimate(contact)
-    assert len({estimate.name for estimate in estimates}) == len(estimates) == 12
+    assert len({estimate.name for estimate in estimates}) == len(estimates) == 16
     assert estimates[:6] == verdicts(contact)
     for one, other in zip(estimates, every_estimate(RoughContact(**values)), strict=True):  # type: ignore[arg-type]
-        assert other.value / unit[other.unit] == pytest.approx(one.value, rel=1e-6)
+        # Pull-off forces that vanish are known to rounding only.
+        assert other.value / unit[other.unit] == pytest.approx(one.value, rel=1e-6, abs=1e-12)
         assert other.valid == one.valid == (not one.why)
         assert (one.margin is None) == (one.sticky is None)
         if one.margin is not None:
             assert other.margin == pytest.approx(one.margin, rel=1e-9)
+
+
+def test_the_numbers_behind_the_verdict_belong_together() -> None:
+    contact = RoughContact(10.0, 0.1, 0.02, 0.0005, 0.10954)
+    value = {estimate.name: estimate.value for estimate in every_estimate(contact)}
+    # N/A_rep = p_rep - (w/Δr) A_att/A_rep = h'/κ, and A_att = π d_att/d_rep of A_rep.
+    net = value["repulsive pressure"] - value["adhesive pressure"] / value["area ratio"]
+    assert net == pytest.approx(contact.rms_slope * value["inverse kappa"], rel=1e-12)
+    rim = np.pi * value["attraction width"] / value["contact diameter"]
+    assert rim == pytest.approx(1 / value["area ratio"], rel=1e-12)
+    # Smooth asperities: 2π w R against (3/2)π w R, with 0.05 of them per R h_rms.
+    smooth = dataclasses.replace(contact, rms_height=1e-4)
+    found = {estimate.name: estimate.value for estimate in every_estimate(smooth)}
+    assert found["pull-off (DMT asperities)"] == pytest.approx(0.1 * np.pi * 0.0005 / 1e-4, rel=5e-3)
+    assert found["pull-off"] == pytest.approx(0.075 * np.pi * 0.0005 / 1e-4, rel=5e-3)
 
 
 def test_an_estimate_says_why_it_is_out_of_range() -> None:

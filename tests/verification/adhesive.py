@@ -3,9 +3,10 @@
 Loads in E* = 1.  A sphere stands for its periodic images too: on a square lattice of period L, with a clamped mean,
 those and the mean pressure N/L² raise the surface around the contact by::
 
-    C1 N/(π E* L) - C3 N r²/(4π E* L³),      C1 = -4 ζ(1/2) β(1/2) = 3.90026,   C3 = 4 ζ(3/2) β(3/2) = 9.03362
+    C1 N/(π E* L) - C3 (N r² + M)/(4π E* L³),    C1 = -4 ζ(1/2) β(1/2) = 3.90026,   C3 = 4 ζ(3/2) β(3/2) = 9.03362
 
-so that its indentation is C1 N/(π E* L) - D and its curvature 1/R + C3 N/(2π E* L³).
+up to (a/L)^5, with M = <p r²> A0 the second moment of the pressure (images are discs, not points).  Hence an
+indentation of C1 N/(π E* L) - C3 M/(4π E* L³) - D and a curvature of 1/R + C3 N/(2π E* L³).
 """
 
 from __future__ import annotations
@@ -23,16 +24,19 @@ from continuum.minimise import Settings
 from continuum.problem import ContactProblem
 from continuum.surface import sine, sphere
 from continuum.wall import LennardJonesSpline, Tabulated, Wall
+from tests.verification.axisymmetric import AxisymmetricSphere
 
 __all__ = [
     "IMAGES_CURVATURE",
     "IMAGES_SHIFT",
     "PAPER_LAW",
+    "PullOff",
     "Sphere",
     "SphereCurve",
     "WaveCurve",
     "dugdale_law",
     "dugdale_sphere",
+    "images_shift",
     "paper_sphere",
     "pull_off",
     "sphere_loads",
@@ -57,6 +61,15 @@ def largest(x: Real, y: Real) -> float:
         return float(y[i])
     a, b, c = np.polyfit(x[i - 1 : i + 2] - x[i], y[i - 1 : i + 2], 2)
     return float(c - b**2 / (4 * a))
+
+
+def images_shift(grid: Grid, traction: Real) -> float:
+    """By how much the images of a contact in the middle of a square period raise the surface there."""
+    x, y = grid.positions
+    length = grid.lengths[0]
+    r2 = (x - length / 2) ** 2 + (y - length / 2) ** 2
+    load, moment = grid.integrate(traction), grid.integrate(traction * r2)
+    return IMAGES_SHIFT * load / (np.pi * length) - IMAGES_CURVATURE * moment / (4 * np.pi * length**3)
 
 
 # --- spheres -----------------------------------------------------------------------------------------------
@@ -111,12 +124,18 @@ class Sphere:
 
     def indentation(self, state: State) -> float:
         """δ on an infinite half-space."""
-        shift = IMAGES_SHIFT * self.load(state) / (np.pi * self.period)
+        shift = images_shift(self.grid, self.wall.evaluate(state.gap).traction)
         return shift - (state.separation - self.wall.zero_gap)
 
     def separation(self, indentation: float, load: float) -> float:
-        """D of given δ and N."""
+        """D of given δ and N, to first order."""
         return self.wall.zero_gap + IMAGES_SHIFT * load / (np.pi * self.period) - indentation
+
+    def profile(self, state: State) -> tuple[Real, Real]:
+        """Radii, and the gap along x from the middle."""
+        middle = self.grid.shape[0] // 2
+        row = state.gap[middle:, middle]
+        return np.arange(row.size) * self.grid.spacing[0], row
 
     def bent(self, load: float) -> MaugisDugdale:
         """The sphere of the curvature that the images leave."""
@@ -152,6 +171,8 @@ class SphereCurve:
     load: Real
     maugis: Real
     """Maugis' load at the same indentation and curvature."""
+    annuli: Real
+    """That of the axisymmetric solution of the same law."""
     contact: Real
     """Radius of the touching cells."""
     maugis_contact: Real
@@ -182,10 +203,12 @@ def dugdale_sphere(tabor: float, n: int, edge: float, points: int, periods: floa
         state.solution.require()
         load, depth = made.load(state), made.indentation(state)
         bent = made.bent(load)
+        exact = AxisymmetricSphere(bent.radius, wall, made.period / 2, 500)
+        annuli = exact.load(exact.gap(depth, made.profile(state)))
         a = _at(bent, depth, contacts, turn)
         # Half the height of the first step of the law is where a contact of Maugis' ends.
         touching = np.count_nonzero(state.gap < edge * distance / 4) * made.grid.cell_area
-        rows.append((depth, load, bent.state(a).load, np.sqrt(touching / np.pi), a))
+        rows.append((depth, load, bent.state(a).load, annuli, np.sqrt(touching / np.pi), a))
     return SphereCurve(made, *np.array(rows).T)
 
 
@@ -194,17 +217,42 @@ def _at(sphere: MaugisDugdale, indentation: float, contacts: Real, turn: int) ->
     return float(brentq(lambda a: sphere.state(a).indentation - indentation, contacts[turn], 2 * contacts[-1]))
 
 
-def pull_off(made: Sphere, points: int) -> float:
-    """Largest tension on a retraction in steps of the separation, by the parabola through the largest."""
+@dataclass(frozen=True)
+class PullOff:
+    """A retraction beyond the largest tension, under any law."""
+
+    sphere: Sphere
+    tension: float
+    """Largest, by the parabola through the largest three."""
+    load: Real
+    annuli: Real
+    """Loads of the axisymmetric solution of the same law, at the same indentations and curvatures."""
+
+    @property
+    def unit(self) -> float:
+        """π w R of the curvature that the images leave."""
+        return float(np.pi * self.sphere.work * self.sphere.bent(-self.tension).radius)
+
+    @property
+    def error(self) -> Real:
+        """Difference of the loads over the largest tension."""
+        return (self.load - self.annuli) / self.tension
+
+
+def pull_off(made: Sphere, points: int, annuli: int) -> PullOff:
+    """In steps of the separation, from a load of about zero or less."""
     maugis, jkr = made.maugis, JKR(made.radius, made.work)
     at = maugis.state(maugis.pull_off_radius)
     middle = made.separation(at.indentation, at.load)
     reach = 1.2 * max(made.distance, jkr.separation_distance)
-    targets = np.linspace(middle - reach, middle + 0.6 * reach, points)
-    states = list(follow(made.problem(), "separation", targets, TIGHT))
-    for state in states:
+    targets = np.linspace(middle - reach, middle + 0.4 * reach, points)
+    loads, theirs = [], []
+    for state in follow(made.problem(), "separation", targets, TIGHT):
         state.solution.require()
-    return largest(targets, -np.array([made.load(state) for state in states]))
+        loads.append(made.load(state))
+        exact = AxisymmetricSphere(made.bent(loads[-1]).radius, made.wall, made.period / 2, annuli)
+        theirs.append(exact.load(exact.gap(made.indentation(state), made.profile(state))))
+    return PullOff(made, largest(targets, -np.array(loads)), np.array(loads), np.array(theirs))
 
 
 def sphere_loads(tabor: float, n: int) -> Real:
@@ -256,7 +304,9 @@ class WaveCurve:
     attracted: Real
     """Half-width within its range."""
     johnson: Real
-    """Johnson's half-width at the same pressure."""
+    """Johnson's half-width at the same mean pressure."""
+    johnson_repulsive: Real
+    """Half-width over which Johnson's pressure pushes: his contacts end in tension."""
 
     @property
     def pull_off(self) -> float:
@@ -279,5 +329,9 @@ def wave_curve(alpha: float, wavelength: float, n: int, points: int) -> WaveCurv
         p = state.mean_pressure
         stable = -wave.pull_off_pressure < p < wave.mean_pressure(high)
         johnson = brentq(lambda a, p=p: wave.mean_pressure(a) - p, low, high) if stable else np.nan
-        rows.append((state.mean_gap, p, *widths, johnson))
+        # His pressure vanishes where 2 (sin² ψ - sin² ψ_x) = α sqrt(tan ψ).
+        psi = np.pi * johnson / wavelength
+        sine2 = np.sin(psi) ** 2 - wave.alpha * np.sqrt(np.tan(psi)) / 2
+        pushing = np.arcsin(np.sqrt(max(sine2, 0.0))) * wavelength / np.pi if stable else np.nan
+        rows.append((state.mean_gap, p, *widths, johnson, pushing))
     return WaveCurve(wave, problem.grid.spacing[0], *np.array(rows).T)

@@ -23,9 +23,11 @@ from continuum.wall import HardWall
 from tests.verification.adhesive import (
     IMAGES_CURVATURE,
     IMAGES_SHIFT,
+    PullOff,
     SphereCurve,
     WaveCurve,
     dugdale_sphere,
+    images_shift,
     paper_sphere,
     pull_off,
     sphere_loads,
@@ -33,7 +35,7 @@ from tests.verification.adhesive import (
     wave_pressures,
 )
 
-__all__ = ["COMPARISONS", "Check", "Comparison", "maugis_curve", "order", "pull_off_over_limit", "wave"]
+__all__ = ["COMPARISONS", "Check", "Comparison", "maugis_curve", "order", "retraction", "wave"]
 
 
 @dataclass(frozen=True)
@@ -84,15 +86,15 @@ def hertz(n: int, contact: float = 0.1) -> list[Check]:
     assert isinstance(state.solution, Pressed)
     load = state.mean_pressure * grid.area
     bent = Hertz(1 / (1 / radius + IMAGES_CURVATURE * load / (2 * np.pi * n**3)), load)
-    depth = IMAGES_SHIFT * load / (np.pi * n) - separation
+    depth = images_shift(grid, state.solution.traction) - separation
     touching = float(np.sqrt(np.count_nonzero(state.gap == 0) / np.pi))
     r = np.hypot(*(axis - n / 2 for axis in grid.positions))
     off = np.sqrt(np.mean((state.solution.traction - bent.pressure(r))[r < bent.contact_radius] ** 2))
     peak = float(bent.pressure(np.zeros(1))[0])
     return [
-        relative(f"indentation at the load, n = {n}", depth, bent.indentation, 5e-3),
+        relative(f"indentation at the load, n = {n}", depth, bent.indentation, 1e-3),
         Check("contact radius, in cells", touching, bent.contact_radius, touching - bent.contact_radius, 0.5),
-        relative("largest pressure", float(state.solution.traction.max()), peak, 5e-3),
+        relative("largest pressure", float(state.solution.traction.max()), peak, 1e-3),
         Check("pressure inside, rms over the largest", float(off), 0.0, float(off / peak), 0.02),
     ]
 
@@ -154,14 +156,22 @@ def maugis(tabor: float, n: int, edge: float) -> list[Check]:
     """A sphere under nearly Maugis and Dugdale's law, from zero load past its pull-off."""
     curve = maugis_curve(tabor, n, edge)
     worst = int(np.argmax(np.abs(curve.error)))
-    force = curve.sphere.maugis.pull_off_force
     tension = float(-curve.load.min())
+    force = curve.sphere.bent(-tension).pull_off_force
     contact = float((curve.contact - curve.maugis_contact)[0] / curve.maugis_contact[0])
     # Grid; edge of the law; zone of attraction against contact; yield of the core, as the stiffness of the contact.
-    allowed = 0.01 + 0.1 * edge + 0.01 * tabor + 0.003 / tabor
+    allowed = 0.01 + 0.05 * edge + 0.01 * tabor + 0.003 / tabor
+    grid = int(np.argmax(np.abs(curve.load - curve.annuli)))
     return [
         Check(
-            f"load over its pull-off, worst of {curve.load.size} indentations, n = {n}",
+            f"load over its pull-off, n = {n}, worst of {curve.load.size}, against annuli",
+            float(curve.load[grid] / force),
+            float(curve.annuli[grid] / force),
+            float((curve.load - curve.annuli)[grid] / force),
+            0.02,
+        ),
+        Check(
+            "the same, against Maugis",
             float(curve.load[worst] / force),
             float(curve.maugis[worst] / force),
             float(curve.error[worst]),
@@ -173,11 +183,9 @@ def maugis(tabor: float, n: int, edge: float) -> list[Check]:
 
 
 @cache
-def pull_off_over_limit(tabor: float, n: int, points: int = 12) -> tuple[float, float]:
-    """Pull-off force under the paper's law over π w R, and Maugis and Dugdale's."""
-    made = paper_sphere(tabor, n)
-    unit = np.pi * made.work * made.radius
-    return pull_off(made, points) / unit, made.maugis.pull_off_force / unit
+def retraction(tabor: float, n: int) -> PullOff:
+    """One computation for the tests, the table and the figure."""
+    return pull_off(paper_sphere(tabor, n), 12, max(300, 9 * n // 4))
 
 
 PULL_OFFS = ((0.05, 96), (0.1, 96), (0.3, 96), (1.0, 96), (2.0, 128))
@@ -185,17 +193,28 @@ PULL_OFFS_LONG = ((3.0, 256), (5.0, 512))
 
 
 def pull_offs(cases: tuple[tuple[float, int], ...]) -> list[Check]:
-    """Pull-off from DMT to JKR, under the paper's law."""
+    """From DMT to JKR, under the paper's law."""
     dmt, jkr = DMT(1.0, 1 / np.pi).pull_off_force, JKR(1.0, 1 / np.pi).pull_off_force
     checks = []
     for tabor, n in cases:
-        ours, theirs = pull_off_over_limit(tabor, n)
-        name = f"pull-off force/(π w R) at μ = {tabor:g}, n = {n}"
-        checks.append(relative(f"{name}, against Maugis", ours, theirs, 0.07))
+        found = retraction(tabor, n)
+        worst = int(np.argmax(np.abs(found.error)))
+        checks.append(
+            Check(
+                f"μ = {tabor:g}, n = {n}: load over the pull-off force, worst of {found.load.size}, against annuli",
+                float(found.load[worst] / found.tension),
+                float(found.annuli[worst] / found.tension),
+                float(found.error[worst]),
+                4e-3 if tabor < 5 else 6e-3,
+            )
+        )
+        name = f"μ = {tabor:g}: pull-off force/(π w R), against"
+        force, maugis = found.tension / found.unit, found.sphere.bent(-found.tension).pull_off_force / found.unit
+        checks.append(relative(f"{name} Maugis", force, maugis, 0.06))
         if tabor <= 0.1:
-            checks.append(relative(f"{name}, against DMT", ours, dmt, 0.2 * tabor))
+            checks.append(relative(f"{name} DMT", force, dmt, 0.2 * tabor))
         if tabor >= 2:
-            checks.append(relative(f"{name}, against JKR", ours, jkr, 0.1 / tabor))
+            checks.append(relative(f"{name} JKR", force, jkr, 0.09 / tabor))
     return checks
 
 
@@ -208,25 +227,24 @@ def wave(wavelength: float, n: int, points: int = 14, alpha: float = 0.3) -> Wav
 def johnson(wavelength: float, n: int) -> list[Check]:
     """A wave with adhesion: partial contact between its jump to full contact and pull-off."""
     curve = wave(wavelength, n)
-    known = np.isfinite(curve.johnson) & (curve.repulsive > 0)
-    cells = curve.spacing
-    # By how many cells Johnson's edge lies outside the zone where the law pulls.
-    out = np.maximum(curve.repulsive - curve.johnson, curve.johnson - curve.attracted)[known] / cells
-    zone = float(np.mean(curve.attracted - curve.repulsive)) / wavelength
+    # Before pull-off, where Johnson's stable branch ends.
+    known = np.isfinite(curve.johnson) & (np.arange(curve.pressure.size) < np.argmin(curve.pressure) - 1)
+    outer = float(np.mean((curve.attracted - curve.johnson)[known]))
+    pushing = known & (curve.johnson_repulsive > 0)
+    inner = float(np.max(np.abs(curve.repulsive - curve.johnson_repulsive)[pushing]))
+    name = f"λ = {wavelength:g} a0, n = {n}"
+    # The zone at the edge; the parabola through three states of the path.
+    allowed = 5 / wavelength + 1e-3
     return [
-        relative(
-            f"pull-off pressure, λ = {wavelength:g} a0, n = {n}",
-            curve.pull_off,
-            curve.wave.pull_off_pressure,
-            5 / wavelength,
-        ),
+        relative(f"pull-off pressure, {name}", curve.pull_off, curve.wave.pull_off_pressure, allowed),
         Check(
-            f"Johnson's edge outside the attracted zone, in cells, worst of {out.size} (zone: {zone:.3f} λ)",
-            float(max(out.max(), 0)),
+            f"edge of attraction beyond Johnson's edge, in a0, mean of {known.sum()}",
+            outer,
             0.0,
-            float(max(out.max(), 0)),
-            0.5,
+            outer,
+            6.0 + curve.spacing,
         ),
+        Check(f"edge of repulsion from his, in a0, worst of {pushing.sum()}", inner, 0.0, inner, 3.0),
     ]
 
 
@@ -254,14 +272,13 @@ def orders() -> list[Check]:
     return checks
 
 
-IMAGES = (
-    "Images of a sphere and the mean pressure are accounted for in shift and curvature; the next order is (a/L)^5. "
-)
+IMAGES = "Images are accounted for up to (a/L)^5. "
 COMPARISONS = (
     Comparison(
         "Hertz, hard wall",
         partial(hertz, 160),
-        IMAGES + "The edge of contact is known to half a cell of 16, and the pressure there ends as a square root.",
+        IMAGES + "The edge of contact is known to half a cell of 16, and the pressure there ends as a square root; of "
+        "the integrals and in the middle that leaves some (1/16)² / 4.",
     ),
     *(
         Comparison(
@@ -281,9 +298,10 @@ COMPARISONS = (
             f"Maugis-Dugdale sphere, μ = {tabor:g}",
             partial(maugis, tabor, n, edge),
             IMAGES
-            + f"The tension ends over {edge:g} of its distance instead of at once; a zone of some cells at the edge "
-            "that shrinks as 1/μ² against the contact; the core yields half a per cent of the distance, 0.3 %/μ of the "
-            "load. A contact ends where the gap is a quarter of the edge, which adds a tenth to its radius at μ = 0.1.",
+            + f"The tension ends over {edge:g} of its distance instead of at once, which the annuli know, not Maugis. "
+            "The grid has few points in such an edge where μ is 1 and more. The core of the law yields half a per cent "
+            "of the distance, 0.3 %/μ of the load. A contact ends where the gap is a quarter of the edge, which adds a "
+            "tenth to its radius at μ = 0.1.",
             long,
         )
         for tabor, n, edge, long in (
@@ -291,7 +309,7 @@ COMPARISONS = (
             (0.1, 256, 0.05, True),
             (0.3, 256, 0.05, True),
             (1.0, 256, 0.1, True),
-            (2.0, 256, 0.2, True),
+            (2.0, 256, 0.4, True),
         )
     ),
     *(
@@ -299,9 +317,10 @@ COMPARISONS = (
             f"Sphere, the paper's law, {towards}",
             partial(pull_offs, cases),
             IMAGES
-            + "The paper's law is no constant tension: at equal w and largest tension it holds up to 6 % more than "
-            "Maugis' in between. Towards the limits it falls short of DMT's force by 0.2 μ (Maugis: 0.3 μ) and exceeds "
-            "JKR's by 0.1/μ.",
+            + "The annuli solve the same law without grid, transform or period; what is left is the grid, 3.6 a0 in a "
+            "zone of 6 a0 at μ = 5. The law is no constant tension: at equal w and largest tension it holds up to 5 % "
+            "more than Maugis' in between. Towards the limits it falls short of DMT's force by 0.2 μ (Maugis: 0.3 μ) "
+            "and exceeds JKR's by 0.09/μ.",
             long,
         )
         for towards, cases, long in (("DMT to JKR", PULL_OFFS, False), ("towards JKR", PULL_OFFS_LONG, True))
@@ -310,8 +329,8 @@ COMPARISONS = (
         Comparison(
             f"Johnson's adhesive wave, α = 0.3, λ = {wavelength:g} a0",
             partial(johnson, wavelength, n),
-            "JKR's edge stands for a zone of finite width, 0.8 w E*/σ² = 6 a0 with the paper's law: 5 a0/λ in the "
-            "pull-off pressure. The edge lies within that zone, known to half a cell.",
+            "JKR's edge stands for a zone of finite width, 0.8 w E*/σ² = 6 a0 with the paper's law, whatever the wave: "
+            "the law attracts up to that far outside it, and the pull-off pressure differs by 5 a0/λ.",
             long,
         )
         for wavelength, n, long in ((128.0, 128, False), (512.0, 256, False), (2048.0, 1024, True))

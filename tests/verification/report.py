@@ -1,4 +1,4 @@
-"""Table and figure of all comparisons into docs: ``python -m tests.verification.report docs`` (two minutes).
+"""Table and figure of all comparisons into docs: ``python -m tests.verification.report docs`` (a minute or two).
 
 Exit code 1 if a difference is larger than allowed.
 """
@@ -56,7 +56,7 @@ def draw() -> Figure:
 
 
 def _spheres(axis) -> None:
-    for colour, (tabor, n, edge) in zip(SERIES, ((0.3, 256, 0.05), (1.0, 256, 0.1), (2.0, 256, 0.2)), strict=False):
+    for colour, (tabor, n, edge) in zip(SERIES, ((0.3, 256, 0.05), (1.0, 256, 0.1), (2.0, 256, 0.4)), strict=False):
         curve = checks.maugis_curve(tabor, n, edge)
         made = curve.sphere
         force, depth = np.pi * made.work * made.radius, JKR(made.radius, made.work).separation_distance
@@ -74,39 +74,48 @@ def _spheres(axis) -> None:
 
 def _pull_off(axis) -> None:
     cases = (*checks.PULL_OFFS, *checks.PULL_OFFS_LONG)
-    ours = [checks.pull_off_over_limit(tabor, n)[0] for tabor, n in cases]
+    found = [checks.retraction(tabor, n) for tabor, n in cases]
     tabors = np.geomspace(0.03, 8, 60)
     # R = 1, w = 1/π: forces in π w R; E* = 1 and the distance that makes the parameter.
     maugis = [MaugisDugdale(1.0, 1 / np.pi, np.pi ** (-2 / 3) / tabor).pull_off_force for tabor in tabors]
     axis.axhline(DMT(1.0, 1 / np.pi).pull_off_force, color="0.5", linestyle=":", label="DMT")
     axis.axhline(JKR(1.0, 1 / np.pi).pull_off_force, color="0.5", linestyle="--", label="JKR")
     axis.semilogx(tabors, maugis, "-", color=SERIES[0], linewidth=1, label="Maugis-Dugdale")
-    axis.semilogx([tabor for tabor, _ in cases], ours, "s", color=SERIES[5], label="solver, the paper's law")
+    names, sets = ("solver, the paper's law", "annuli, the same law"), ("load", "annuli")
+    for name, which, marker in zip(names, sets, "s+", strict=True):
+        forces = [-getattr(one, which).min() / one.unit for one in found]
+        axis.semilogx(
+            [tabor for tabor, _ in cases], forces, marker, color=SERIES[5 if marker == "s" else 4], label=name
+        )
     axis.set_xlabel("Tabor parameter μ")
     axis.set_ylabel(r"pull-off force$/(\pi w R)$")
-    axis.legend()
+    axis.legend(loc="lower left", bbox_to_anchor=(0.0, 0.05))
 
 
 def _wave(axis) -> None:
     for colour, (wavelength, n) in zip(SERIES, ((128.0, 128), (512.0, 256), (2048.0, 1024)), strict=False):
         curve = checks.wave(wavelength, n)
-        full = curve.wave.full_pressure
-        shown = curve.attracted > 0
-        axis.fill_betweenx(
-            curve.pressure[shown] / full,
-            curve.repulsive[shown] / wavelength,
-            curve.attracted[shown] / wavelength,
+        pressure = curve.pressure / curve.wave.full_pressure
+        attracted = curve.attracted > 0
+        axis.plot(
+            curve.attracted[attracted] / wavelength,
+            pressure[attracted],
+            "o",
             color=colour,
-            alpha=0.25,
-            linewidth=0,
-            label=f"λ = {wavelength:g} a0",
+            label=f"λ = {wavelength:g} $a_0$",
         )
-        axis.plot(curve.attracted[shown] / wavelength, curve.pressure[shown] / full, ".", color=colour)
-    widths = np.linspace(0.002, 0.33, 300)
-    pressures = [curve.wave.mean_pressure(a * wavelength) / full for a in widths]
-    axis.plot(widths, pressures, "k-", linewidth=1, label="Johnson (JKR)")
+        pushed = curve.repulsive > 0
+        axis.plot(curve.repulsive[pushed] / wavelength, pressure[pushed], "o", color=colour, markerfacecolor="none")
+    # α alone fixes the reduced curves: those of any of the waves.
+    wave, widths = curve.wave, np.linspace(0.001, 0.3, 400)
+    pressures = np.array([wave.mean_pressure(a * wavelength) for a in widths]) / wave.full_pressure
+    axis.plot(widths, pressures, "k-", linewidth=1, label="Johnson: contact")
+    sine2 = np.sin(np.pi * widths) ** 2 - wave.alpha * np.sqrt(np.tan(np.pi * widths)) / 2
+    pushing = sine2 > 0
+    inner = np.arcsin(np.sqrt(sine2[pushing])) / np.pi
+    axis.plot(inner, pressures[pushing], "k--", linewidth=1, label="Johnson: where it pushes")
     axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-    axis.set_xlabel(r"half-width $a/\lambda$: attracted zone, and its outer edge")
+    axis.set_xlabel(r"half-width $a/\lambda$: attracted (filled), repelled (open)")
     axis.set_ylabel(r"mean pressure $\bar p/p^*$")
     axis.legend(title="wave, α = 0.3, the paper's law", title_fontsize=8)
 
