@@ -78,11 +78,6 @@ class Prediction:
         contact = self.contact
         return AREA * theory.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
 
-    @property
-    def flat_tension(self) -> float:
-        """w/Δr: what smooth surfaces bear, an upper bound."""
-        return theory.adhesive_pressure(self.contact.work_of_adhesion, self.contact.range)
-
 
 def turning_modulus(estimate: Estimate, contact: RoughContact) -> float | None:
     """E* at which a verdict turns: below it the surface is sticky; None without a verdict."""

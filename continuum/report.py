@@ -162,7 +162,7 @@ def _numbers(prediction: Prediction) -> Sheet:
     for estimate in prediction.estimates:
         if estimate.margin is None:
             # The tail of a theory that finds no tension is not a push.
-            value = max(estimate.value, 0.0) if estimate.name == "pull-off" else estimate.value
+            value = max(estimate.value, 0.0) if estimate.name.startswith("pull-off") else estimate.value
             rows.append((estimate.name, estimate.symbol, shown[estimate.unit](value), estimate.source,
                          "yes" if estimate.valid else "no: " + "; ".join(estimate.why)))  # fmt: skip
     paper = "yes" if prediction.paper.valid else "no: see the paper's verdict"
@@ -172,7 +172,6 @@ def _numbers(prediction: Prediction) -> Sheet:
             "load at 1 % repulsive area", "N/A0", _pressure(prediction.load),
             "paper, Eqs. (eqkappa), (eqrenkappa); negative: borne tension, which the pull-off force exceeds", paper,
         ),
-        ("tension of smooth surfaces", "w/Δr", _pressure(prediction.flat_tension), "an upper bound", "yes"),
     ]  # fmt: skip
     return Sheet("Numbers", ("quantity", "symbol", "value", "source", "in its range"), tuple(rows))
 
