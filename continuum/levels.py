@@ -29,8 +29,8 @@ from continuum.grid import (
 
 __all__ = ["SMALLEST", "Level", "Work", "memory", "prolong", "restrict", "sum_over"]
 
-SMALLEST = 64
-"""Grids of no more points along a side have no coarser one."""
+SMALLEST = 128
+"""Grids of no more points along a side have no coarser one: calls, not points, would take the time."""
 
 Kernel = Callable[..., None]
 

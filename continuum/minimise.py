@@ -21,7 +21,6 @@ No contact mechanics here: K, the offset and a law of the gap are all that it kn
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +44,8 @@ COARSE_LIMIT = 400
 COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
 """A coarse step ends after so many iterations, or when the coarse gradient has fallen by this factor."""
 SLOPE_REDUCTION, SLOPE_ACCEPTED = 0.1, 0.5
-"""The line search follows the points near the wall down to the first; over all points the second must hold."""
+"""A Newton step made at once, or a line search near the wall, lowers the slope to the first part; over all points the
+second must hold after a line search."""
 NEAR = 0.5
 """Points within this distance of the reach of the law are near the wall, in a0."""
 
@@ -205,6 +205,7 @@ def _descend(
     low_rows, low_columns = level.low if coarse else (0, 0)
     g, d, work, K, weights = level.g, level.d, level.work, level.K, level.weights
     alpha = beta = energy = slope = curvature = after = 0.0
+    step = _Step(0.0, 0.0, 0.0, 0.0, newton=True)
     if complete:
         level.work_q[...] = 0.0
     for iteration in range(iterations + 1):
@@ -251,13 +252,14 @@ def _descend(
         stiffness = level.from_rows(
             laws.turn, level.direction, level.n, beta, level.z, law.kind, law.parameters, level.near
         )
-        alpha, after, rise, size_of_energy = _step(level, problem, slope, curvature, stiffness[0] / size)
+        step = _step(level, problem, slope, curvature, stiffness[0] / size, newton=step.newton)
+        alpha, after = step.length, step.slope
         if not np.isfinite(alpha):
             return Status.LINE_SEARCH
-        if history is not None and rise > 1e-12 * size_of_energy / size:
-            history.append(Iteration(residual, energy + rise, alpha))
+        if history is not None and step.rise > 1e-12 * step.size_of_energy / size:
+            history.append(Iteration(residual, energy + step.rise, alpha))
             return Status.ENERGY_ROSE
-        energy += rise
+        energy += step.rise
     return Status.ITERATION_LIMIT
 
 
@@ -271,18 +273,33 @@ def _coarse_step(level: Level, coarse: Level, problem: _Problem, levels: int) ->
     return coarse.work
 
 
-def _step(
-    level: Level, problem: _Problem, slope: float, curvature: float, stiffness: float
-) -> tuple[float, float, float, float]:
-    """Step along d: its length (NaN if none was found), slope after it, change of the energy and sum of |φ|."""
+class _Step(NamedTuple):
+    """A step along the direction."""
+
+    length: float
+    """α; not a number if none was found."""
+    slope: float
+    """Slope after it."""
+    rise: float
+    """Change of the energy."""
+    size_of_energy: float
+    """Sum of |φ|."""
+    newton: bool
+    """Whether Newton's first step was good enough."""
+
+
+def _step(level: Level, problem: _Problem, slope: float, curvature: float, stiffness: float, *, newton: bool) -> _Step:
+    """Step along d: Newton's; where the wall softens, of the substrate alone.
+
+    It is made at once if the last one was good, since it then mostly is again; else the points near the wall are asked
+    first how far to go.
+    """
     law, size = problem.law, level.grid.size
-
-    def along(alpha: float) -> tuple[float, float]:
-        level.sweeps += 1
-        f, c = level.real(laws.line, level.z, level.direction, level.n, alpha, law.kind, law.parameters, level.near)[:2]
-        return slope + alpha * curvature + f / size, curvature + c / size
-
-    alpha = step = _line_search(along, slope, curvature, stiffness)
+    first = curvature + max(stiffness, 0.0)
+    alpha = first = -slope / first if first > 0 else 1.0
+    if not newton:
+        alpha = _line_search(level, problem, first, 0.0, slope, slope, curvature)
+    step = alpha
     low, high = 0.0, np.inf
     for trial in range(60):
         f, second, size_of_energy = level.into_rows(
@@ -290,28 +307,36 @@ def _step(
             law.kind, law.parameters, law.reach, problem.near_gap, level.near,
         )[:3]  # fmt: skip
         after = slope + alpha * curvature + f / size
-        if abs(after) <= SLOPE_ACCEPTED * abs(slope):
+        surprised = trial > 0 or not newton
+        if abs(after) <= (SLOPE_ACCEPTED if surprised else SLOPE_REDUCTION) * abs(slope):
             rise = alpha * (slope + 0.5 * alpha * curvature) + second / size
-            return alpha, after, rise if trial == 0 else min(rise, 0.0), size_of_energy
-        # Points far from the wall have come near it, which the line search did not see: rare.
-        low, high = (low, alpha) if after > 0 else (alpha, high)
-        target = (low + high) / 2 if np.isfinite(high) else 2 * alpha
+            return _Step(alpha, after, rise if trial == 0 else min(rise, 0.0), size_of_energy, alpha == first)
+        low, high = (alpha, high) if after < 0 else (low, alpha)
+        if surprised:
+            # Points far from the wall have come near it, which the line search did not see: rare.
+            target = (low + high) / 2 if np.isfinite(high) else 2 * alpha
+        else:
+            secant = alpha * min(slope / (slope - after), 4.0) if after > slope else 4 * alpha
+            target = _line_search(level, problem, secant, alpha, slope, after, curvature)
         step, alpha = target - alpha, target
-    return np.nan, 0.0, 0.0, 0.0
+    return _Step(np.nan, 0.0, 0.0, 0.0, newton=False)
 
 
 def _line_search(
-    along: Callable[[float], tuple[float, float]], slope: float, curvature: float, stiffness: float
+    level: Level, problem: _Problem, alpha: float, here: float, slope: float, after: float, curvature: float
 ) -> float:
-    """Step length at which the slope has fallen to a part of the first: Newton's method inside a bracket.
+    """Step length at which the slope, ``after`` where the gap is ``here``, has fallen to a part of the first.
 
-    The first is Newton's step from 0; where the wall softens, of the substrate alone.
+    Newton's method from alpha, inside a bracket, over the points near the wall.
     """
-    first = curvature + max(stiffness, 0.0)
-    alpha = -slope / first if first > 0 else 1.0
-    low, high = 0.0, np.inf
+    law, size = problem.law, level.grid.size
+    low, high = (here, np.inf) if after < 0 else (0.0, here)
     for _ in range(40):
-        f, c = along(alpha)
+        level.sweeps += 1
+        f, c = level.real(
+            laws.line, level.z, level.direction, level.n, alpha - here, law.kind, law.parameters, level.near
+        )[:2]
+        f, c = after + (alpha - here) * curvature + f / size, curvature + c / size
         if not np.isfinite(f) or abs(f) <= SLOPE_REDUCTION * abs(slope):
             break
         low, high = (alpha, high) if f < 0 else (low, alpha)

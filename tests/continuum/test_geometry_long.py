@@ -84,14 +84,17 @@ gap = np.load(sys.argv[1])
 grid, wall = Grid.square(gap.shape[0]), LennardJonesSpline.from_adhesion_length(0.005)
 inside = gap < wall.zero_gap
 wall.evaluate(gap[:1])  # compiled or read from the cache once
-start = time.process_time()
-outline(grid, inside), patches(grid, inside), areas(grid, wall, gap)
+counting = []
+for _ in range(3):
+    start = time.process_time()
+    outline(grid, inside), patches(grid, inside), areas(grid, wall, gap)
+    counting.append(time.process_time() - start)
 middle = time.process_time()
 gap_profile(grid, gap, inside, 80.0, wall.zero_gap)
 end = time.process_time()
 gap_distribution(grid, gap), pressure_distribution(grid, wall, gap)
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-print(json.dumps([middle - start, end - middle, peak]))
+print(json.dumps([min(counting), end - middle, peak]))
 """
 
 
@@ -102,11 +105,14 @@ def test_a_large_map_is_measured_in_seconds_within_a_gibibyte(tmp_path: Path, fr
     gap += 1.0 - np.quantile(gap[::8, ::8], fraction)
     np.save(tmp_path / "gap.npy", gap)
     inside = gap < 1.0
-    start = time.process_time()
-    ndimage.label(inside)
-    middle = time.process_time()
+    labels = []
+    for _ in range(3):  # the shortest of three, there as here: others may use the machine
+        start = time.process_time()
+        ndimage.label(inside)
+        labels.append(time.process_time() - start)
+    start, label = time.process_time(), min(labels)
     ndimage.distance_transform_edt(~inside)
-    label, transform = middle - start, time.process_time() - middle
+    transform = time.process_time() - start
     done = subprocess.run(
         [sys.executable, "-c", _COST, str(tmp_path / "gap.npy")], capture_output=True, text=True, check=True
     )

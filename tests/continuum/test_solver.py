@@ -145,16 +145,16 @@ def test_whatever_the_system_a_converged_state_is_an_equilibrium(
 
 
 def test_coarser_grids_save_work_and_change_nothing() -> None:
-    problem = rough(128, 0.005)
+    problem = rough(256, 0.005)
     target = 0.7 * touching(problem)
     cascade = solve(problem, "mean-gap", target, TIGHT)
-    assert [work.shape for work in cascade.solution.work] == [(128, 128), (64, 64)]
+    assert [work.shape for work in cascade.solution.work] == [(256, 256), (128, 128)]
     warm = solve(problem, "mean-gap", target, TIGHT, problem.heights + target)
     np.testing.assert_allclose(cascade.gap, warm.gap, atol=1e-7)
     # The same surface on a grid that has no coarser one.
-    grid = Grid((129, 129), (128.0, 128.0))
+    grid = Grid((257, 257), (256.0, 256.0))
     assert grid.coarser is None
-    heights = SelfAffine(0.8, 0.1, 8.0, 64.0).synthesise(grid, np.random.default_rng(1))
+    heights = SelfAffine(0.8, 0.1, 8.0, 128.0).synthesise(grid, np.random.default_rng(1))
     alone = solve(ContactProblem(grid, problem.wall, heights, problem.response), "mean-gap", target, TIGHT)
     assert alone.mean_pressure == pytest.approx(cascade.mean_pressure, rel=0.02)  # points lie elsewhere
     assert cascade.solution.iterations < alone.solution.iterations / 2
