@@ -50,7 +50,56 @@ def _parser() -> argparse.ArgumentParser:
     plot = commands.add_parser("plot", help="draw the figures of a stored run")
     plot.add_argument("result", type=Path, help="file written by `continuum run`")
     plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
+
+    analyse = commands.add_parser(
+        "analyse",
+        help="measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
+        description="Measure every point of stored runs, compare with the paper, and draw the figures.  The "
+        "gap profile, d_att and the distributions need a run with fields = true in [output].",
+    )
+    analyse.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="files written by `continuum run`")
+    analyse.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of each result)")
+
+    _add_predict(commands.add_parser(
+        "predict",
+        help="is my surface sticky? every criterion on a measured topography",
+        description="Roughness of a measured topography, or of two that face each other, the verdict of every "
+        "criterion of stickiness with its margin, and warnings.  Writes figures and a one-page HTML report.",
+        epilog="Every quantity has a unit: 70GPa, 50mJ/m2, 0.5nm.  Example: continuum predict map.npy --size 10um "
+        "--unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm",
+    ))  # fmt: skip
+    commands.add_parser("examples", help="print the paper's worked examples beside ours, as Markdown")
     return parser
+
+
+def _add_predict(predict: argparse.ArgumentParser) -> None:
+    predict.add_argument("files", nargs="+", type=Path, metavar="FILE", help="topography; two for two rough bodies")
+    maps = predict.add_argument_group("topography (given twice: one for each file)")
+    maps.add_argument("--size", action="append", metavar="LX[,LY]",
+                      help="physical size, from the first row of the array to the last, and from the first column to "
+                      "the last; one number: square pixels; only if the file does not say")  # fmt: skip
+    maps.add_argument("--unit", action="append", help="unit of the heights; only if the file does not say")
+    maps.add_argument("--dataset", action="append", help="dataset of an HDF5 file")
+    maps.add_argument("--part", action="append", help="map of a container, or channel of a file, if it has several")
+    maps.add_argument(
+        "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
+    )
+    maps.add_argument("--detrend", choices=("plane", "none"),
+                      help="what is taken off: the mean plane (default), or the mean (if periodic)")  # fmt: skip
+    contact = predict.add_argument_group("contact")
+    contact.add_argument("--material", action="append", default=[], metavar="NAME",
+                         help="diamond, silicon, mica, pdms, rubber, with cited values; given once the other body is "
+                         "rigid, twice for two elastic bodies")  # fmt: skip
+    contact.add_argument("--modulus", action="append", default=[], help="Young's modulus of a body; twice for two")
+    contact.add_argument("--poisson", action="append", default=[], help="its Poisson's ratio; twice for two")
+    contact.add_argument("--estar", help="contact modulus E* = E/(1 - nu^2), instead of modulus and Poisson's ratio")
+    contact.add_argument("--work", help="work of adhesion w")
+    contact.add_argument("--range", help="range of the attraction (for a law without cut-off, its effective range)")
+    contact.add_argument("--spacing", help="spacing of the atoms a0, for the necessary condition on crystals")
+    predict.add_argument("--solve", action="store_true", help="also solve the contact of the map and compare")
+    predict.add_argument("--threads", type=int, default=1, help="threads of the solver (default: 1)")
+    predict.add_argument("-o", "--output", type=Path, default=Path("results"),
+                         help="folder of report and figures (default: results)")  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -58,11 +107,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = _parser().parse_args(arguments)
     from continuum.config import ConfigError
     from continuum.console import exit_code
+    from continuum.materials import InterfaceError
     from continuum.run import OutputError
     from continuum.store import StoreError
+    from continuum.topography import TopographyError
 
-    command = {"check": _check, "run": _run, "plot": _plot}[parsed.command]
-    return exit_code(lambda: command(parsed), (ConfigError, OutputError, StoreError))
+    command = {"check": _check, "run": _run, "plot": _plot, "analyse": _analyse, "predict": _predict,
+               "examples": _examples}[parsed.command]  # fmt: skip
+    bad_input = (ConfigError, OutputError, StoreError, TopographyError, InterfaceError)
+    return exit_code(lambda: command(parsed), bad_input)
 
 
 def _check(parsed: argparse.Namespace) -> int:
@@ -171,4 +224,71 @@ def _plot(parsed: argparse.Namespace) -> int:
 
     for path in draw_all(parsed.result, parsed.output):
         print(path)
+    return OK
+
+
+def _analyse(parsed: argparse.Namespace) -> int:
+    from continuum.analysis import analyse, summary, tables
+    from continuum.console import OK, show_table
+    from continuum.plot import draw_analysis
+
+    for path in parsed.results:
+        found = analyse(path)
+        for title, head, rows in tables(found):
+            show_table(f"{path}: {title}", head, rows)
+        show_table("theory and adhesion", ["quantity", "value", "unit"], summary(found))
+        for note in found.notes:
+            print(f"note: {note}")
+        for figure in draw_analysis(found, parsed.output):
+            print(figure)
+    return OK
+
+
+def _predict(parsed: argparse.Namespace) -> int:
+    from continuum import materials, report
+    from continuum.console import NOT_CONVERGED, OK, show_table
+    from continuum.minimise import NotConvergedError
+    from continuum.predict import predict
+    from continuum.run import OutputError
+    from continuum.simulate import UnresolvedError, simulate
+    from continuum.topography import detrend, opposed, read_all
+
+    maps = read_all(
+        parsed.files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=parsed.part,
+        periodic=parsed.periodic,
+    )  # fmt: skip
+    interface = materials.parse(
+        material=parsed.material, modulus=parsed.modulus, poisson=parsed.poisson, contact_modulus=parsed.estar,
+        work=parsed.work, range=parsed.range, spacing=parsed.spacing,
+    )  # fmt: skip
+    topographies = [detrend(topography, parsed.detrend) for topography in maps]
+    prediction, simulation, code = predict(topographies, interface), None, OK
+    if parsed.solve:
+        whole = topographies[0] if len(topographies) == 1 else opposed(*topographies)
+        try:
+            simulation = simulate(whole, interface, parsed.threads)
+        except (UnresolvedError, NotConvergedError) as error:
+            prediction, code = prediction.doubted(f"not solved: {error}"), NOT_CONVERGED
+    for sheet in report.sheets(prediction, simulation):
+        show_table(sheet.title, sheet.head, sheet.rows)
+    print(report.summary(prediction, simulation))
+    for warning in (*prediction.warnings, *(simulation.warnings if simulation else ())):
+        print(f"warning: {warning}")
+    name = "-".join([*(path.stem for path in parsed.files), "predict"])
+    try:
+        parsed.output.mkdir(parents=True, exist_ok=True)
+        written = report.write(prediction, parsed.output, name, simulation)
+    except OSError as error:
+        msg = f"{parsed.output}: the report cannot be written there: {error}"
+        raise OutputError(msg) from error
+    for path in written:
+        print(path)
+    return code
+
+
+def _examples(parsed: argparse.Namespace) -> int:
+    from continuum.console import OK
+    from continuum.examples import as_markdown
+
+    print(as_markdown(), end="")
     return OK

@@ -43,9 +43,9 @@ COARSE_LIMIT = 400
 """Iterations on each coarser grid of a cold start, at most."""
 COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
 """A coarse step ends after so many iterations, or when the coarse gradient has fallen by this factor."""
-SLOPE_REDUCTION, SLOPE_MADE, SLOPE_ACCEPTED = 0.1, 0.2, 0.5
-"""The line search follows the points near the wall until the slope has fallen to the first part; Newton's step, made
-at once, must reach the second, and where it did not any step the third."""
+SLOPE_REDUCTION, SLOPE_ACCEPTED = 0.1, 0.5
+"""A Newton step made at once, or a line search near the wall, lowers the slope to the first part; over all points the
+second must hold after a line search."""
 NEAR = 0.5
 """Points within this distance of the reach of the law are near the wall, in a0."""
 
@@ -312,7 +312,7 @@ def _step(level: Level, problem: _Problem, slope: float, curvature: float, stiff
         )[:3]  # fmt: skip
         after = slope + alpha * curvature + f / size
         surprised = trial > 0 or not newton
-        if abs(after) <= (SLOPE_ACCEPTED if surprised else SLOPE_MADE) * abs(slope):
+        if abs(after) <= (SLOPE_ACCEPTED if surprised else SLOPE_REDUCTION) * abs(slope):
             rise = alpha * (slope + 0.5 * alpha * curvature) + second / size
             return _Step(alpha, after, rise if trial == 0 else min(rise, 0.0), size_of_energy, alpha == first)
         low, high = (alpha, high) if after < 0 else (low, alpha)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -14,8 +14,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from continuum import store
+from continuum import store, theory
 from continuum.config import RunConfig
+from continuum.outline import patches, size_distribution
+
+if TYPE_CHECKING:
+    from continuum.analysis import Analysis, Point
 
 __all__ = [
     "ATTRACTED_COLOUR",
@@ -26,6 +30,8 @@ __all__ = [
     "contact_image",
     "contact_maps",
     "draw_all",
+    "draw_analysis",
+    "gap_profiles",
     "new_figure",
     "save",
     "styled",
@@ -162,4 +168,122 @@ def area_and_load(file: store.File) -> Figure:
     axes[2].axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes[0].axvline(0, color="0.7", linewidth=0.6, zorder=0)
     axes[0].legend()
+    return figure
+
+
+# --- what was measured on a run -------------------------------------------------------------------------------
+
+
+def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
+    """Draw what was measured on a run, beside its file or into a folder; returns the PNG files."""
+    stem = (folder or analysis.path.parent) / analysis.path.stem
+    touching = [point for point in analysis.points if point.numbers.area_rep > 0]
+    # Points of the approach; on the way back they would hide one another.
+    touching = [point for point in touching if point.branch != "retract"] or touching
+    if not touching:
+        return []
+    chosen = [touching[i] for i in np.unique(np.linspace(0, len(touching) - 1, 4).round().astype(int))]
+    figures = {"patches": _patch_maps(analysis, chosen[:3]), "sizes": _sizes(chosen)}
+    if any(point.fields for point in chosen):
+        figures["gap-profile"] = gap_profiles(analysis, chosen)
+        figures["distributions"] = _distributions(chosen)
+    return [save(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
+
+
+def _label(point: Point) -> str:
+    return rf"$A_{{rep}}/A_0$ = {point.numbers.area_rep:.3g}"
+
+
+@styled
+def _patch_maps(analysis: Analysis, points: list[Point]) -> Figure:
+    """Connected patches, the largest in colours of their own, the others grey."""
+    figure = new_figure(2.6 * len(points) + 0.3, 3.0)
+    axes = figure.subplots(1, len(points), squeeze=False, sharey=True)[0]
+    grid = analysis.grid
+    for axis, point in zip(axes, points, strict=True):
+        found = patches(grid, store.unpack(point.packed, grid.shape[1]))
+        rank = np.full(found.cells.size + 1, len(SERIES) + 1)
+        rank[1 + np.argsort(-found.cells, kind="stable")[: len(SERIES)]] = np.arange(
+            1, min(len(SERIES), rank.size - 1) + 1
+        )
+        rank[0] = 0
+        axis.imshow(
+            rank[found.labels].T,
+            cmap=ListedColormap(["white", *SERIES, "0.5"]),
+            vmin=0,
+            vmax=len(SERIES) + 1,
+            origin="lower",
+            interpolation="nearest",
+            extent=(0, grid.lengths[0], 0, grid.lengths[1]),
+        )
+        axis.spines[:].set_visible(True)
+        axis.set_title(f"{_label(point)}\n{found.cells.size} patches", fontsize=8)
+        axis.set_xlabel("x ($a_0$)")
+    axes[0].set_ylabel("y ($a_0$)")
+    return figure
+
+
+@styled
+def _sizes(points: list[Point]) -> Figure:
+    """Number of patches against their area."""
+    figure = new_figure(4.2, 3.2)
+    axis = figure.subplots()
+    for point, colour in zip(points, SERIES, strict=False):
+        size, density = size_distribution(point.patch_areas)
+        axis.loglog(size, density, "o-", color=colour, markerfacecolor="none", label=_label(point))
+    axis.set_xlabel(r"area of a patch $a$ ($a_0^2$)")
+    axis.set_ylabel(r"patches per area $n(a)$ ($1/a_0^2$)")
+    axis.legend()
+    return figure
+
+
+@styled
+def gap_profiles(analysis: Analysis, points: list[Point]) -> Figure:
+    """Mean gap against the distance from the edge, and its ratio to Eq. (gap) with the measured mean diameter."""
+    figure = new_figure(7.6, 3.2)
+    left, right = figure.subplots(1, 2)
+    slope = analysis.prediction.rms_slope
+    for point, colour in zip(points, SERIES, strict=False):
+        if point.fields is None or point.fields.profile.cells.size == 0:
+            continue
+        profile, diameter = point.fields.profile, point.numbers.diameter
+        x = profile.distance
+        left.loglog(x, profile.gap, "o", color=colour, markerfacecolor="none", markersize=3, label=_label(point))
+        left.loglog(x, theory.gap_profile(x, slope, diameter), "-", color=colour, linewidth=0.8)
+        for distance, style in ((x, "-"), (profile.from_perimeter_cells, ":")):
+            right.plot(
+                distance / diameter, profile.gap / theory.gap_profile(distance, slope, diameter), style, color=colour
+            )
+    if analysis.prediction.range > 0:
+        left.axhline(analysis.prediction.range, color="0.6", linewidth=0.6)
+        left.annotate(r"$\Delta r$", (0.02, analysis.prediction.range), xycoords=("axes fraction", "data"), va="bottom")
+    right.axhspan(0.8, 1.3, color="0.92", zorder=0)
+    right.set_xlim(0, 1)
+    right.set_ylim(0, 2)
+    left.set_xlabel(r"distance from the edge $x$ ($a_0$)")
+    left.set_ylabel(r"mean gap above that of the edge ($a_0$)")
+    right.set_xlabel(r"$x/d_{rep}$ (dotted: from the perimeter cells)")
+    right.set_ylabel("ratio to Eq. (gap)")
+    left.legend()
+    return figure
+
+
+@styled
+def _distributions(points: list[Point]) -> Figure:
+    """Distributions of gap and pressure over the area."""
+    figure = new_figure(7.6, 3.2)
+    left, right = figure.subplots(1, 2)
+    for point, colour in zip(points, SERIES, strict=False):
+        if point.fields is None:
+            continue
+        left.stairs(point.fields.gaps.density, point.fields.gaps.edges, color=colour, label=_label(point))
+        if point.fields.pressures is not None:
+            right.stairs(point.fields.pressures.density, point.fields.pressures.edges, color=colour)
+    right.set_yscale("log")
+    left.set_xlabel("gap $g$ ($a_0$)")
+    left.set_ylabel("$P(g)$ ($1/a_0$)")
+    right.set_xlabel("pressure $p$ ($E^*$)")
+    right.set_ylabel("$P(p)$ ($1/E^*$)")
+    right.axvline(0, color="0.7", linewidth=0.6, zorder=0)
+    left.legend()
     return figure

@@ -32,6 +32,7 @@ __all__ = [
     "pack",
     "read",
     "read_array",
+    "read_part",
     "remove_stale",
     "unpack",
     "write",
@@ -366,6 +367,20 @@ def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = N
             raise StoreError(msg)
         values: NDArray[np.float64] = item[()].astype(np.float64)
         return values
+
+
+def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
+    """One entry along the first dimension of a dataset of numbers, such as a field of one step; None without it.
+
+    Raises
+    ------
+    StoreError
+        If the file is missing or damaged.
+    """
+    path = Path(path)
+    with _opened(path) as file:
+        item = dict(_walk(path, file)).get(dataset)
+        return None if item is None else np.asarray(item[index])
 
 
 def pack(masks: ArrayLike) -> NDArray[np.uint8]:

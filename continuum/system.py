@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import os
-import warnings
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from continuum import greens, store
+from continuum import greens
 from continuum.anisotropic import CubicConstants
+from continuum.arrays import read_numbers, read_text
 from continuum.config import (
-    HDF5_SUFFIXES,
     CrystalTable,
     ExponentialWall,
     Fault,
@@ -37,7 +33,7 @@ from continuum.resolution import unresolved
 from continuum.surface import Moments, SelfAffine, moments, sine, sphere
 from continuum.wall import Exponential, HardWall, InversePowers, LennardJonesSpline, Tabulated, Wall
 
-__all__ = ["Estimate", "System", "build", "estimate"]
+__all__ = ["Estimate", "System", "build", "estimate", "wall_of"]
 
 # Peak memory of a solve in bytes per grid point, measured by the tests of this module.
 _BYTES_PER_POINT = 240
@@ -119,7 +115,7 @@ def build(config: RunConfig) -> System:
     except (ValueError, OSError) as error:
         faults.append(Fault(("surface", _place(config.surface)), _usable(error)))
     try:
-        wall = _wall(config)
+        wall = wall_of(config)
     except (ValueError, OSError) as error:
         faults.append(Fault(("wall", _place(config.wall)), _usable(error)))
     if heights is None or wall is None:
@@ -180,10 +176,17 @@ def _response(config: RunConfig) -> greens.Response:
     return greens.HalfSpace(substrate.mean)
 
 
-def _wall(config: RunConfig) -> Wall:
+def wall_of(config: RunConfig) -> Wall:
+    """The wall law of a configuration.
+
+    Raises
+    ------
+    ValueError, OSError
+        If it is a table that cannot be used.
+    """
     table = config.wall
     if isinstance(table, TableWall):
-        columns = _read_text(table.path)
+        columns = read_text(table.path)
         if columns.shape[1] != 2:
             msg = f"{table.path} has {columns.shape[1]} columns, a wall has 2: gap and traction"
             raise ValueError(msg)
@@ -210,44 +213,9 @@ def _heights(config: RunConfig, grid: Grid) -> tuple[Real, Moments | None]:
         return sine(grid, surface.amplitude, surface.waves), None
     if isinstance(surface, SphereSurface):
         return sphere(grid, surface.radius), None
-    heights = _read_heights(surface, grid.shape)
+    heights = read_numbers(surface.path, surface.dataset, grid.shape)
     missing = np.count_nonzero(~np.isfinite(heights))
     if missing:
         msg = f"{missing} of the {heights.size} heights in {surface.path} are not finite numbers"
         raise ValueError(msg)
     return heights, None
-
-
-def _read_heights(surface: FileSurface, shape: tuple[int, int]) -> Real:
-    """Heights from a file; its shape is looked at before anything is loaded."""
-    path, suffix = surface.path, surface.path.suffix.lower()
-    if suffix in HDF5_SUFFIXES:
-        return store.read_array(path, surface.dataset or "", shape)
-    if suffix == ".npy":
-        # Mapped, so that a header that claims terabytes costs nothing; never pickled.
-        try:
-            values: NDArray[Any] = np.lib.format.open_memmap(path, mode="r")
-        except (ValueError, EOFError) as error:
-            msg = f"{path} is not a plain .npy file, or is truncated ({error})"
-            raise ValueError(msg) from error
-    else:
-        values = _read_text(path)
-    if values.shape != shape:
-        msg = f"{path} holds an array of shape {values.shape}, the grid has {shape}"
-        raise ValueError(msg)
-    if values.dtype.kind not in "iuf":
-        msg = f"{path} holds {values.dtype}, not real numbers"
-        raise ValueError(msg)
-    return np.array(values, dtype=np.float64)
-
-
-def _read_text(path: Path) -> Real:
-    delimiter = "," if path.suffix.lower() == ".csv" else None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # an empty file: its shape says it
-            values: Real = np.loadtxt(path, dtype=np.float64, delimiter=delimiter, ndmin=2, encoding="utf-8-sig")
-    except ValueError as error:
-        msg = f"{path} is not a table of numbers with a point as decimal mark ({error})"
-        raise ValueError(msg) from error
-    return values

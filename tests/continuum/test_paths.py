@@ -479,3 +479,13 @@ def test_warnings_are_shown_and_stored(small: Path, tmp_path: Path, capsys: pyte
 def test_every_state_of_a_path_knows_how_it_ended() -> None:
     state = solve(rough(64, LennardJonesSpline(0.3464)), "repulsive-area", 0.05, Settings(1e-9, max_iterations=2))
     assert state.status is Status.ITERATION_LIMIT
+
+
+def test_a_rough_tolerance_on_many_grids_still_finds_the_area() -> None:
+    # Each of the coarser grids used to take three times the tolerance of the one before, which ended above 1.
+    grid = Grid.square(512)
+    heights = SelfAffine(0.8, 0.1, 64.0, 256.0).synthesise(grid, np.random.default_rng(1))
+    problem = ContactProblem(grid, LennardJonesSpline(0.0), heights, HalfSpace("clamped"))
+    state = solve(problem, "repulsive-area", 0.02, Settings(1e-7), search=Search(area_tolerance=0.3))
+    assert state.status.ok
+    assert state.contact.area_rep == pytest.approx(0.02, rel=0.3)

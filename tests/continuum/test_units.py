@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.units import GPA_PER_EV_PER_A3, Quantity, Units
+from continuum.units import GPA_PER_EV_PER_A3, Quantity, Units, parse, show
 
 sizes = st.floats(1e-12, 1e3)
 
@@ -45,3 +45,42 @@ def test_copper() -> None:
 def test_sizes_that_are_none_are_refused(a0: float, modulus: float) -> None:
     with pytest.raises(ValueError, match="positive finite"):
         Units(a0, modulus)
+
+
+QUANTITIES: dict[Quantity, dict[str, float]] = {
+    "length": {
+        "m": 1,
+        "mm": 1e-3,
+        "µm": 1e-6,
+        "μm": 1e-6,
+        "um": 1e-6,
+        "nm": 1e-9,
+        "\u212b": 1e-10,
+        "Å": 1e-10,
+        "pm": 1e-12,
+    },
+    "pressure": {"Pa": 1, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "eV/Å³": 160.21766e9, "eV/Å^3": 160.21766e9},
+    "energy_per_area": {"J/m²": 1, "J/m2": 1, "mJ/m^2": 1e-3, "mN/m": 1e-3, "erg/cm²": 1e-3, "eV/Å²": 16.021766},
+}
+
+
+@given(st.floats(1e-6, 1e6), st.sampled_from(sorted(QUANTITIES)), st.data(), st.sampled_from(["", " ", "  "]))
+def test_a_number_with_its_unit_is_read(value: float, quantity: Quantity, data: st.DataObject, space: str) -> None:
+    unit = data.draw(st.sampled_from(sorted(QUANTITIES[quantity])))
+    assert parse(f"{value!r}{space}{unit}", quantity) == pytest.approx(value * QUANTITIES[quantity][unit], rel=1e-6)
+    for other in QUANTITIES.keys() - {quantity}:
+        with pytest.raises(ValueError, match="no unit of"):
+            parse(f"{value!r}{unit}", other)
+
+
+@given(st.floats(1e-15, 1e15), st.sampled_from(sorted(QUANTITIES)))
+def test_what_is_shown_can_be_read(value: float, quantity: Quantity) -> None:
+    assert parse(show(value, quantity, 6), quantity) == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "nm", "5", "5 5nm", "nan nm", "inf nm", "-5nm", "0nm", "1e400nm", "0x5nm", "5,5nm"]
+)
+def test_what_is_no_length_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"unit|positive|not a number"):
+        parse(text, "length")

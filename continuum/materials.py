@@ -1,0 +1,266 @@
+"""Moduli, work of adhesion and range of attraction of some materials against themselves, each with its source.
+
+Starting values for an estimate, not a substitute for measured ones: works of adhesion vary by factors with preparation
+and humidity, moduli of elastomers with cross-linking.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+import numpy as np
+
+from continuum import units
+
+__all__ = ["MATERIALS", "Body", "Interface", "InterfaceError", "Material", "interface", "parse", "reduced_modulus"]
+
+_RANGE = 0.35e-9
+_RANGE_SOURCE = (
+    "range: paper, Eq. (deltar), 1.153 a0 of the 9-3 law, with a0 = 0.3 nm between atoms that are not bonded"
+)
+_SOFT_RANGE_SOURCE = "range: the paper's discussion of elastomers"
+_LIFSHITZ = "w = A/(12π D²), D = 0.165 nm (Israelachvili, Intermolecular and Surface Forces, 3rd ed., 2011), with A"
+
+
+class InterfaceError(ValueError):
+    """A contact is not, or doubly, described: the message says what is missing or wrong."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material, in SI units.
+
+    Parameters
+    ----------
+    name : in lower case.
+    modulus, poisson : Young's modulus E, in Pa, and Poisson's ratio.
+    work_of_adhesion : w of two smooth surfaces, in J/m².
+    range : Δr, in m.
+    spacing : a0 of the atoms, in m; None where roughness is not made of atomic steps.
+    sources : of these values.
+    """
+
+    name: str
+    modulus: float
+    poisson: float
+    work_of_adhesion: float
+    range: float
+    spacing: float | None
+    sources: tuple[str, ...]
+
+
+MATERIALS: dict[str, Material] = {
+    material.name: material
+    for material in (
+        Material(
+            "diamond", 1143e9, 0.0691, 0.288, _RANGE, 0.154e-9,
+            ("E, ν: polycrystalline, Klein and Cardinale, Diamond Relat. Mater. 2, 918 (1993)",
+             f"{_LIFSHITZ} = 29.6e-20 J (Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)): dispersion only",
+             _RANGE_SOURCE, "spacing: bond length"),
+        ),
+        Material(
+            "silicon", 130e9, 0.28, 0.1, _RANGE, 0.235e-9,
+            ("E, ν: along <100>, Hopcroft, Nix and Kenny, J. Microelectromech. Syst. 19, 229 (2010)",
+             "w: hydrophilic wafers at room temperature, 0.05 - 0.2 J/m², Spierings, Haisma and Michelsen, Philips "
+             "J. Res. 49, 47 (1995); hydrophobic ones a tenth of it",
+             _RANGE_SOURCE, "spacing: bond length"),
+        ),
+        Material(
+            "mica", 53.8e9, 0.10, 0.096, _RANGE, 0.519e-9,
+            ("E, ν: muscovite along c, from the elastic constants of Vaughan and Guggenheim, J. Geophys. Res. 91, 4657 "
+             "(1986)",
+             f"{_LIFSHITZ} = 9.86e-20 J (Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)): in air, not freshly "
+             "cleaved in vacuum",
+             _RANGE_SOURCE, "spacing: lattice constant a"),
+        ),
+        Material(
+            "pdms", 2e6, 0.5, 0.044, 0.5e-9, None,
+            ("E: Sylgard 184, 1.3 - 3 MPa by curing, Johnston et al., J. Micromech. Microeng. 24, 035017 (2014)",
+             "w: twice the surface energy, 22 mJ/m², Chaudhury and Whitesides, Langmuir 7, 1013 (1991)",
+             _SOFT_RANGE_SOURCE),
+        ),
+        Material(
+            "rubber", 1e6, 0.5, 0.07, 0.5e-9, None,
+            ("E: 'normal rubber', Peressadko, Hosoda and Persson, Phys. Rev. Lett. 95, 124301 (2005)",
+             "w: twice the surface energy, 35 mJ/m², Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971)",
+             _SOFT_RANGE_SOURCE),
+        ),
+    )
+}  # fmt: skip
+"""By name."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """What is known of one of two bodies, in SI units; None where nothing is.
+
+    Parameters
+    ----------
+    modulus, poisson : Young's modulus and Poisson's ratio; they overrule those of the material.
+    material : gives what is not given.
+    """
+
+    modulus: float | None = None
+    poisson: float | None = None
+    material: Material | None = None
+
+    @property
+    def plane_strain_modulus(self) -> float | None:
+        """E/(1 - ν²), in Pa; None if nothing is known of the body.
+
+        Raises
+        ------
+        InterfaceError
+            If one of E and ν is missing, or ν is none.
+        """
+        modulus, poisson = self.modulus, self.poisson
+        if self.material is not None:
+            modulus = self.material.modulus if modulus is None else modulus
+            poisson = self.material.poisson if poisson is None else poisson
+        if modulus is None and poisson is None:
+            return None
+        if modulus is None or poisson is None:
+            msg = "a body has a modulus and a Poisson's ratio: --modulus and --poisson, or --material"
+            raise InterfaceError(msg)
+        if not -1 < poisson <= 0.5:
+            msg = f"a Poisson's ratio lies above -1 and is at most 0.5, got {poisson}"
+            raise InterfaceError(msg)
+        return modulus / (1 - poisson**2)
+
+
+@dataclass(frozen=True)
+class Interface:
+    """Two bodies in contact, in SI units."""
+
+    contact_modulus: float
+    """E*, in Pa."""
+    work_of_adhesion: float
+    """w, in J/m²."""
+    range: float
+    """Δr, in m."""
+    spacing: float | None
+    """a0 of the atoms, in m."""
+    origin: tuple[str, ...] = ()
+    """Where the values come from."""
+
+    @property
+    def adhesion_length(self) -> float:
+        """l_a = w/E*, in m."""
+        return self.work_of_adhesion / self.contact_modulus
+
+
+def reduced_modulus(moduli: Sequence[float]) -> float:
+    """E* of bodies in contact, 1/E* = sum of (1 - ν²)/E; a single one is pressed on a rigid body."""
+    return float(1 / np.sum(1 / np.asarray(moduli)))
+
+
+def interface(
+    bodies: Sequence[Body],
+    contact_modulus: float | None = None,
+    work_of_adhesion: float | None = None,
+    range: float | None = None,
+    spacing: float | None = None,
+) -> Interface:
+    """Two bodies as one contact.  What is given overrules what the materials say.
+
+    Parameters
+    ----------
+    bodies : one if the other is rigid, or two.
+    contact_modulus, work_of_adhesion, range, spacing : as in :class:`Interface`.
+
+    Raises
+    ------
+    InterfaceError
+        If a value is missing, or E* is given twice.
+    """
+    origin: list[str] = []
+    known = [m for body in bodies if (m := body.plane_strain_modulus) is not None]
+    materials = [body.material for body in bodies if body.material is not None]
+    if contact_modulus is not None:
+        if any(body.modulus is not None or body.poisson is not None for body in bodies):
+            msg = "the contact modulus is given twice: by --estar, and by --modulus and --poisson; leave out one"
+            raise InterfaceError(msg)
+        origin.append("E* as given")
+    elif known:
+        contact_modulus = reduced_modulus(known)
+        origin.append("E* of two elastic bodies" if len(known) == 2 else "E* of one elastic body on a rigid one")
+    missing = []
+    if contact_modulus is None:
+        missing.append("a contact modulus (--estar, or --modulus with --poisson, or --material)")
+    if work_of_adhesion is None and materials:
+        work_of_adhesion = float(np.exp(np.mean([np.log(m.work_of_adhesion) for m in materials])))
+        if len(materials) == 2 and materials[0] != materials[1]:
+            origin.append("w as the geometric mean of the two materials', an estimate for dispersion forces")
+    elif work_of_adhesion is None:
+        missing.append("a work of adhesion (--work, or --material)")
+    if range is None and materials:
+        range = float(np.mean([m.range for m in materials]))
+    elif range is None:
+        missing.append("a range of attraction (--range, or --material)")
+    if contact_modulus is None or work_of_adhesion is None or range is None:
+        msg = "missing: " + "; ".join(missing)
+        raise InterfaceError(msg)
+    if spacing is None:
+        spacings = [m.spacing for m in materials]
+        spacing = max((s for s in spacings if s is not None), default=None) if None not in spacings else None
+    for material in dict.fromkeys(materials):
+        origin += [f"{material.name}: {source}" for source in material.sources]
+    return Interface(contact_modulus, work_of_adhesion, range, spacing, tuple(origin))
+
+
+def parse(
+    *,
+    material: Sequence[str] = (),
+    modulus: Sequence[str] = (),
+    poisson: Sequence[str] = (),
+    contact_modulus: str | None = None,
+    work: str | None = None,
+    range: str | None = None,
+    spacing: str | None = None,
+) -> Interface:
+    """An interface from text: numbers with their units, names of materials; the first of each for the first body.
+
+    Raises
+    ------
+    InterfaceError
+        All faults at once.
+    """
+    faults: list[str] = []
+
+    def number(text: str | None, quantity: units.Quantity, option: str) -> float | None:
+        if text is None:
+            return None
+        try:
+            return units.parse(text, quantity)
+        except ValueError as error:
+            faults.append(f"{option} {error}")
+            return None
+
+    def ratio(text: str) -> float | None:
+        try:
+            return float(text)
+        except ValueError:
+            faults.append(f"--poisson {text!r} is not a number")
+            return None
+
+    found = [MATERIALS.get(name.lower()) for name in material]
+    for name, one in zip(material, found, strict=True):
+        if one is None:
+            faults.append(f"--material {name!r} is unknown: one of {', '.join(MATERIALS)}")
+    moduli = [number(text, "pressure", "--modulus") for text in modulus]
+    ratios = [ratio(text) for text in poisson]
+    if max(len(found), len(moduli), len(ratios)) > 2:
+        faults.append("a contact has two bodies: --material, --modulus and --poisson can be given twice")
+
+    given = [
+        number(contact_modulus, "pressure", "--estar"),
+        number(work, "energy_per_area", "--work"),
+        number(range, "length", "--range"),
+        number(spacing, "length", "--spacing"),
+    ]
+    if faults:
+        raise InterfaceError("\n".join(faults))
+    bodies = [Body(*one) for one in zip_longest(moduli, ratios, found)]
+    return interface(bodies, *given)
