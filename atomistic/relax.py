@@ -144,9 +144,9 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
     the mean Σ a_i (w_i + r_i), Σ a_i = 1, that minimises the elastic energy of Σ a_i r_i (Pulay, Chem. Phys. Lett. 73,
     393 (1980); Walker and Ni, SIAM J. Numer. Anal. 49, 1715 (2011)).
 
-    Ends when converged, when forces no longer fall, or at the limit.  Each contact problem is minimised from the last gap,
-    so that a path keeps to its branch; an equilibrium that only the atoms, not their linear lattice, make unstable is not
-    told from a stable one.
+    Ends when converged, when forces no longer fall, or at the limit.  Each contact problem is minimised from the last
+    gap, so that a path keeps to its branch; an equilibrium that only the atoms, not their linear lattice, make unstable
+    is not told from a stable one.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ class Listing(NamedTuple):
 
 
 def listings(archive: Archive, verdicts: Sequence[Verdict]) -> list[Listing]:
-    """The tables of a validation: its error budget, its scaling laws, its verdicts."""
-    return [_budget(archive), _scaling(archive), _tolerances(verdicts)]
+    """The tables of a validation that hold something: its error budget, its scaling laws, its verdicts."""
+    return [listing for listing in (_budget(archive), _scaling(archive), _tolerances(verdicts)) if listing.rows]
 
 
 def summary(verdicts: Sequence[Verdict]) -> str:
@@ -126,7 +126,7 @@ def write_html(
         f"<h1>{html.escape(title)}: Green's functions against atoms</h1>",
         f"<p>{html.escape(summary(verdicts))}.  Lengths are in a0, pressures in E*, unless said otherwise.</p>",
         _html(_substrate(archive, config)),
-        *map(_html, (listing for listing in listings(archive, verdicts) if listing.rows)),
+        *map(_html, listings(archive, verdicts)),
     ]
     for figure in figures:
         data = base64.b64encode(figure.read_bytes()).decode("ascii")
