@@ -148,6 +148,8 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
     gap, so that a path keeps to its branch; an equilibrium that only the atoms, not their linear lattice, make unstable
     is not told from a stable one.
 
+    Under ``mpiexec`` all processes call this alike, for a deck written before: LAMMPS shares the atoms among them.
+
     Parameters
     ----------
     deck : the wall, where it stands, and the start.

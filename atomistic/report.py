@@ -55,7 +55,10 @@ def _budget(archive: Archive) -> Listing:
         ]
         for cost in costs
     ]
+    first = costs[0]
     notes = [
+        f"Read: with lambda_s = {first.lambda_s:g} a0 and h'rms = {first.rms_slope:g} ({first.case}) the load of the "
+        f"half-space, which production runs use, is right to {100 * first.load['total']:.1f} % of N_rep.",
         "depth: half-space against layer.  anisotropy: layer against cubic layer.  discreteness: cubic layer against "
         "lattice Green's function.  nonlinearity: lattice Green's function against atoms.  total: half-space against "
         "atoms.",
@@ -130,7 +133,9 @@ def write_html(
     ]
     for figure in figures:
         data = base64.b64encode(figure.read_bytes()).decode("ascii")
-        parts.append(f'<h2>{html.escape(figure.stem)}</h2><img alt="" src="data:image/png;base64,{data}">')
+        parts.append(
+            f'<h2>{html.escape(figure.stem)}</h2><img alt="{html.escape(figure.stem)}" src="data:image/png;base64,{data}">'
+        )
     made = [[name.removeprefix("provenance/"), str(value)] for name, value in archive.attributes.items()
             if name.startswith("provenance/")]  # fmt: skip
     parts.append(_html(Listing("Made with", ("what", "version"), made)))

@@ -1,11 +1,15 @@
 """Atoms against their own linear response, and the ways to equilibrium against one another."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from atomistic import engine
 from atomistic.crystal import Slab
 from atomistic.deck import Deck, read_wall_table, write_deck
 from atomistic.engine import Session, run_command
@@ -228,6 +232,30 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
     assert energy == pytest.approx(alone / model.energy, rel=1e-13)
     assert np.abs(expected).max() > 0.02
     assert np.allclose(forces, expected, rtol=0, atol=1e-12)
+
+
+def test_ranks_share_the_atoms_of_the_iteration(tmp_path):
+    _, _, deck = contact(slope=0.05, adhesion_length=0.005)
+    with Session(write_deck(tmp_path, deck)) as session:
+        alone = iterate(deck, session, response(16, "springs"))
+    script = (
+        "import sys; from pathlib import Path; from tests.atomistic.test_relax import *\n"
+        "_, _, deck = contact(slope=0.05, adhesion_length=0.005)\n"
+        "with Session(Path(sys.argv[1])) as session:\n"
+        "    found = iterate(deck, session, response(16, 'springs'))\n"
+        "print(found.evaluations, found.converged, found.displacements[0, ..., 2].sum().hex())\n"
+    )
+    mpiexec = engine.doctor().mpiexec
+    assert mpiexec
+    command = [mpiexec, "-n", "2", sys.executable, "-c", script, str(tmp_path)]
+    root = str(Path(__file__).parents[2])
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120, check=True)
+    lines = done.stdout.split("\n")[:2]
+    assert lines[0] == lines[1]
+    evaluations, converged, total = lines[0].split()
+    assert (int(evaluations), converged) == (alone.evaluations, "True")
+    # Sums over two parts round otherwise: 1e-16 of forces of order one, over the softest mode of 256 atoms.
+    assert float.fromhex(total) == pytest.approx(alone.displacements[0, ..., 2].sum(), abs=1e-9)
 
 
 def test_heights_of_another_surface_are_refused(tmp_path):
