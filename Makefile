@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test long verification bench lint clean
+.PHONY: validate test long verification kappa stickiness bench lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -20,6 +20,15 @@ long: .venv/installed-dev
 # The solver beside analytic contacts: tables and figure of docs/verification.md.
 verification: .venv/installed-dev
 	$(BIN)/python -m tests.verification.report docs
+
+# Studies of many systems; each goes on from where it was stopped.  WORKERS systems at once.
+WORKERS = 2
+# The paper's system at 1 % area on 4096² points, 1.5 GiB for each worker: docs/kappa.md.
+kappa: .venv/installed-dev
+	$(BIN)/python -m tests.studies.kappa --workers 1 --threads $(WORKERS)
+# Measured and predicted stickiness of 24 surfaces: docs/stickiness.md.
+stickiness: .venv/installed-dev
+	$(BIN)/python -m tests.studies.stickiness --workers $(WORKERS)
 
 # Counts, times and memory, beside those of the peers, into docs/benchmarks.md: at most MINUTES, one core; goes on from
 # where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall".
