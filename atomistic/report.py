@@ -133,9 +133,8 @@ def write_html(
     ]
     for figure in figures:
         data = base64.b64encode(figure.read_bytes()).decode("ascii")
-        parts.append(
-            f'<h2>{html.escape(figure.stem)}</h2><img alt="{html.escape(figure.stem)}" src="data:image/png;base64,{data}">'
-        )
+        name = html.escape(figure.stem)
+        parts.append(f'<h2>{name}</h2><img alt="{name}" src="data:image/png;base64,{data}">')
     made = [[name.removeprefix("provenance/"), str(value)] for name, value in archive.attributes.items()
             if name.startswith("provenance/")]  # fmt: skip
     parts.append(_html(Listing("Made with", ("what", "version"), made)))
