@@ -31,7 +31,7 @@ __all__ = ["Iterated", "apply_wall", "deck_of", "iterate", "lattice_start", "rel
 
 _DEPTH = 8
 """States that are mixed."""
-_PATIENCE = 6
+_PATIENCE = 10
 """Evaluations in which the largest force must have halved."""
 
 
@@ -130,7 +130,7 @@ class Iterated:
         return len(self.largest_forces)
 
 
-def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 60) -> Iterated:
+def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 120) -> Iterated:
     """Equilibrium by the Green's-function-preconditioned iteration.
 
     With F(u) the forces between the atoms, f(u) the force of the wall and K the stiffness of the linear slab, an
