@@ -36,6 +36,9 @@ COARSER = 3.0
 """Tolerances and resolution of the search on the next coarser grid, in units of those on this one."""
 MOST_TRIALS = 80
 """A search gives up after so many equilibria."""
+RIGID = (0.2, 100.0)
+"""Step of a search at least and at most, in units of the one that would do if the surface moved rigidly: it gives way,
+the less there is left to go the more."""
 LOST_SLOPE = 0.01
 """A grid carries a surface if the waves that it cannot resolve hold at most this part of the mean square slope."""
 
@@ -209,7 +212,7 @@ def _step(problem: ContactProblem, before: State, target: float, slope: float) -
     if not slope < 0 or before.contact.area_rep == 0:
         return rigid
     secant = float(np.log(before.contact.area_rep / target)) / slope
-    return float(np.clip(secant / rigid, 0.2, 5.0)) * rigid if rigid else secant
+    return float(np.clip(secant / rigid, *RIGID)) * rigid if rigid else secant
 
 
 def _sample(field: Real) -> Real:
