@@ -23,7 +23,6 @@ from continuum.levels import SMALLEST, prolong, restrict
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
 from continuum.state import Branch, Outcome, Search, State, event, numbers
-from continuum.wall import HardWall
 
 __all__ = ["AtMeanGap", "find_area"]
 
@@ -144,8 +143,9 @@ def find_area(
             width, span, slow = np.inf, np.inf, 0
             step = max(abs(_step(problem, before, target, work.slope)), 2 * step if stalled else search.area_resolution)
             mean_gap = before.mean_gap - sign * step
-            if isinstance(problem.wall, HardWall):
-                mean_gap = max(mean_gap, before.mean_gap / 2)  # there is no other state below zero
+            if before.mean_gap > problem.wall.zero_gap:
+                # Full contact is near a mean gap of zero_gap: not beyond it, where a law ends at its core.
+                mean_gap = max(mean_gap, (before.mean_gap + problem.wall.zero_gap) / 2)
         else:
             old, width = width, abs(before.mean_gap - after.mean_gap)
             wider, span = span, abs(before.contact.area_rep - after.contact.area_rep)

@@ -169,12 +169,14 @@ def _solve(
         level.work_q[...] = 0.0
         _elastic(level, problem)
     else:
-        part = None if start is None else coarse.grid.inverse(coarse.work_q, overwrite=True)
+        # The direction is not in use yet: what the coarse grid needs meanwhile lies in its memory.
+        lent = level.direction.ravel()[: 2 * coarse.grid.size].reshape(2, *coarse.grid.shape)
+        part = None if start is None else coarse.grid.inverse(coarse.work_q, lent[1], overwrite=True)
         mean = level.into_rows(sweeps.copy, offset, level.n)[0] / level.grid.size
         level.spectral(level.column_edges, None, forward=True)
         level.work_q[0, 0] = mean
         restrict(level.work_q, coarse.work_q)
-        coarse_offset = coarse.grid.inverse(coarse.work_q, overwrite=True)
+        coarse_offset = coarse.grid.inverse(coarse.work_q, lent[0], overwrite=True)
         if part is not None:
             np.subtract(coarse_offset, part, out=part)
             part += problem.lift
