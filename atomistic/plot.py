@@ -139,7 +139,7 @@ def curves(archive: Archive) -> Figure | None:
     axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
     axes[2, 0].set_ylabel("load minus lattice's\n$\\Delta N/(10^{-4} E^* A_0)$")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3 if len(cases) > 1 else 1)
     return figure
 
 

@@ -536,6 +536,8 @@ def test_a_site_may_start_its_own_lammps(tmp_path: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["springs", "lennard-jones", "copper", "aluminium", "nickel", "wavelength", "jump"])
+@pytest.mark.parametrize(
+    "name", ["springs", "lennard-jones", "copper", "aluminium", "nickel", "wavelength", "jump", "jump-copper"]
+)
 def test_every_validation_holds(name: str, tmp_path: Path) -> None:
     assert main(["validate", f"inputs/validate/{name}.toml", "-o", str(tmp_path), "-j", "2"]) == 0
