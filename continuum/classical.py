@@ -139,7 +139,10 @@ class JKR:
             a³ = (3R/(4E*)) (N + 3π w R + sqrt(6π w R N + (3π w R)²))
         """
         w = 3 * np.pi * self.work_of_adhesion * self.radius
-        return float(np.cbrt(0.75 * self.radius / self.contact_modulus * (load + w + np.sqrt(2 * w * load + w**2))))
+        square = w * (2 * load + w)
+        if abs(square) < 1e-14 * w**2:
+            square = 0.0  # at the pull-off force, but for rounding
+        return float(np.cbrt(0.75 * self.radius / self.contact_modulus * (load + w + np.sqrt(square))))
 
     def pressure(self, r: Real, contact_radius: float) -> Real:
         """Pressure (2E*a/πR) sqrt(1 - r²/a²) - sqrt(2 w E*/(π a))/sqrt(1 - r²/a²) inside the contact."""
