@@ -1,7 +1,8 @@
 """Moduli, work of adhesion and range of attraction of some materials against themselves, each with its source.
 
 Starting values for an estimate, not a substitute for measured ones: works of adhesion vary by factors with preparation
-and humidity, moduli of elastomers with cross-linking.
+and humidity, moduli of elastomers with cross-linking.  Not all values were checked against the source named; which
+ones, docs/predict.md says.
 """
 
 from __future__ import annotations

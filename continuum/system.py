@@ -38,7 +38,7 @@ __all__ = ["Estimate", "System", "build", "estimate", "wall_of"]
 # Peak memory of a run in bytes: the libraries, and per grid point; seen: 83 with a law (4096²), 110 with a hard wall.
 _BYTES, _BYTES_PER_POINT = 2.5e8, 115
 # FFT pairs of one point to a residual of 1e-6 h'rms E*, warm, up to 1024², with and without adhesion; larger
-# grids and points near an instability take up to three times as many (notes of the solver, and the tests).
+# grids and points near an instability take up to three times as many (docs/solver.md).
 _PAIRS_REPULSIVE, _PAIRS_ADHESIVE = 35, 80
 _SEARCH = 2  # further points that the search for a repulsive area takes
 _DECADES = 6.0  # for which these hold; pairs grow linearly with the decades of tolerance

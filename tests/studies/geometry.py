@@ -254,7 +254,7 @@ def pull_off() -> None:
     table(head, rows)
     left.set_xlabel("mean gap ($a_0$)")
     left.set_ylabel(r"$N/(h'_{rms} E^* A_0)$")
-    left.set_ylim(-0.1, 0.1)
+    left.set_ylim(-0.13, 0.1)
     left.axhline(0, color="0.7", linewidth=0.6)
     right.set_xlabel(r"largest repulsive area $A_{rep}/A_0$")
     right.set_ylabel("pull-off tension ($E^*$)")
