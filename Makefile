@@ -10,8 +10,9 @@ export OPENBLAS_NUM_THREADS = 1
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
 
+# On all cores, at most 8.
 test: .venv/installed-dev lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 # The long validations: minutes to an hour.
 long: .venv/installed-dev

@@ -246,7 +246,7 @@ def test_a_path_is_reversible_and_resumes() -> None:
 # --- how a solve ends --------------------------------------------------------------------------------------
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     shape=st.tuples(st.integers(2, 40), st.integers(2, 40)),
     stretch=st.floats(0.5, 2.0),

@@ -209,7 +209,7 @@ def test_a_size_distribution_counts_every_patch(areas: list[float], per_decade: 
 # --- contacts ----------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=4)
+@settings(max_examples=4)
 @given(st.integers(0, 100))
 def test_the_numbers_of_a_contact_belong_together(seed: int) -> None:
     grid = Grid.square(48)

@@ -242,7 +242,7 @@ def _member(cls: type, name: str) -> Callable[..., Any]:
 
 @pytest.mark.parametrize("function", _functions(), ids=lambda f: f.__qualname__)
 @given(st.data())
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_units_do_not_matter(function: Callable[..., Any], data: st.DataObject) -> None:
     length, modulus = data.draw(st.floats(1e-9, 1e3)), data.draw(st.floats(1e-6, 1e12))
     names = list(inspect.signature(function).parameters)
@@ -284,7 +284,7 @@ contacts = st.builds(
 
 
 @given(contacts)
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: RoughContact) -> None:
     estimates = verdicts(contact)
     for index, estimate in enumerate(estimates):
@@ -302,7 +302,7 @@ def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: R
 
 
 @given(contacts, st.floats(1e-9, 1e3), st.floats(1e-6, 1e12))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: float) -> None:
     values = {
         name: None if value is None else value * length ** ARGUMENTS[name][0][0] * modulus ** ARGUMENTS[name][0][1]
