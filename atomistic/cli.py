@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import continuum
 
 if TYPE_CHECKING:
-    from atomistic.interatomic import Model
-    from atomistic.result import Result
+    from atomistic.crystal.interatomic import Model
+    from atomistic.lammps.result import Result
 
 __all__ = ["main"]
 
@@ -84,12 +84,12 @@ def _parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parsed = _parser().parse_args(arguments)
-    from atomistic.potentials import PotentialError
-    from atomistic.result import LammpsError
-    from continuum.config import ConfigError
-    from continuum.console import exit_code
-    from continuum.minimise import NotConvergedError
-    from continuum.store import StoreError
+    from atomistic.crystal.potentials import PotentialError
+    from atomistic.lammps.result import LammpsError
+    from continuum.files.store import StoreError
+    from continuum.runs.config import ConfigError
+    from continuum.show.console import exit_code
+    from continuum.solve.smooth import NotConvergedError
 
     command = {"validate": _validate, "deck": _deck, "read": _read, "elastic": _elastic, "doctor": _doctor}[
         parsed.command
@@ -103,13 +103,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _validate(parsed: argparse.Namespace) -> int:
-    from atomistic import archive, budget, report
     from atomistic.config import ValidateConfig
-    from atomistic.plot import draw_all
-    from atomistic.substrate import substrate_of
-    from atomistic.validate import units, validate
-    from continuum.config import Fault, load, refuse
-    from continuum.console import NOT_CONVERGED, OK, progress, show_table
+    from atomistic.relax.substrate import substrate_of
+    from atomistic.show import report
+    from atomistic.show.plot import draw_all
+    from atomistic.validate import archive, budget
+    from atomistic.validate.validate import units, validate
+    from continuum.runs.config import Fault, load, refuse
+    from continuum.show.console import NOT_CONVERGED, OK, progress, show_table
 
     config = load(parsed.file, ValidateConfig)
     stem = Path(parsed.file).stem
@@ -146,11 +147,11 @@ def _validate(parsed: argparse.Namespace) -> int:
 
 def _deck(parsed: argparse.Namespace) -> int:
     from atomistic.config import DeckConfig
-    from atomistic.deck import write_deck
-    from atomistic.engine import runner
-    from atomistic.relax import deck_of
-    from continuum.config import load
-    from continuum.console import OK
+    from atomistic.lammps.deck import write_deck
+    from atomistic.lammps.engine import runner
+    from atomistic.relax.relax import deck_of
+    from continuum.runs.config import load
+    from continuum.show.console import OK
 
     deck = deck_of(load(parsed.file, DeckConfig))
     directory = write_deck(parsed.output or Path("decks") / Path(parsed.file).stem, deck)
@@ -163,13 +164,13 @@ def _deck(parsed: argparse.Namespace) -> int:
 
 
 def _read(parsed: argparse.Namespace) -> int:
-    from atomistic.result import read_result
+    from atomistic.lammps.result import read_result
 
     return _show(read_result(parsed.deck))
 
 
 def _show(result: Result) -> int:
-    from continuum.console import NOT_CONVERGED, OK, show_table
+    from continuum.show.console import NOT_CONVERGED, OK, show_table
 
     area = result.slab.shape[0] * result.slab.shape[1]
     pushing, pulling = result.traction > 0, result.traction < 0
@@ -194,13 +195,13 @@ def _elastic(parsed: argparse.Namespace) -> int:
     import numpy as np
 
     from atomistic.config import ElasticConfig
-    from atomistic.crystal import LAYER_SPACING
-    from atomistic.elastic import ContactModulus
-    from atomistic.force_constants import relaxation
-    from atomistic.material import Material, model_of
-    from atomistic.plot import draw_contact_modulus
-    from continuum.config import Fault, load, refuse
-    from continuum.console import OK, show_table
+    from atomistic.crystal.crystal import LAYER_SPACING
+    from atomistic.crystal.elastic import ContactModulus
+    from atomistic.response.force_constants import relaxation
+    from atomistic.response.material import Material, model_of
+    from atomistic.show.plot import draw_contact_modulus
+    from continuum.runs.config import Fault, load, refuse
+    from continuum.show.console import OK, show_table
     from continuum.units import GPA_PER_EV_PER_A3
 
     config = load(parsed.file, ElasticConfig)
@@ -252,12 +253,12 @@ def _elastic(parsed: argparse.Namespace) -> int:
 
 
 def _show_lattice(model: Model, n: int, figure: Path, title: str) -> None:
-    from atomistic.cache import default_folder, response_path, stored_response
-    from atomistic.crystal import Slab
-    from atomistic.discreteness import discreteness
-    from atomistic.plot import draw_discreteness
-    from continuum.console import show_table
-    from continuum.grid import Grid
+    from atomistic.crystal.crystal import Slab
+    from atomistic.response.cache import default_folder, response_path, stored_response
+    from atomistic.response.discreteness import discreteness
+    from atomistic.show.plot import draw_discreteness
+    from continuum.model.grid import Grid
+    from continuum.show.console import show_table
 
     slab = Slab.of_depth(Grid.square(n), float(n), model.reach)
     response = stored_response(slab, model, default_folder())
@@ -283,8 +284,8 @@ def _show_lattice(model: Model, n: int, figure: Path, title: str) -> None:
 
 
 def _doctor(parsed: argparse.Namespace) -> int:
-    from atomistic.engine import doctor
-    from continuum.console import NOT_CONVERGED, OK, show_table
+    from atomistic.lammps.engine import doctor
+    from continuum.show.console import NOT_CONVERGED, OK, show_table
 
     found = doctor()
     rows = [

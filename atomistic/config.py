@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from atomistic.interatomic import LennardJones, Potential, Springs
-from atomistic.potentials import EmbeddedAtom, PotentialError, find_potential
-from continuum.config import Document, Fault, Positive, Table, check
+from atomistic.crystal.interatomic import LennardJones, Potential, Springs
+from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from continuum.runs.config import Document, Fault, Positive, Table, check
 
 __all__ = [
     "CaseTable",

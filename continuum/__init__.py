@@ -21,7 +21,7 @@ Totals
 Fourier transforms
     ``field(x) = sum_q field_q exp(i q x)``, so that the q = 0 component is the mean.  The suffix ``_q`` marks
     a field over wavevectors, stored as the half spectrum of a real FFT, shape (nx, ny // 2 + 1); no suffix
-    marks a field over the grid, shape (nx, ny).  :class:`continuum.grid.Grid` has the only transforms.
+    marks a field over the grid, shape (nx, ny).  :class:`continuum.model.grid.Grid` has the only transforms.
 Elastic response
     ``traction_q = -K_q displacement_q`` with K_q = 1/G_zz(q): lateral tractions vanish.  For an isotropic
     half-space K_q = E* |q|/2.

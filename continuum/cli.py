@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import continuum
 
 if TYPE_CHECKING:
-    from continuum.state import Event
+    from continuum.path.state import Event
 
 __all__ = ["main"]
 
@@ -105,12 +105,12 @@ def _add_predict(predict: argparse.ArgumentParser) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parsed = _parser().parse_args(arguments)
-    from continuum.config import ConfigError
-    from continuum.console import exit_code
-    from continuum.materials import InterfaceError
-    from continuum.run import OutputError
-    from continuum.store import StoreError
-    from continuum.topography import TopographyError
+    from continuum.files.store import StoreError
+    from continuum.runs.config import ConfigError
+    from continuum.runs.run import OutputError
+    from continuum.show.console import exit_code
+    from continuum.sticky.materials import InterfaceError
+    from continuum.sticky.topography import TopographyError
 
     command = {"check": _check, "run": _run, "plot": _plot, "analyse": _analyse, "predict": _predict,
                "examples": _examples}[parsed.command]  # fmt: skip
@@ -119,9 +119,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _check(parsed: argparse.Namespace) -> int:
-    from continuum.config import RunConfig, identity, load
-    from continuum.console import OK, show_table, warn
-    from continuum.system import build, estimate
+    from continuum.runs.build import build, estimate
+    from continuum.runs.config import RunConfig, identity, load
+    from continuum.show.console import OK, show_table, warn
 
     config = load(parsed.file, RunConfig)
     system, cost = build(config), estimate(config)
@@ -159,9 +159,9 @@ def _check(parsed: argparse.Namespace) -> int:
 
 
 def _run(parsed: argparse.Namespace) -> int:
-    from continuum.config import RunConfig, load
-    from continuum.console import NOT_CONVERGED, OK, progress, show_table, warn
-    from continuum.run import Step, run
+    from continuum.runs.config import RunConfig, load
+    from continuum.runs.run import Step, run
+    from continuum.show.console import NOT_CONVERGED, OK, progress, show_table, warn
 
     config = load(parsed.file, RunConfig)
     path = parsed.output / f"{Path(parsed.file).stem}.h5"
@@ -219,8 +219,8 @@ def _jump(step: int, event: Event) -> list[str]:
 
 
 def _plot(parsed: argparse.Namespace) -> int:
-    from continuum.console import OK
-    from continuum.plot import draw_all
+    from continuum.show.console import OK
+    from continuum.show.plot import draw_all
 
     for path in draw_all(parsed.result, parsed.output):
         print(path)
@@ -228,9 +228,9 @@ def _plot(parsed: argparse.Namespace) -> int:
 
 
 def _analyse(parsed: argparse.Namespace) -> int:
-    from continuum.analysis import analyse, summary, tables
-    from continuum.console import OK, show_table
-    from continuum.plot import draw_analysis
+    from continuum.runs.analysis import analyse, summary, tables
+    from continuum.show.console import OK, show_table
+    from continuum.show.plot import draw_analysis
 
     for path in parsed.results:
         found = analyse(path)
@@ -245,13 +245,14 @@ def _analyse(parsed: argparse.Namespace) -> int:
 
 
 def _predict(parsed: argparse.Namespace) -> int:
-    from continuum import materials, report
-    from continuum.console import NOT_CONVERGED, OK, show_table
-    from continuum.minimise import NotConvergedError
-    from continuum.predict import predict
-    from continuum.run import OutputError
-    from continuum.simulate import UnresolvedError, simulate
-    from continuum.topography import detrend, opposed, read_all
+    from continuum.runs.run import OutputError
+    from continuum.show import report
+    from continuum.show.console import NOT_CONVERGED, OK, show_table
+    from continuum.solve.smooth import NotConvergedError
+    from continuum.sticky import materials
+    from continuum.sticky.predict import predict
+    from continuum.sticky.simulate import UnresolvedError, simulate
+    from continuum.sticky.topography import detrend, opposed, read_all
 
     maps = read_all(
         parsed.files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=parsed.part,
@@ -287,8 +288,8 @@ def _predict(parsed: argparse.Namespace) -> int:
 
 
 def _examples(parsed: argparse.Namespace) -> int:
-    from continuum.console import OK
-    from continuum.examples import as_markdown
+    from continuum.show.console import OK
+    from continuum.sticky.examples import as_markdown
 
     print(as_markdown(), end="")
     return OK

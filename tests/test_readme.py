@@ -28,11 +28,11 @@ def test_the_example_runs_as_printed(tmp_path: Path) -> None:
     assert (tmp_path / "contact.png").stat().st_size > 1000
 
 
-def test_every_module_is_in_the_layout_and_every_picture_exists() -> None:
+def test_every_room_is_in_the_layout_and_every_picture_exists() -> None:
     for package in ("continuum", "atomistic"):
-        for module in (ROOT / package).glob("*.py"):
-            if not module.stem.startswith("__"):
-                assert f"`{module.stem}`" in README, module
+        for room in (ROOT / package).iterdir():
+            if not room.name.startswith("_") and (room.suffix == ".py" or (room / "__init__.py").is_file()):
+                assert f"`{room.stem}`" in README, room
     pictures = re.findall(r"\]\((docs/[^)]+)\)", README)
     assert pictures
     for picture in pictures:

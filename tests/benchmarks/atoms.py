@@ -12,19 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from atomistic.deck import Deck
-from atomistic.interatomic import LennardJones, Potential, Springs
-from atomistic.material import model_of
-from atomistic.potentials import EmbeddedAtom, find_potential
-from atomistic.relax import lattice_start, relax
-from atomistic.substrate import Substrate
-from continuum.geometry import measure
-from continuum.grid import Grid
-from continuum.loading import solve
-from continuum.minimise import Settings
-from continuum.problem import ContactProblem
-from continuum.surface import SelfAffine
-from continuum.wall import LennardJonesSpline
+from atomistic.crystal.interatomic import LennardJones, Potential, Springs
+from atomistic.crystal.potentials import EmbeddedAtom, find_potential
+from atomistic.lammps.deck import Deck
+from atomistic.relax.relax import lattice_start, relax
+from atomistic.relax.substrate import Substrate
+from atomistic.response.material import model_of
+from continuum.measure.contact import measure
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline
+from continuum.path.loading import solve
+from continuum.solve.smooth import Settings
 
 __all__ = ["CRYSTALS", "equilibrium"]
 

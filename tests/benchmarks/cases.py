@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuum.greens import HalfSpace
-from continuum.grid import Grid, Real
-from continuum.levels import restrict
-from continuum.problem import ContactProblem
-from continuum.surface import SelfAffine
-from continuum.wall import LennardJonesSpline
+from continuum.model.grid import Grid, Real
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline
+from continuum.solve.cpu.levels import restrict
 
 __all__ = [
     "ADHESION_LENGTHS",

@@ -13,16 +13,16 @@ import ducc0.fft
 import numpy as np
 from numba import njit
 
-from continuum import minimise
-from continuum.constrained import Pressed, constrain
-from continuum.geometry import contact_map, measure
-from continuum.greens import HalfSpace
-from continuum.grid import Grid, Real
-from continuum.laws import TILE
-from continuum.loading import State, solve
-from continuum.minimise import NEAR, Settings, Solution
-from continuum.problem import ContactProblem
-from continuum.wall import HardWall, Wall
+from continuum.measure.contact import contact_map, measure
+from continuum.model.grid import Grid, Real
+from continuum.model.laws import TILE
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.walls import HardWall, Wall
+from continuum.path.loading import State, solve
+from continuum.solve import smooth as minimise
+from continuum.solve.hard import Pressed, constrain
+from continuum.solve.smooth import NEAR, Settings, Solution
 from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, Rough
 
 __all__ = ["ARRAYS_MOVED", "hard_wall", "iteration", "judge", "judge_hard", "mean_gap_at", "search"]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from continuum.plot import SERIES, new_figure, save, styled
+from continuum.show.plot import SERIES, new_figure, save, styled
 from tests.benchmarks.cases import (
     ADHESION_LENGTHS,
     AREA,

@@ -24,7 +24,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from continuum.provenance import now, provenance
+from continuum.files.provenance import now, provenance
 from tests.benchmarks import report
 from tests.benchmarks.atoms import CRYSTALS
 from tests.benchmarks.cases import ADHESION_LENGTHS, MOST_POINTS, PEER_ADHESION_LENGTH, SEEDS, SIZES

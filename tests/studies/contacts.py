@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuum.geometry import REPULSIVE, contact_map
-from continuum.greens import HalfSpace
-from continuum.grid import Grid, Real
-from continuum.kappa import Measurement, characterise
-from continuum.loading import Search, follow
-from continuum.minimise import Settings
-from continuum.outline import Mask
-from continuum.problem import ContactProblem
-from continuum.surface import Moments, SelfAffine, moments
-from continuum.theory import contact_diameter
-from continuum.wall import HardWall, LennardJonesSpline, Wall
+from continuum.measure.contact import REPULSIVE, contact_map
+from continuum.measure.kappa import Measurement, characterise
+from continuum.measure.outline import Mask
+from continuum.model.grid import Grid, Real
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import Moments, SelfAffine, moments
+from continuum.model.walls import HardWall, LennardJonesSpline, Wall
+from continuum.path.loading import Search, follow
+from continuum.solve.smooth import Settings
+from continuum.theory.paper import contact_diameter
 
 
 @dataclass(frozen=True)

@@ -12,20 +12,21 @@ from pathlib import Path
 
 import numpy as np
 
-from continuum import plot, theory
-from continuum.analysis import gap_ratio
-from continuum.constrained import constrain
-from continuum.curve import Adhesion, Curve, adhesion
-from continuum.geometry import measure
-from continuum.greens import HalfSpace
-from continuum.grid import Grid
-from continuum.loading import follow
-from continuum.minimise import Settings
-from continuum.outline import areas, outline
-from continuum.problem import ContactProblem
-from continuum.profile import GapProfile, gap_profile
-from continuum.surface import SelfAffine, moments
-from continuum.wall import HardWall, LennardJonesSpline
+from continuum.measure.contact import measure
+from continuum.measure.curve import Adhesion, Curve, adhesion
+from continuum.measure.outline import areas, outline
+from continuum.measure.profile import GapProfile, gap_profile
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import SelfAffine, moments
+from continuum.model.walls import HardWall, LennardJonesSpline
+from continuum.path.loading import follow
+from continuum.runs.analysis import gap_ratio
+from continuum.show import plot
+from continuum.solve.hard import constrain
+from continuum.solve.smooth import Settings
+from continuum.theory import paper as theory
 from tests.studies.contacts import Rough, RoughContact, contacts
 
 DOCS = Path(__file__).parents[2] / "docs"

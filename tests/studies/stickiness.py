@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from continuum import theory
+from continuum.theory import paper as theory
 from tests.studies.systems import System, each
 
 log = logging.getLogger("studies")

@@ -16,15 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from continuum.geometry import REPULSIVE, contact_map
-from continuum.greens import HalfSpace
-from continuum.grid import Grid
-from continuum.kappa import characterise
-from continuum.loading import Search, follow
-from continuum.minimise import Settings
-from continuum.problem import ContactProblem
-from continuum.surface import SelfAffine, moments
-from continuum.wall import LennardJonesSpline
+from continuum.measure.contact import REPULSIVE, contact_map
+from continuum.measure.kappa import characterise
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import SelfAffine, moments
+from continuum.model.walls import LennardJonesSpline
+from continuum.path.loading import Search, follow
+from continuum.solve.smooth import Settings
 
 __all__ = ["System", "each", "followed"]
 

@@ -16,14 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from continuum.classical import DMT, JKR, AdhesiveWave, MaugisDugdale
-from continuum.greens import HalfSpace
-from continuum.grid import Grid, Real
-from continuum.loading import State, follow, solve
-from continuum.minimise import Settings
-from continuum.problem import ContactProblem
-from continuum.surface import sine, sphere
-from continuum.wall import LennardJonesSpline, Tabulated, Wall
+from continuum.model.grid import Grid, Real
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import sine, sphere
+from continuum.model.walls import LennardJonesSpline, Tabulated, Wall
+from continuum.path.loading import State, follow, solve
+from continuum.solve.smooth import Settings
+from continuum.theory.smooth import DMT, JKR, AdhesiveWave, MaugisDugdale
 from tests.verification.axisymmetric import AxisymmetricSphere
 
 __all__ = [

@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ellipe, ellipk
 
-from continuum.grid import Real
-from continuum.wall import Wall
+from continuum.model.grid import Real
+from continuum.model.walls import Wall
 
 __all__ = ["AxisymmetricSphere"]
 

@@ -11,15 +11,15 @@ from functools import cache, partial
 
 import numpy as np
 
-from continuum.classical import DMT, JKR, Hertz, Westergaard
-from continuum.constrained import Pressed
-from continuum.greens import HalfSpace
-from continuum.grid import Grid, Real
-from continuum.loading import solve
-from continuum.minimise import Settings
-from continuum.problem import ContactProblem
-from continuum.surface import sine, sphere
-from continuum.wall import HardWall
+from continuum.model.grid import Grid, Real
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import sine, sphere
+from continuum.model.walls import HardWall
+from continuum.path.loading import solve
+from continuum.solve.hard import Pressed
+from continuum.solve.smooth import Settings
+from continuum.theory.smooth import DMT, JKR, Hertz, Westergaard
 from tests.verification.adhesive import (
     IMAGES_CURVATURE,
     IMAGES_SHIFT,

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from continuum.classical import DMT, JKR, MaugisDugdale
-from continuum.plot import SERIES, new_figure, save, styled
+from continuum.show.plot import SERIES, new_figure, save, styled
+from continuum.theory.smooth import DMT, JKR, MaugisDugdale
 from tests.verification import checks
 from tests.verification.checks import COMPARISONS, Comparison
 

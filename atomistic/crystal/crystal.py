@@ -1,0 +1,167 @@
+"""The substrate: an fcc slab with a (100) surface, whose surface atoms are the points of a grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.model.grid import Grid, Real
+
+if TYPE_CHECKING:
+    import ase
+
+__all__ = ["LAYER_SPACING", "Slab", "chemical_symbol"]
+
+LAYER_SPACING = float(np.sqrt(0.5))
+"""Distance of neighbouring (100) planes, in a0."""
+
+
+@dataclass(frozen=True)
+class Slab:
+    """An fcc(100) slab, periodic in the plane, on a frozen base.
+
+    x and y lie along <110>, where the surface atoms form a square grid of spacing a0; the surface plane is
+    z = 0 and the layers follow below it at -a0/√2, every other one shifted by (a0/2, a0/2).
+
+    Parameters
+    ----------
+    shape : (nx, ny), surface atoms along x and y, at least 3 each (of 2, each would be the other's
+        neighbour twice).
+    mobile : M, number of layers that move, the surface among them.
+    frozen : number of layers held at their lattice sites, as many as forces reach.
+
+    Raises
+    ------
+    ValueError
+        If a number is too small.
+    """
+
+    shape: tuple[int, int]
+    mobile: int
+    frozen: int = 1
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if len(self.shape) != 2 or min(self.shape) < 3:
+            msg = f"a slab has at least 3 surface atoms along x and along y, got {self.shape}"
+            raise ValueError(msg)
+        if self.mobile < 1 or self.frozen < 1:
+            msg = f"a slab has at least 1 mobile and 1 frozen layer, got {self.mobile} and {self.frozen}"
+            raise ValueError(msg)
+
+    @classmethod
+    def of_depth(cls, grid: Grid, depth: float, frozen: int = 1) -> Slab:
+        """The slab under a grid, with M = round(√2 depth/a0) mobile layers.
+
+        Raises
+        ------
+        ValueError
+            If the spacing of the grid is not a0, or the depth holds no layer.
+        """
+        if not np.allclose(grid.spacing, 1.0, rtol=1e-12, atol=0):
+            msg = f"surface atoms sit on a grid of spacing a0 = 1, this one has the spacing {grid.spacing}"
+            raise ValueError(msg)
+        if not (np.isfinite(depth) and depth > 0) or round(depth / LAYER_SPACING) < 1:
+            msg = f"a slab is at least one layer deep, {LAYER_SPACING:.4g} a0, got a depth of {depth}"
+            raise ValueError(msg)
+        return cls(grid.shape, round(depth / LAYER_SPACING), frozen)
+
+    @property
+    def layers(self) -> int:
+        """Number of layers, mobile and frozen."""
+        return self.mobile + self.frozen
+
+    @property
+    def depth(self) -> float:
+        """From the surface plane to the first frozen plane, M a0/√2."""
+        return self.mobile * LAYER_SPACING
+
+    @property
+    def size(self) -> int:
+        """Number of atoms."""
+        return self.layers * self.shape[0] * self.shape[1]
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of the surface atoms."""
+        return Grid(self.shape, (float(self.shape[0]), float(self.shape[1])))
+
+    @cached_property
+    def ids(self) -> NDArray[np.int64]:
+        """Number of each atom in LAMMPS, shape (layers, nx, ny), from 1; the last index runs fastest."""
+        ids = np.arange(1, self.size + 1).reshape(self.layers, *self.shape)
+        ids.flags.writeable = False
+        return ids
+
+    def site(self, ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+        """(layer, i, j) of atoms given by their number in LAMMPS.
+
+        Raises
+        ------
+        ValueError
+            If there is no such atom.
+        """
+        if np.size(ids) and not (np.min(ids) >= 1 and np.max(ids) <= self.size):
+            msg = f"the atoms of this slab are numbered 1 to {self.size}, got {np.min(ids)} to {np.max(ids)}"
+            raise ValueError(msg)
+        return np.unravel_index(np.asarray(ids) - 1, (self.layers, *self.shape))
+
+    @cached_property
+    def positions(self) -> Real:
+        """Lattice sites, shape (layers, nx, ny, 3), in a0."""
+        import ase.build
+
+        fcc100: Any = ase.build.fcc100  # not annotated
+        nx, ny = self.shape
+        built = fcc100("X", (nx, ny, self.layers), a=np.sqrt(2), periodic=True)
+        # ASE lays the planes from the bottom up, x fastest.
+        sites: Real = built.positions.reshape(self.layers, ny, nx, 3)[::-1].transpose(0, 2, 1, 3).copy()
+        # Sites are multiples of a0/2 in the plane and of a0/√2 across: written so, to the last digit.
+        sites[..., :2] = np.rint(2 * sites[..., :2]) / 2
+        sites[..., 2] = np.rint((sites[..., 2] - sites[0, 0, 0, 2]) / LAYER_SPACING) * LAYER_SPACING
+        sites.flags.writeable = False
+        return sites
+
+    def to_atoms(self, displacements: Real | None = None, symbol: str = "X", spacing: float = 1.0) -> ase.Atoms:
+        """ASE atoms, in the order of :attr:`ids`, tagged by layer (1 is the surface), the base constrained.
+
+        Parameters
+        ----------
+        displacements : from the lattice sites, shape (layers, nx, ny, 3), in a0.
+        symbol : chemical symbol; "X" is ASE's for none.
+        spacing : a0 in the unit wanted, e.g. 2.556 for copper in Å.
+        """
+        import ase.constraints
+
+        fix_atoms: Any = ase.constraints.FixAtoms  # not annotated
+        at = self.positions if displacements is None else self.positions + displacements
+        layer = np.repeat(np.arange(self.layers), self.shape[0] * self.shape[1])
+        return ase.Atoms(
+            [symbol] * self.size,
+            positions=spacing * at.reshape(-1, 3),
+            cell=spacing * np.array([*self.shape, self.layers * LAYER_SPACING]),
+            pbc=(True, True, False),
+            tags=layer + 1,
+            constraint=fix_atoms(mask=layer >= self.mobile),
+        )
+
+
+def chemical_symbol(number: int) -> str:
+    """Symbol of the element of an atomic number.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    import ase.data
+
+    symbols: list[str] = list(ase.data.chemical_symbols)
+    if not 1 <= number < len(symbols):
+        msg = f"there is no element of the atomic number {number}"
+        raise ValueError(msg)
+    return symbols[number]

@@ -1,0 +1,71 @@
+"""Contact modulus of the (100) surface of a cubic crystal, by direction and as a mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from continuum.model.cubic import CubicConstants, directional_contact_modulus
+from continuum.model.grid import Real
+
+__all__ = ["ContactModulus", "CubicConstants", "contact_modulus", "directional_contact_modulus"]
+
+# The integrand is smooth and periodic, so that equal weights converge exponentially.
+_DIRECTIONS = 128
+
+
+@dataclass(frozen=True, eq=False)
+class ContactModulus:
+    """E*(θ) of the (100) surface, for wavevectors at angles θ to the cubic axis <100>, in the unit of the constants."""
+
+    angles: Real = field(repr=False)
+    """θ over a period, from <100> by <110> at π/4 to the next <100>, in radians."""
+    values: Real = field(repr=False)
+    """E*(θ), same shape."""
+    mean: float
+    """1/<1/E*>: the mean of the compliance is the compliance of the axially symmetric part of the response."""
+
+    @classmethod
+    def of(cls, constants: CubicConstants) -> ContactModulus:
+        """From elastic constants.
+
+        Raises
+        ------
+        ValueError
+            If the crystal is not stable.
+        """
+        angles = np.arange(_DIRECTIONS + 1, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
+        values = directional_contact_modulus(constants, angles)
+        return cls(angles, values, float(1 / np.mean(1 / values[:-1])))
+
+    @property
+    def smallest(self) -> float:
+        """In the softest direction."""
+        return float(self.values.min())
+
+    @property
+    def largest(self) -> float:
+        """In the stiffest direction."""
+        return float(self.values.max())
+
+    @property
+    def along_100(self) -> float:
+        """θ = 0."""
+        return float(self.values[0])
+
+    @property
+    def along_110(self) -> float:
+        """θ = π/4: along the rows of nearest neighbours, which are the axes of the surface grid."""
+        return float(self.values[_DIRECTIONS // 2])
+
+
+def contact_modulus(constants: CubicConstants) -> float:
+    """Mean contact modulus of the (100) surface, 1/<1/E*(θ)> over all directions, in the unit of the constants.
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not stable.
+    """
+    return ContactModulus.of(constants).mean

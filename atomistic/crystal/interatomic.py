@@ -1,0 +1,272 @@
+"""Interatomic models: what holds the atoms of the substrate together.
+
+A :class:`Potential` is a frozen set of parameters in the units that LAMMPS is given.  With the fcc crystal that it
+holds at zero pressure it is a :class:`Model`, in units of a0 and E*: springs are one by themselves, all others become
+one by measuring that crystal (:func:`atomistic.response.material.measure`).  The other modules ask for the members of
+these two and no more, so that a further potential is one more class here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Literal, Protocol
+
+import numpy as np
+
+from atomistic.crystal.elastic import CubicConstants, contact_modulus
+from continuum.model.grid import Real
+
+__all__ = ["LennardJones", "Model", "Potential", "Springs"]
+
+
+class Potential(Protocol):
+    """Forces between atoms, as LAMMPS computes them, in its units: ``lj`` (pure numbers) or ``metal`` (eV, Å)."""
+
+    @property
+    def units(self) -> Literal["lj", "metal"]:
+        """LAMMPS' units."""
+
+    @property
+    def atom_style(self) -> Literal["atomic", "bond"]:
+        """LAMMPS' atom style."""
+
+    @property
+    def mass(self) -> float:
+        """Of an atom."""
+
+    @property
+    def cutoff(self) -> float:
+        """Largest distance of atoms that the formulas join."""
+
+    @property
+    def force_range(self) -> float:
+        """Largest distance at which a displaced atom changes forces."""
+
+    @property
+    def guess(self) -> float:
+        """Volume per atom of the fcc crystal, roughly; 0 if unknown."""
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """Files that :meth:`interactions` reads, by the names that it uses."""
+
+    @property
+    def identity(self) -> Mapping[str, str | float]:
+        """What results depend on, in plain words and numbers."""
+
+    @property
+    def reference(self) -> str:
+        """Where the model comes from, in words; stored with results."""
+
+    def settings(self) -> str:
+        """LAMMPS commands that come before the atoms are read."""
+
+    def interactions(self) -> str:
+        """LAMMPS commands that define the forces, on the perfect lattice."""
+
+
+class Model(Potential, Protocol):
+    """What a substrate must know of its atoms, in units of a0 and E*; sizes of these units in those of LAMMPS."""
+
+    @property
+    def lattice_constant(self) -> float:
+        """Edge of the cubic cell at zero pressure, in a0: sqrt(2), so that surface atoms are a0 apart."""
+
+    @property
+    def reach(self) -> int:
+        """Number of (100) layers that forces reach: the frozen base has at least so many."""
+
+    @property
+    def elastic_constants(self) -> CubicConstants:
+        """C11, C12, C44, in E*."""
+
+    @property
+    def timestep(self) -> float:
+        """A stable time step of damped dynamics with unit masses, in a0 (m/(E* a0))^(1/2) units."""
+
+    @property
+    def length(self) -> float:
+        """a0 in LAMMPS' unit of length."""
+
+    @property
+    def energy(self) -> float:
+        """E* a0³ in LAMMPS' unit of energy; E* a0² is :attr:`energy`/:attr:`length` in that of force."""
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Harmonic springs between nearest neighbours, at rest at the distance a0: V(r) = stiffness/2 (r - a0)².
+
+    The springs are bonds of a fixed topology: no spring ever breaks or forms, however large the strain.
+
+    Parameters
+    ----------
+    stiffness : k_s, in E* a0.  :meth:`reduced` gives the one for which the mean E*(100) is 1.
+    """
+
+    stiffness: float
+
+    units: Literal["lj"] = field(default="lj", init=False)
+    atom_style: Literal["bond"] = field(default="bond", init=False)
+    mass: float = field(default=1.0, init=False)
+    cutoff: float = field(default=1.1, init=False)
+    force_range: float = field(default=1.0, init=False)
+    guess: float = field(default=float(np.sqrt(0.5)), init=False)
+    length: float = field(default=1.0, init=False)
+    energy: float = field(default=1.0, init=False)
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if not (np.isfinite(self.stiffness) and self.stiffness > 0):
+            msg = f"the stiffness of a spring is a positive finite number, got {self.stiffness}"
+            raise ValueError(msg)
+
+    @classmethod
+    def reduced(cls) -> Springs:
+        """The springs whose (100) surface has the mean contact modulus 1."""
+        return cls(1 / contact_modulus(cls(1.0).elastic_constants))
+
+    @property
+    def lattice_constant(self) -> float:
+        """Edge of the cubic cell, sqrt(2) a0: the springs are at rest."""
+        return float(np.sqrt(2))
+
+    @property
+    def reach(self) -> int:
+        """Springs join adjacent layers only."""
+        return 1
+
+    @property
+    def bonds(self) -> Real:
+        """Vectors to the 12 neighbours, shape (12, 3), in a0: x and y along <110>, z up."""
+        h = np.sqrt(0.5)
+        in_plane = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)]
+        between = [(sx / 2, sy / 2, sz * h) for sx, sy, sz in product((1, -1), repeat=3)]
+        return np.array(in_plane + between, dtype=np.float64)
+
+    @property
+    def elastic_constants(self) -> CubicConstants:
+        """C_abcd = (1/2V) Σ k_s r² n_a n_b n_c n_d over the 12 neighbours, V = a0³/√2 (Born and Huang, 1954).
+
+        Gives C11 = √2 k_s/a0 and C12 = C44 = k_s/(√2 a0): a central force at zero pressure obeys Cauchy's
+        relation.
+        """
+        x, y, z = self.bonds.T
+        # The cubic axes lie at 45 degrees to those of the slab.
+        a, b = (x + y) / np.sqrt(2), (x - y) / np.sqrt(2)
+        scale = self.stiffness / float(np.sqrt(2))
+        c11, c12 = scale * float(np.sum(a**4)), scale * float(np.sum(a**2 * z**2))
+        # C44 = C_xyxy is the same sum as C12 = C_xxyy, taken over another pair of axes.
+        return CubicConstants(c11, c12, c44=scale * float(np.sum(a**2 * b**2)))
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """None are read."""
+        return {}
+
+    @property
+    def identity(self) -> Mapping[str, str | float]:
+        """What results depend on."""
+        return {"kind": "springs", "stiffness": self.stiffness}
+
+    @property
+    def reference(self) -> str:
+        """Where the model comes from."""
+        return (
+            f"nearest-neighbour harmonic springs on the fcc lattice, k_s = {self.stiffness:.10g} E* a0, "
+            "as in Pastewka and Robbins, PNAS 111, 3298 (2014), Methods"
+        )
+
+    def settings(self) -> str:
+        """Bonds, with room for the 12 of each atom (each bond is stored once, its partners on both sides)."""
+        return "atom_style      bond\nspecial_bonds   lj/coul 0 1 1"
+
+    @property
+    def timestep(self) -> float:
+        """0.2 (m/k_s)^(1/2): ω² = 8 k_s/m is the fastest vibration, and FIRE's step grows to 3 of these."""
+        return 0.2 / float(np.sqrt(self.stiffness))
+
+    def interactions(self) -> str:
+        """Bonds between all pairs closer than 1.1 a0; a pair style without force makes the neighbour list."""
+        return (
+            "comm_modify     cutoff 1.8                      # no spring of less than 1.8 a0 loses sight of its end\n"
+            "pair_style      zero 1.2 nocoeff\n"
+            "pair_coeff      * *\n"
+            "bond_style      harmonic              # E = K (r - r0)^2: K is half the spring constant\n"
+            f"bond_coeff      1 {self.stiffness / 2:.17g} 1\n"
+            "create_bonds    many all all 1 0.9 1.1"
+        )
+
+
+@dataclass(frozen=True)
+class LennardJones:
+    """V(r) = 4 ε ((σ/r)¹² - (σ/r)⁶), cut so that force and energy go to zero continuously, in units of ε and σ.
+
+    A plain cut leaves a jump in the force, which pairs that cross it turn into kinks and into energy that is not
+    conserved.  The ways to avoid it are LAMMPS' ``lj/smooth/linear`` (V minus its tangent at the cut-off),
+    ``lj/smooth`` and ``lj/mdf`` (V up to ``inner``, then a polynomial that ends it).
+
+    Parameters
+    ----------
+    cutoff : in σ.
+    truncation : which of these.
+    inner : where the polynomial begins, in σ; none for "smooth/linear".
+    """
+
+    cutoff: float = 2.5
+    truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"
+    inner: float | None = None
+
+    units: Literal["lj"] = field(default="lj", init=False)
+    atom_style: Literal["atomic"] = field(default="atomic", init=False)
+    mass: float = field(default=1.0, init=False)
+    guess: float = field(default=0.92, init=False)
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if self.truncation not in ("smooth/linear", "smooth", "mdf"):
+            msg = f'the truncation is "smooth/linear", "smooth" or "mdf", got {self.truncation!r}'
+            raise ValueError(msg)
+        if not (np.isfinite(self.cutoff) and 1.2 <= self.cutoff <= 10):
+            msg = f"the cut-off of Lennard-Jones is 1.2 to 10 σ, got {self.cutoff}"
+            raise ValueError(msg)
+        if self.truncation == "smooth/linear":
+            if self.inner is not None:
+                msg = "an inner radius belongs to the truncations smooth and mdf"
+                raise ValueError(msg)
+        elif self.inner is None or not 1.0 <= self.inner < self.cutoff:
+            msg = f"the inner radius is between 1 σ and the cut-off, {self.cutoff} σ, got {self.inner}"
+            raise ValueError(msg)
+
+    @property
+    def force_range(self) -> float:
+        """Pair forces end at the cut-off."""
+        return self.cutoff
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """None are read."""
+        return {}
+
+    @property
+    def identity(self) -> Mapping[str, str | float]:
+        """What results depend on."""
+        inner = {} if self.inner is None else {"inner": self.inner}
+        return {"kind": "lennard-jones", "truncation": self.truncation, "cutoff": self.cutoff, **inner}
+
+    @property
+    def reference(self) -> str:
+        """Where the model comes from."""
+        inner = "" if self.inner is None else f", from {self.inner:g} σ on"
+        return f"Lennard-Jones 12-6, pair_style lj/{self.truncation}, cut at {self.cutoff:g} σ{inner}"
+
+    def settings(self) -> str:
+        """LAMMPS commands that come before the atoms are read."""
+        return "atom_style      atomic"
+
+    def interactions(self) -> str:
+        """LAMMPS commands that define the forces."""
+        radii = " ".join(f"{r:.17g}" for r in (self.inner, self.cutoff) if r is not None)
+        return f"pair_style      lj/{self.truncation} {radii}\npair_coeff      * * 1 1"

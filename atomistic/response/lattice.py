@@ -1,0 +1,374 @@
+"""Exact linear response of the slab: its surface Green's function and the displacements below it.
+
+In the plane the slab is periodic, so that each wavevector q is a chain of layers.  Forces reach b layers: b layers make
+a block, and blocks couple to their neighbours only.  With u_l the amplitudes of block l (0 holds the surface, n - 1 the
+last mobile layer) and f_l the forces on it, 3b numbers each::
+
+    H_l u_l + U_l u_(l+1) + U_(l-1)^H u_(l-1) = f_l,     u_n = 0
+
+Eliminating from the base upwards gives::
+
+    S_(n-1) = H_(n-1),   S_l = H_l - U_l S_(l+1)^-1 U_l^H,   G = S_0^-1
+
+Phases are those of the true positions, u_l(r) = u_l exp(iq.r): then U is the same between all layers of the bulk
+although every other layer is shifted by (a0/2, a0/2).
+
+A wave decays over a depth of the order of its length, so that S_l of all but the longest waves soon stops changing on
+the way up: from then on it is kept once, not for each block.  Of the 128 x 65 waves of a slab of 181 layers of springs
+this leaves one matrix in nine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Model, Springs
+from atomistic.response.force_constants import ForceConstants, measure_force_constants, spring_force_constants
+from continuum.model.grid import Complex, Grid, Real
+from continuum.model.substrates import Tabulated
+
+__all__ = ["LatticeResponse", "require_room"]
+
+_STEADY = 1e-14
+"""Relative change of S_l^-1 from block to block below which it is taken to be that of all blocks above."""
+
+
+class _Chain(NamedTuple):
+    """S_l^-1 of all blocks, with waves sorted by length, longest first."""
+
+    surface: tuple[Complex, ...]
+    """Of each block whose force constants are not those of the bulk, from the top; shape (waves, 3b, 3b)."""
+    bulk: tuple[Complex, ...]
+    """Of each block below these, from the top: of its first waves only."""
+    steady: Complex
+    """Of all waves that a block of the bulk does not list."""
+    couplings: dict[int, Complex]
+    """U_l by block; those of the bulk that are missing are that of the next one listed."""
+
+    def solve(self, block: int, x: Complex) -> Complex:
+        """S_l^-1 x."""
+        if block < len(self.surface):
+            return self.surface[block] @ x
+        own = self.bulk[block - len(self.surface)]
+        if len(own) == len(x):
+            return own @ x
+        solved: Complex = np.concatenate([own @ x[: len(own)], self.steady[len(own) :] @ x[len(own) :]])
+        return solved
+
+    def coupling(self, block: int) -> Complex:
+        """U_l, between this block and the next."""
+        return self.couplings[min(other for other in self.couplings if other >= block)]
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeResponse:
+    """Linear response of a slab; a response in the sense of :mod:`continuum.model.substrates`, q = 0 included.
+
+    Parameters
+    ----------
+    slab : the atoms.
+    force_constants : between them.
+    table : :attr:`stiffness_q` if it is known already, from a file.
+
+    Raises
+    ------
+    ValueError
+        If the force constants do not fit the slab.
+    """
+
+    slab: Slab
+    force_constants: ForceConstants = field(repr=False)
+    table: Real | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        """Refuse force constants that reach further than the slab."""
+        constants, slab = self.force_constants, self.slab
+        if constants.reach > slab.frozen:
+            msg = f"forces reach {constants.reach} layers, but only {slab.frozen} are frozen: freeze more"
+            raise ValueError(msg)
+        if self.table is not None and self.table.shape != slab.grid.shape_q:
+            msg = f"a table of the shape {self.table.shape} does not belong to a slab {slab.shape}"
+            raise ValueError(msg)
+        if constants.depth > slab.mobile:
+            msg = f"force constants of {constants.depth} layers do not fit a slab of {slab.mobile} mobile layers"
+            raise ValueError(msg)
+
+    @classmethod
+    def of_springs(cls, slab: Slab, springs: Springs) -> LatticeResponse:
+        """Response of a slab of springs, from their exact force constants."""
+        return cls(slab, spring_force_constants(springs))
+
+    @classmethod
+    def of_model(cls, slab: Slab, model: Model) -> LatticeResponse:
+        """Response of a slab of any model: exact for springs, else measured in LAMMPS.
+
+        Raises
+        ------
+        ValueError
+            If forces reach further than the slab, or what is measured is no harmonic crystal.
+        LammpsError
+            If LAMMPS fails.
+        """
+        if isinstance(model, Springs):
+            return cls.of_springs(slab, model)
+        require_room(slab, model)
+        return cls(slab, measure_force_constants(model, slab.mobile))
+
+    @cached_property
+    def rise(self) -> Real:
+        """By how much each layer at rest lies above its lattice sites, shape (layers,), in a0: the surface relaxes."""
+        rise = np.zeros(self.slab.layers)
+        relaxed = self.force_constants.relaxation
+        rise[: relaxed.size] = relaxed
+        return rise
+
+    @cached_property
+    def _order(self) -> NDArray[np.int64]:
+        """Places of the waves in the half spectrum, longest first."""
+        return np.argsort(self.slab.grid.wavenumber.ravel(), kind="stable")
+
+    @cached_property
+    def _waves(self) -> tuple[Real, Real]:
+        qx, qy = np.broadcast_arrays(*self.slab.grid.wavevectors)
+        return qx.ravel()[self._order], qy.ravel()[self._order]
+
+    @property
+    def _blocks(self) -> int:
+        return -(-self.slab.mobile // self.force_constants.reach)
+
+    def _block(self, block: int, other: int) -> Complex:
+        """H of a block, or U between it and the next one; shape (waves, 3b, 3b)."""
+        b, mobile = self.force_constants.reach, self.slab.mobile
+        result = np.zeros((self._order.size, 3 * b, 3 * b), dtype=np.complex128)
+        for i in range(b):
+            for j in range(b):
+                up, low = block * b + i, other * b + j
+                part = result[:, 3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
+                if max(up, low) >= mobile:  # the last block may hold layers of the base: they do not move
+                    part[:] = np.eye(3) * (up == low)
+                elif 0 <= low - up <= b:
+                    part[:] = self.force_constants.blocks(up, low - up, *self._waves)
+                elif 0 < up - low <= b:
+                    part[:] = _adjoint(self.force_constants.blocks(low, up - low, *self._waves))
+        return result
+
+    @cached_property
+    def _chain(self) -> _Chain:
+        count, constants = self._blocks, self.force_constants
+        surface_blocks = min(count, -(-constants.depth // constants.reach))
+        couplings: dict[int, Complex] = {}
+        surface: list[Complex] = []
+        bulk: list[Complex] = []
+        home = inverse = steady = _inverse(self._block(count - 1, count - 1))
+        moving = len(inverse)
+        (surface if count == surface_blocks else bulk).append(inverse)
+        for block in reversed(range(count - 1)):
+            at_surface = block < surface_blocks
+            # All blocks of the bulk are alike, but what they couple to may hold layers of the base.
+            if at_surface or block >= count - 3:
+                couplings[block] = self._block(block, block + 1)
+                home = self._block(block, block) if at_surface or block == count - 2 else home
+            down = couplings.get(block, couplings[min(couplings)])
+            if at_surface:
+                inverse = _inverse(home - down @ inverse @ _adjoint(down))
+                surface.append(inverse)
+                continue
+            down, below = down[:moving], inverse[:moving]
+            above = _inverse(home[:moving] - down @ below @ _adjoint(down))
+            change = np.abs(above - below).max(axis=(1, 2)) / np.abs(above).max(axis=(1, 2))
+            # Once steady, a wave has the same matrix in this block and in all above.
+            inverse = np.concatenate([above, inverse[moving:]])
+            moving = 1 + int(np.flatnonzero(change > _STEADY).max(initial=0))
+            bulk.append(inverse[:moving].copy())
+            steady = inverse
+        return _Chain(tuple(surface[::-1]), tuple(bulk[::-1]), steady, couplings)
+
+    @cached_property
+    def compliance_q(self) -> Complex:
+        """G_q: displacement of surface atoms per force on them, shape (nx, ny//2+1, 3, 3), in 1/(E* a0)."""
+        chain = self._chain
+        unit = np.zeros((self._order.size, 3 * self.force_constants.reach, 3), dtype=np.complex128)
+        unit[:, :3] = np.eye(3)
+        return self._unsorted(chain.solve(0, unit)[:, :3])
+
+    @cached_property
+    def stiffness_q(self) -> Real:
+        """K_q = 1/G_zz: traction per displacement without lateral traction, shape (nx, ny//2+1), in E*/a0.
+
+        The mean compresses the slab evenly: K_0 is about C11/depth.
+
+        Raises
+        ------
+        ValueError
+            If the slab is not stable.
+        """
+        if self.table is not None:
+            return self.table
+        stiffness: Real = 1 / self.compliance_q[..., 2, 2].real
+        if not (np.isfinite(stiffness).all() and (stiffness > 0).all()):
+            bad = np.argwhere(~(stiffness > 0))
+            msg = f"the slab is not stable: its surface has no stiffness for {len(bad)} waves, e.g. q = {bad[0]}"
+            raise ValueError(msg)
+        stiffness.flags.writeable = False
+        return stiffness
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum of a grid, which must be the slab's.
+
+        Raises
+        ------
+        ValueError
+            If it is another grid.
+        """
+        if grid != self.slab.grid:
+            msg = f"this response belongs to the grid {self.slab.grid}, got {grid}"
+            raise ValueError(msg)
+        return np.array(self.stiffness_q)
+
+    def tabulated(self, source: str) -> Tabulated:
+        """K_q as a table for :mod:`continuum`, which asks not where it comes from."""
+        return Tabulated(self.stiffness_q, self.slab.grid.lengths, source)
+
+    @property
+    def kept(self) -> float:
+        """Part of the matrices S_l^-1 of all blocks and waves that had to be kept."""
+        chain = self._chain
+        held = sum(map(len, (*chain.surface, *chain.bulk))) + len(chain.steady)
+        return held / (self._blocks * len(chain.steady))
+
+    def displacements_of_surface_force(self, force_z: Real) -> Real:
+        """Displacements of all atoms under a vertical force on each surface atom.
+
+        Parameters
+        ----------
+        force_z : shape (nx, ny), positive upwards (minus traction x a0²), in E* a0².
+
+        Returns
+        -------
+        Real
+            Shape (layers, nx, ny, 3), in a0, from where the slab is at rest; zero in the frozen layers.
+        """
+        forces = np.zeros((1, *self.slab.shape, 3))
+        forces[0, ..., 2] = force_z
+        return self.displacements(forces)
+
+    def displacements(self, forces: Real) -> Real:
+        """Displacements of all atoms under given forces: the inverse of the Hessian of the slab.
+
+        Parameters
+        ----------
+        forces : shape (n, nx, ny, 3) for the uppermost n layers, in E* a0²; those on frozen atoms do not
+            count.
+
+        Returns
+        -------
+        Real
+            Shape (layers, nx, ny, 3), in a0, from where the slab is at rest; zero in the frozen layers.
+
+        Raises
+        ------
+        ValueError
+            If the shape of the forces does not fit the slab.
+        """
+        slab, chain, b = self.slab, self._chain, self.force_constants.reach
+        if forces.shape[1:] != (*slab.shape, 3) or not 1 <= forces.shape[0] <= slab.layers:
+            msg = f"forces on a slab {slab.shape} of {slab.layers} layers cannot have the shape {forces.shape}"
+            raise ValueError(msg)
+
+        # From below: the load of each block, with what the blocks below it pass on.
+        loads: list[Complex] = []
+        for block in reversed(range(-(-min(len(forces), slab.mobile) // b))):
+            load = np.zeros((self._order.size, 3 * b, 1), dtype=np.complex128)
+            for layer in self._layers(block):
+                if layer < len(forces):
+                    at = 3 * (layer - block * b)
+                    load[:, at : at + 3] = self._forward(forces[layer], layer)
+            if loads:
+                load -= chain.coupling(block) @ chain.solve(block + 1, loads[-1])
+            loads.append(load)
+
+        # From above: each block follows the one over it.
+        result = np.zeros((slab.layers, *slab.shape, 3))
+        u: Complex | None = None
+        for block in range(self._blocks):
+            load = loads.pop() if loads else np.zeros((self._order.size, 3 * b, 1), dtype=np.complex128)
+            if u is not None:
+                load = load - _adjoint(chain.coupling(block - 1)) @ u
+            u = chain.solve(block, load)
+            for layer in self._layers(block):
+                at = 3 * (layer - block * b)
+                result[layer] = self._inverse(u[:, at : at + 3, 0], layer)
+        return result
+
+    def _layers(self, block: int) -> Iterator[int]:
+        b = self.force_constants.reach
+        yield from range(block * b, min((block + 1) * b, self.slab.mobile))
+
+    @cached_property
+    def _shift(self) -> Complex:
+        """exp(iq.s) of the shift s = (a0/2, a0/2) of the odd layers, shape (nx, ny//2+1)."""
+        qx, qy = self.slab.grid.wavevectors
+        shift: Complex = np.exp(0.5j * (qx + qy))
+        return shift
+
+    def _forward(self, vectors: Real, layer: int) -> Complex:
+        """Amplitudes, shape (waves, 3, 1), of the vectors at the atoms of a layer."""
+        grid = self.slab.grid
+        spectrum = np.stack([grid.forward(vectors[..., c]) for c in range(3)], axis=-1)
+        if layer % 2:
+            spectrum /= self._shift[..., None]
+        return spectrum.reshape(-1, 3)[self._order, :, None]
+
+    def _inverse(self, amplitudes: Complex, layer: int) -> Real:
+        """Vectors at the atoms of a layer, shape (nx, ny, 3)."""
+        grid = self.slab.grid
+        spectrum = self._unsorted(amplitudes)
+        if layer % 2:
+            spectrum *= self._shift[..., None]
+        return np.stack([grid.inverse(np.ascontiguousarray(spectrum[..., c])) for c in range(3)], axis=-1)
+
+    def _unsorted(self, values: Complex) -> Complex:
+        """Values at the sorted waves, back on the half spectrum."""
+        result = np.empty_like(values)
+        result[self._order] = values
+        return result.reshape(*self.slab.grid.shape_q, *values.shape[1:])
+
+
+def require_room(slab: Slab, model: Model) -> None:
+    """Refuse a slab that the forces of a model reach across.
+
+    Raises
+    ------
+    ValueError
+        If its base is thinner than forces reach, or an atom would feel its own image.
+    """
+    width = int(2 * model.force_range / model.length) + 1
+    if slab.frozen < model.reach or slab.mobile < model.reach:
+        msg = (
+            f"forces reach {model.reach} layers of this crystal: the slab needs at least so many mobile and so many "
+            f"frozen layers, it has {slab.mobile} and {slab.frozen} ({model.reference})"
+        )
+        raise ValueError(msg)
+    if min(slab.shape) < width:
+        msg = (
+            f"forces reach {model.force_range / model.length:.3g} a0 in this crystal: the slab needs at least {width} "
+            f"surface atoms along x and y, it has {slab.shape} ({model.reference})"
+        )
+        raise ValueError(msg)
+
+
+def _inverse(matrices: Complex) -> Complex:
+    """Inverse of each matrix."""
+    return np.linalg.inv(matrices).astype(np.complex128, copy=False)
+
+
+def _adjoint(matrices: Complex) -> Complex:
+    """Conjugate transpose of each matrix."""
+    return matrices.conj().swapaxes(-1, -2)

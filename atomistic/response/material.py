@@ -1,0 +1,287 @@
+"""The fcc crystal of a potential at zero pressure, measured through LAMMPS: a model in units of a0 and E*.
+
+All is measured on two atoms in a periodic box along <110>, <110> and <001>, whose homogeneous strains give all elastic
+constants: an fcc crystal is a Bravais lattice, so that its atoms follow the strain and nothing relaxes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from atomistic.crystal.crystal import LAYER_SPACING
+from atomistic.crystal.elastic import CubicConstants, contact_modulus
+from atomistic.crystal.interatomic import Model, Potential, Springs
+from atomistic.crystal.potentials import PotentialError
+from atomistic.lammps.cell import Cell
+from continuum.model.grid import Real
+from continuum.units import Units
+
+__all__ = ["STEP", "Crystal", "Material", "measure", "model_of"]
+
+STEP = 1e-5
+"""Strain, or displacement in a0, of all finite differences.
+
+Central differences err by STEP² times the ratio of third-order stiffnesses to the first, some hundred: 1e-8.  Rounding
+errs by 1e-15/STEP = 1e-10.  A larger step would meet the knots of tabulated potentials, at which LAMMPS' splines have
+jumps in their second derivative: at 1e-5 a crystal sits between knots but for one case in a hundred.
+"""
+
+_SQUARE = np.array([1.0, 1.0, np.sqrt(2)])
+_FCC = np.array([[0, 0, 0], [0.5, 0.5, 0.5]])
+# Other structures that a potential may prefer: box in units of its first edge, atoms in fractions.
+_OTHERS: dict[str, tuple[Real, Real]] = {
+    "bcc": (np.ones(3), np.array([[0, 0, 0], [0.5, 0.5, 0.5]])),
+    "hcp": (
+        np.array([1, np.sqrt(3), np.sqrt(8 / 3)]),
+        np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 5 / 6, 0.5], [0, 1 / 3, 0.5]]),
+    ),
+    "simple cubic": (np.ones(3), np.zeros((1, 3))),
+}
+_PREFERRED = 2e-3
+"""By how much of the cohesive energy another structure must lie lower to count as the crystal.
+
+Stackings of the same planes may differ by less: Lennard-Jones cut at 2.5 σ (smooth/linear) is 7e-4 lower as hcp.
+"""
+
+
+@dataclass(frozen=True)
+class Crystal:
+    """An fcc crystal at zero pressure, in the units of its potential: lengths, energies, energies per volume."""
+
+    lattice_constant: float
+    """Edge of the cubic cell."""
+    energy: float
+    """Per atom."""
+    constants: CubicConstants
+    others: Mapping[str, float]
+    """Energy per atom of other structures at their best volume."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """A potential and its crystal, in units of a0 and E*: a :class:`~atomistic.crystal.interatomic.Model`."""
+
+    potential: Potential
+    crystal: Crystal
+
+    @property
+    def units(self) -> Literal["lj", "metal"]:
+        """LAMMPS' units."""
+        return self.potential.units
+
+    @property
+    def atom_style(self) -> Literal["atomic", "bond"]:
+        """LAMMPS' atom style."""
+        return self.potential.atom_style
+
+    @property
+    def mass(self) -> float:
+        """Of an atom, in LAMMPS' unit."""
+        return self.potential.mass
+
+    @property
+    def cutoff(self) -> float:
+        """Of the formulas, in LAMMPS' unit."""
+        return self.potential.cutoff
+
+    @property
+    def force_range(self) -> float:
+        """Of forces, in LAMMPS' unit."""
+        return self.potential.force_range
+
+    @property
+    def guess(self) -> float:
+        """Volume per atom, in LAMMPS' unit."""
+        return self.crystal.lattice_constant**3 / 4
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """That the interactions read."""
+        return self.potential.files
+
+    @property
+    def identity(self) -> Mapping[str, str | float]:
+        """What results depend on."""
+        return self.potential.identity
+
+    @property
+    def reference(self) -> str:
+        """Where the model comes from."""
+        return self.potential.reference
+
+    def settings(self) -> str:
+        """LAMMPS commands that come before the atoms are read."""
+        return self.potential.settings()
+
+    def interactions(self) -> str:
+        """LAMMPS commands that define the forces."""
+        return self.potential.interactions()
+
+    @property
+    def lattice_constant(self) -> float:
+        """√2, in a0."""
+        return float(np.sqrt(2))
+
+    @property
+    def length(self) -> float:
+        """a0, the distance of nearest neighbours, in LAMMPS' unit."""
+        return self.crystal.lattice_constant / float(np.sqrt(2))
+
+    @cached_property
+    def contact_modulus(self) -> float:
+        """Mean E*(100), in LAMMPS' units of energy per volume."""
+        return contact_modulus(self.crystal.constants)
+
+    @property
+    def energy(self) -> float:
+        """E* a0³ in LAMMPS' unit."""
+        return self.contact_modulus * self.length**3
+
+    @property
+    def elastic_constants(self) -> CubicConstants:
+        """C11, C12, C44, in E*."""
+        return CubicConstants(*(c / self.contact_modulus for c in self.crystal.constants))
+
+    @property
+    def reach(self) -> int:
+        """Number of (100) layers that forces reach."""
+        # A layer exactly at the range, where forces are zero, does not count.
+        return max(1, int(np.ceil(self.force_range / self.length / LAYER_SPACING - 1e-9)) - 1)
+
+    @property
+    def timestep(self) -> float:
+        """0.1/√k with k = √2 C44 a0 or C11 a0/√2, which are those of springs with the same constants.
+
+        Half that of springs: bonds of atoms grow several times stiffer where they are compressed, and FIRE's step,
+        which grows to 3 of these, would no longer be stable.
+        """
+        c11, _, c44 = self.elastic_constants
+        return 0.1 / float(np.sqrt(max(np.sqrt(2) * c44, c11 / np.sqrt(2))))
+
+    @property
+    def real_units(self) -> Units | None:
+        """Size of a0 and E*; None for Lennard-Jones, which is of no size."""
+        return Units.metal(self.length, self.contact_modulus) if self.units == "metal" else None
+
+
+def model_of(potential: Potential) -> Model:
+    """Any potential as a model; springs are one by themselves.
+
+    Raises
+    ------
+    PotentialError
+        If its crystal is not a stable fcc one.
+    LammpsError
+        If LAMMPS fails.
+    """
+    return potential if isinstance(potential, Springs) else Material(potential, measure(potential))
+
+
+def measure(potential: Potential) -> Crystal:
+    """The fcc crystal of a potential of pairs or embedded atoms.
+
+    Raises
+    ------
+    PotentialError
+        If there is no fcc crystal at zero pressure, it is not stable, or another structure lies lower.
+    LammpsError
+        If LAMMPS fails.
+    """
+    if potential.atom_style != "atomic":
+        msg = f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}"
+        raise ValueError(msg)
+    volume = potential.guess or (0.5 * potential.cutoff) ** 3
+    with _Strained(potential, _SQUARE, _FCC) as fcc:
+        a0 = fcc.equilibrium(volume)
+        energy = fcc.energy(a0 * _SQUARE)
+        along, across = (fcc.stiffness(a0 * _SQUARE, axis) for axis in (0, 2))
+    # Along <110>: (C11 + C12)/2 + C44 and (C11 + C12)/2 - C44.
+    c44 = float(along[0] - along[1]) / 2
+    constants = CubicConstants(float(across[2]), float((across[0] + across[1]) / 2), c44)
+    others = {}
+    for name, (box, atoms) in _OTHERS.items():
+        with _Strained(potential, box, atoms) as other:
+            others[name] = other.lowest(a0**3 / np.sqrt(2))
+    crystal = Crystal(a0 * float(np.sqrt(2)), energy, constants, others)
+    _require_fcc(potential, crystal)
+    return crystal
+
+
+def _require_fcc(potential: Potential, crystal: Crystal) -> None:
+    try:
+        crystal.constants.require_stable()
+    except ValueError as error:
+        msg = f"the fcc crystal of this potential is not stable ({error}): {potential.reference}"
+        raise PotentialError(msg) from None
+    best = min(crystal.others, key=lambda name: crystal.others[name])
+    if crystal.others[best] < crystal.energy - _PREFERRED * abs(crystal.energy):
+        msg = (
+            f"this potential is not fcc at its minimum: {best} has the energy {crystal.others[best]:.6g} per atom, fcc "
+            f"{crystal.energy:.6g}; the substrate here is an fcc crystal: {potential.reference}"
+        )
+        raise PotentialError(msg)
+
+
+class _Strained(Cell):
+    """A crystal of a few atoms under homogeneous strain."""
+
+    def __init__(self, potential: Potential, box: Real, atoms: Real) -> None:
+        self._potential, self._box, self._atoms = potential, box, atoms
+        edge = float(np.cbrt(potential.guess * len(atoms) / np.prod(box))) or potential.cutoff
+        super().__init__(potential, atoms * edge * box, edge * box)
+
+    def energy(self, periods: Real) -> float:
+        """Per atom."""
+        self.deform(periods)
+        return self.evaluate(self._atoms * periods)[0] / len(self._atoms)
+
+    def pressed(self, periods: Real) -> Real:
+        """Stress xx, yy, zz."""
+        self.energy(periods)
+        return self.stress()
+
+    def stiffness(self, periods: Real, axis: int) -> Real:
+        """Derivative of the stress xx, yy, zz by the strain along an axis."""
+        strain = np.zeros(3)
+        strain[axis] = STEP
+        # Cauchy stress at zero pressure: its derivatives are the elastic constants.
+        return (self.pressed(periods * (1 + strain)) - self.pressed(periods * (1 - strain))) / (2 * STEP)
+
+    def _edge(self, volume: float) -> float:
+        return float(np.cbrt(volume * len(self._atoms) / np.prod(self._box)))
+
+    def equilibrium(self, volume: float) -> float:
+        """First edge of the box at zero pressure, near a volume per atom."""
+        edges = self._edge(volume) * np.linspace(0.8, 1.25, 46)
+        energies = np.array([self.energy(edge * self._box) for edge in edges])
+        if not np.isfinite(energies).all() or not 0 < (i := int(np.argmin(energies))) < len(edges) - 1:
+            msg = (
+                f"no fcc crystal at zero pressure with nearest neighbours {edges[0]:.4g} to {edges[-1]:.4g} apart: "
+                f"{self._potential.reference}"
+            )
+            raise PotentialError(msg)
+        return float(
+            brentq(
+                lambda edge: float(self.pressed(edge * self._box).sum()),
+                edges[i - 1],
+                edges[i + 1],
+                xtol=1e-15 * edges[i],
+                rtol=1e-15,
+            )
+        )
+
+    def lowest(self, volume: float) -> float:
+        """Lowest energy per atom between 0.7 and 1.6 times a volume per atom."""
+        found = minimize_scalar(
+            lambda v: self.energy(self._edge(v) * self._box),
+            bounds=(0.7 * volume, 1.6 * volume),
+            method="bounded",
+            options={"xatol": 1e-4 * volume},
+        )
+        return float(found.fun)

@@ -1,0 +1,250 @@
+"""Figures of a validation, from its stored file only; and of a crystal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from atomistic.crystal.elastic import ContactModulus
+from atomistic.response.discreteness import Discreteness
+from atomistic.validate import budget
+from atomistic.validate.archive import Archive
+from atomistic.validate.ladder import CONTINUUM_RUNGS, RUNGS
+from continuum.show.plot import (
+    ATTRACTED_COLOUR,
+    DIFFERENT_COLOUR,
+    REPULSIVE_COLOUR,
+    SERIES,
+    contact_image,
+    new_figure,
+    save,
+    styled,
+)
+
+__all__ = ["contact_maps", "curves", "draw_all", "draw_contact_modulus", "draw_discreteness", "scaling"]
+
+LABELS = {
+    "half-space": "half-space, ν = 1/2",
+    "layer": "layer, ν = 1/2",
+    "crystal": "cubic layer",
+    "lattice": "lattice Green's function",
+    "atoms": "atoms (LAMMPS)",
+}
+_COLOURS = dict(zip(RUNGS, SERIES, strict=False))
+
+
+def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:
+    """Draw every figure into a folder, as PNG and PDF; returns the PNG files."""
+    figures = {"contact": contact_maps(archive), "curves": curves(archive), "scaling": scaling(archive)}
+    return [save(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None]
+
+
+@styled
+def contact_maps(archive: Archive) -> Figure:
+    """Contact on the lattice Green's function and on atoms, side by side, and the points that differ.
+
+    A row for each case: its steepest slope, first surface and a middle area.
+    """
+    columns = archive.columns
+    rows = [_shown_state(archive, case) for case in dict.fromkeys(columns["case"].tolist())]
+    figure = new_figure(7.0, 2.3 * len(rows) + 0.5)
+    axes = figure.subplots(len(rows), 3, squeeze=False)
+    nx, ny = columns["contact"].shape[2:]
+    i, j = RUNGS.index("lattice"), RUNGS.index("atoms")
+    for state, row in zip(rows, axes, strict=True):
+        a, b = columns["contact"][i, state], columns["contact"][j, state]
+        for axis, kinds in ((row[0], a), (row[1], b)):
+            contact_image(axis, kinds, (float(nx), float(ny)))
+        contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
+        for x, y in np.argwhere(a != b):
+            row[2].plot(x + 0.5, y + 0.5, "s", markersize=4, markerfacecolor="none", markeredgecolor=DIFFERENT_COLOUR)
+        area = columns["area_rep"][j, state]
+        row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
+        differ = int(np.count_nonzero(a != b))
+        row[2].set_title(f"{differ} of {a.size} atoms differ", fontsize=8)
+        row[1].set_title(f"$A_{{rep}}/A_0$ = {area:.3f}", fontsize=8)
+    for axis, title in zip(axes[0], ("lattice Green's function", "atoms (LAMMPS)", "difference"), strict=True):
+        below = axis.get_title()
+        axis.set_title(f"{title}\n{below}" if below else f"{title}\n ", fontsize=8)
+    for axis in axes[-1]:
+        axis.set_xlabel("x ($a_0$)")
+    figure.legend(
+        handles=[
+            Patch(facecolor=REPULSIVE_COLOUR, label="repulsive"),
+            Patch(facecolor=ATTRACTED_COLOUR, label="attracted"),
+            Line2D([], [], marker="s", linestyle="", markerfacecolor="none", markeredgecolor=DIFFERENT_COLOUR,
+                   label="differs"),
+        ],
+        loc="outside lower center",
+        ncols=3,
+    )  # fmt: skip
+    return figure
+
+
+def _shown_state(archive: Archive, case: str) -> int:
+    columns = archive.columns
+    mine = np.flatnonzero(columns["case"] == case)
+    mine = mine[columns["rms_slope"][mine] == columns["rms_slope"][mine].max()]
+    mine = mine[columns["seed"][mine] == columns["seed"][mine][0]]
+    areas = columns["area"][mine]
+    return int(mine[np.argsort(areas)[len(areas) // 2]])
+
+
+@styled
+def curves(archive: Archive) -> Figure | None:
+    """Repulsive area and load against mean gap along the approach, for every rung; atoms as points."""
+    columns = archive.columns
+    if "curve_case" not in columns:
+        return None
+    cases = list(dict.fromkeys(columns["curve_case"].tolist()))
+    atoms = RUNGS.index("atoms")
+    figure = new_figure(2.6 * len(cases) + 0.6, 6.2)
+    axes = figure.subplots(3, len(cases), squeeze=False, sharex="col")
+    for case, (area_axis, load_axis, difference_axis) in zip(cases, axes.T, strict=True):
+        along = {
+            rung: {
+                name: columns[f"curve_{name}"][(columns["curve_case"] == case) & (columns["curve_rung"] == rung)]
+                for name in ("mean_gap", "area_rep", "load")
+            }
+            for rung in CONTINUUM_RUNGS
+        }
+        first = _shown_state(archive, case)
+        mine = (
+            (columns["case"] == case)
+            & (columns["rms_slope"] == columns["rms_slope"][first])
+            & (columns["seed"] == columns["seed"][first])
+            & (columns["branch"] == "approach")
+        )
+        points = {name: columns[name][atoms, mine] for name in ("mean_gap", "area_rep", "load")}
+        lattice = along["lattice"]
+        order = np.argsort(lattice["mean_gap"])
+        at_points = np.interp(points["mean_gap"], lattice["mean_gap"][order], lattice["load"][order])
+        for (rung, curve), style in zip(along.items(), ("-", "--", "-.", ":"), strict=True):
+            look = {"color": _COLOURS[rung], "label": LABELS[rung]}
+            area_axis.plot(curve["mean_gap"], curve["area_rep"], style, **look)
+            load_axis.plot(curve["mean_gap"], curve["load"], style, **look)
+            difference_axis.plot(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"]), style, **look)
+        look = {"color": _COLOURS["atoms"], "markerfacecolor": "none", "label": LABELS["atoms"]}
+        area_axis.plot(points["mean_gap"], points["area_rep"], "o", **look)
+        load_axis.plot(points["mean_gap"], points["load"], "o", **look)
+        difference_axis.plot(points["mean_gap"], 1e4 * (points["load"] - at_points), "o", **look)
+        load_axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
+        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, first)}", fontsize=8)
+        difference_axis.set_xlabel("mean gap ($a_0$)")
+    axes[0, 0].set_ylabel("repulsive area $A_{rep}/A_0$")
+    axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
+    axes[2, 0].set_ylabel("load minus lattice's\n$\\Delta N/(10^{-4} E^* A_0)$")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3 if len(cases) > 1 else 1)
+    return figure
+
+
+def _wall_and_slope(archive: Archive, state: int) -> str:
+    length, slope = (archive.columns[name][state] for name in ("adhesion_length", "rms_slope"))
+    return f"$\\ell_a$ = {length:g} $a_0$, $h'_{{rms}}$ = {slope:g}"
+
+
+@styled
+def scaling(archive: Archive) -> Figure | None:
+    """Load and displacement difference of lattice response and atoms against the slope, without adhesion."""
+    columns = archive.columns
+    plain = columns["adhesion_length"] == 0
+    fits = [fit for fit in budget.exponents(columns) if fit.adhesion_length == 0]
+    if not fits:
+        return None
+    figure = new_figure(7.0, 3.4)
+    left, right = figure.subplots(1, 2)
+    areas = sorted({fit.area for fit in fits})
+    markers = dict(zip(sorted({fit.seed for fit in fits}), "osv^D", strict=False))
+    for axis, quantity, expected, label in (
+        (left, "load", 1, "load difference $|\\Delta N|/N_{rep}$"),
+        (right, "displacement", 2, "largest displacement difference ($a_0$)"),
+    ):
+        mine = [fit for fit in fits if fit.quantity == quantity]
+        for fit in mine:
+            at = plain & (columns["seed"] == fit.seed) & (columns["area"] == fit.area)
+            h = columns["rms_slope"][at]
+            values = np.abs(columns[f"nonlinearity_{quantity}"][at])
+            order = np.argsort(h)
+            axis.loglog(
+                h[order],
+                values[order],
+                marker=markers.get(fit.seed, "o"),
+                color=SERIES[areas.index(fit.area) % len(SERIES)],
+                markerfacecolor="none",
+                linewidth=0.8,
+            )
+        h = np.array(sorted({slope for fit in mine for slope in fit.slopes}))
+        top = max(
+            float(np.abs(columns[f"nonlinearity_{quantity}"][plain & (columns["rms_slope"] == h[0])]).max()),
+            1e-300,
+        )
+        axis.loglog(h, 2 * top * (h / h[0]) ** expected, "-", color="0.6", linewidth=2, zorder=0)
+        fitted = np.array([fit.fitted for fit in mine])
+        axis.text(
+            0.05,
+            0.93,
+            f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}",
+            transform=axis.transAxes,
+            va="top",
+            fontsize=8,
+        )
+        axis.set_xlabel("rms slope $h'_{rms}$")
+        axis.set_ylabel(label)
+    handles = [
+        Line2D([], [], color=SERIES[i % len(SERIES)], label=f"$A_{{rep}}/A_0$ = {area:g}")
+        for i, area in enumerate(areas)
+    ] + [
+        Line2D([], [], marker=m, color="0.3", markerfacecolor="none", linestyle="", label=f"seed {s}")
+        for s, m in markers.items()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(areas))
+    return figure
+
+
+@styled
+def draw_contact_modulus(modulus: ContactModulus, stem: Path, title: str) -> Path:
+    """E*(100) over its mean, against the direction of the wavevector; returns the PNG file."""
+    figure = new_figure(4.2, 3.0)
+    axis = figure.subplots()
+    relative = modulus.values / modulus.mean
+    axis.plot(np.degrees(modulus.angles), relative, color=SERIES[0])
+    axis.axhline(1, color="0.6", linewidth=0.8, linestyle="--")
+    axis.set_xticks([0, 22.5, 45, 67.5, 90], ["0°\n<100>", "22.5°", "45°\n<110>", "67.5°", "90°\n<010>"])
+    axis.set_xlim(0, 90)
+    axis.set_xlabel("direction of the wavevector in the (100) surface")
+    axis.set_ylabel(r"$E^*(\theta)\,/\,E^*$")
+    axis.set_title(f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean", fontsize=9)
+    return save(figure, stem)
+
+
+@styled
+def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
+    """Stiffness of lattice against continuum over q, all waves and the two limits; returns the PNG file."""
+    figure = new_figure(4.6, 3.2)
+    axis = figure.subplots()
+    q = 2 * np.pi / found.wavelength
+    # 0 along <110>, 1 along <100>.
+    turn = (1 - np.cos(4 * found.angle)) / 2
+    for low, high, colour, label in ((0.0, 0.1, SERIES[0], "<110>"), (0.9, 1.0, SERIES[5], "<100>")):
+        near = (turn >= low) & (turn <= high)
+        axis.plot(q[near], 100 * found.difference[near], ".", color=colour, markersize=2.5, label=f"near {label}")
+    between = (turn > 0.1) & (turn < 0.9)
+    axis.plot(q[between], 100 * found.difference[between], ".", color="0.8", markersize=1, zorder=0, label="between")
+    limit = np.array([0, 0.8])
+    for slope, colour in ((found.along_110, SERIES[0]), (found.along_100, SERIES[5])):
+        axis.plot(limit, 100 * slope * limit, "-", color=colour, linewidth=1)
+    axis.axhline(0, color="0.6", linewidth=0.8)
+    axis.set_xlim(0, 4.5)
+    axis.set_xlabel("wavenumber q ($1/a_0$)")
+    axis.set_ylabel(r"$K_{lattice}/K_{continuum} - 1$ (%)")
+    above = axis.secondary_xaxis("top")
+    lengths = (64, 16, 8, 4, 3, 2)
+    above.set_xticks([2 * np.pi / length for length in lengths], [str(length) for length in lengths])
+    above.set_xlabel("wavelength ($a_0$)")
+    axis.legend(title=title, markerscale=3, loc="best")
+    return save(figure, stem)

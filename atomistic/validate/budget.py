@@ -1,0 +1,206 @@
+"""The error budget: what each step of the ladder costs, and whether every bound holds.
+
+Works on the table of a validation, one row per state, as :mod:`atomistic.validate.archive` stores it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from atomistic.config import CaseTable, ExponentTable, ToleranceTable, ValidateConfig
+
+__all__ = ["Cost", "Exponent", "Verdict", "costs", "exponents", "verdicts"]
+
+Columns = Mapping[str, NDArray[Any]]
+"""Columns over states (``case``, ``rms_slope``, ``seed``, ``area``, ``branch``, ...), and the differences
+``step_quantity``, e.g. ``nonlinearity_load``."""
+
+
+class Cost(NamedTuple):
+    """What the steps of the ladder cost, for one case at one slope: largest magnitudes over its states."""
+
+    case: str
+    lambda_s: float
+    """Shortest wavelength of the wall, in a0."""
+    rms_slope: float
+    load: dict[str, float]
+    """Step -> largest |load difference|/N_rep.  Where springs tell how much of the nonlinearity is geometry, the rest
+    of it is the step ``anharmonicity``."""
+    contact: dict[str, float]
+    """Step -> largest fraction of points whose contact differs."""
+    load_ratio: tuple[float, float]
+    """Smallest and largest N of the half-space over N of the lattice at equal separation: mean compliance."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One bound, the worst state that it applies to, and whether it holds."""
+
+    case: str
+    quantity: str
+    bound: str
+    """As written: ``0.3 h'``."""
+    measured: float
+    """Largest magnitude, in the unit of the bound's coefficient."""
+    limit: float
+    """The coefficient."""
+    states: int
+    """How many it was checked on."""
+    reason: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether every state is within the bound; a bound that applies to nothing does not hold."""
+        return self.states > 0 and self.measured <= self.limit
+
+
+class Exponent(NamedTuple):
+    """How a difference of lattice response and atoms grows with the slope, for one surface and area."""
+
+    case: str
+    adhesion_length: float
+    quantity: str
+    seed: int
+    area: float
+    slopes: tuple[float, ...]
+    fitted: float
+    """Slope of the logarithms, by least squares."""
+    local: tuple[float, ...]
+    """Slope between neighbours, from the steepest down."""
+
+
+def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[Cost]:
+    """A row of the budget for each case and slope, in the order of the input."""
+    points = columns["points"][0]
+    for case in dict.fromkeys(columns["case"].tolist()):
+        for slope in dict.fromkeys(columns["rms_slope"][columns["case"] == case].tolist()):
+            mine = (columns["case"] == case) & (columns["rms_slope"] == slope)
+            ratio = columns["load_ratio"][mine]
+            # States that touch on neither rung have no N_rep to compare with.
+            load = {step: float(np.fmax.reduce(np.abs(columns[f"{step}_load"][mine]))) for step in steps}
+            if "geometry" in steps:
+                rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
+                load["anharmonicity"] = float(np.fmax.reduce(np.abs(rest)))
+            yield Cost(
+                case,
+                float(columns["lambda_s"][mine][0]),
+                slope,
+                load,
+                {step: float(columns[f"{step}_pixels"][mine].max() / points) for step in steps},
+                (float(ratio.min()), float(ratio.max())),
+            )
+
+
+def verdicts(config: ValidateConfig, columns: Columns) -> Iterator[Verdict]:
+    """Every bound of the input, and those that hold for all cases."""
+    for case in config.case:
+        mine = columns["case"] == case.name
+        for tolerance in case.tolerance:
+            yield _bounded(case, tolerance, columns, mine)
+        for exponent in case.exponent:
+            yield _scaled(case, exponent, columns)
+        slope = columns["rms_slope"]
+        yield _worst(
+            case.name,
+            "largest force",
+            "1e-8 h' E* a0²",
+            columns["largest_force"] / slope / 1e-8,
+            mine,
+            1.0,
+            "an equilibrium of the atoms under the native wall of the deck, so that what differs is physics",
+        )
+        margin, du = columns["nonlinearity_pixel_margin"], columns["nonlinearity_displacement"]
+        yield _worst(
+            case.name,
+            "contact map",
+            "max |du|",
+            np.divide(margin, du, out=np.zeros_like(margin), where=du > 0),
+            mine,
+            1.0,
+            "a point may change its kind only if its gap lies within the displacement difference of the edge",
+        )
+
+
+def _bounded(case: CaseTable, tolerance: ToleranceTable, columns: Columns, mine: NDArray[np.bool_]) -> Verdict:
+    applies = mine & (np.isin(columns["area"], tolerance.areas) if tolerance.areas else True)
+    scaled = np.abs(columns[f"nonlinearity_{tolerance.quantity}"]) / columns["rms_slope"] ** tolerance.power
+    power = {0.0: "", 1.0: " h'", 2.0: " h'²"}.get(tolerance.power, f" h'^{tolerance.power:g}")
+    unit = " a0" if tolerance.quantity == "displacement" else ""
+    areas = " at A_rep " + ", ".join(f"{a:g}" for a in tolerance.areas) if tolerance.areas else ""
+    return _worst(
+        case.name,
+        tolerance.quantity.replace("_", " ") + areas,
+        f"{tolerance.coefficient:g}{power}{unit}",
+        scaled,
+        applies,
+        tolerance.coefficient,
+        tolerance.reason,
+    )
+
+
+def _worst(
+    case: str,
+    quantity: str,
+    bound: str,
+    values: NDArray[np.float64],
+    applies: NDArray[np.bool_],
+    limit: float,
+    reason: str,
+) -> Verdict:
+    count = int(np.count_nonzero(applies))
+    measured = float(values[applies].max()) if count else float("nan")
+    return Verdict(case, quantity, bound, measured, limit, count, reason)
+
+
+def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> Verdict:
+    fits = [e.fitted for e in exponents(columns, table.slopes) if e.case == case.name and e.quantity == table.quantity]
+    off = max((abs(fit - table.expected) for fit in fits), default=float("nan"))
+    slopes = ", ".join(f"{s:g}" for s in table.slopes)
+    return Verdict(
+        case.name,
+        f"exponent of {table.quantity} over h' = {slopes}",
+        f"{table.expected:g} ± {table.tolerance:g}",
+        off,
+        table.tolerance,
+        len(fits),
+        table.reason,
+    )
+
+
+def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iterator[Exponent]:
+    """Scaling of load and displacement difference with the slope, for each surface, area and branch.
+
+    Parameters
+    ----------
+    columns : of the validation.
+    slopes : those to use; all if None.  Surfaces that have fewer than two of them are left out.
+    """
+    keys = list(zip(columns["case"], columns["seed"], columns["area"], columns["branch"], strict=True))
+    for key in dict.fromkeys(keys):
+        mine = np.array([k == key for k in keys])
+        if slopes is not None:
+            mine &= np.isin(columns["rms_slope"], slopes)
+        if np.count_nonzero(mine) < max(2, len(slopes or ())):
+            continue
+        order = np.argsort(-columns["rms_slope"][mine])
+        h = columns["rms_slope"][mine][order]
+        for quantity in ("load", "displacement"):
+            d = np.abs(columns[f"nonlinearity_{quantity}"][mine][order])
+            if not (np.isfinite(d).all() and (d > 0).all()):
+                continue
+            local = np.diff(np.log(d)) / np.diff(np.log(h))
+            yield Exponent(
+                str(key[0]),
+                float(columns["adhesion_length"][mine][0]),
+                quantity,
+                int(key[1]),
+                float(key[2]),
+                tuple(h.tolist()),
+                float(np.polyfit(np.log(h), np.log(d), 1)[0]),
+                tuple(local.tolist()),
+            )

@@ -1,0 +1,243 @@
+"""The ladder of models: the same wall on substrates that differ by one thing at a time.
+
+=====  ==========================================  =============================================
+rung   elastic response                            difference to the next rung
+=====  ==========================================  =============================================
+1      isotropic half-space, ν = 1/2               finite depth
+2      isotropic layer on a rigid base, ν = 1/2    anisotropy
+3      anisotropic cubic layer                     lattice discreteness
+4      lattice Green's function of the same slab   geometric nonlinearity
+5      explicit atoms, LAMMPS
+=====  ==========================================  =============================================
+
+All are of one crystal: of springs, Lennard-Jones or a metal.  For the latter two, the difference of 4 and 5 is
+geometry and anharmonicity.  A lattice and atoms of springs under the same wall, 4' and 5', tell how much geometry is.
+
+Rungs 1 to 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal separation
+their loads differ severalfold and say nothing.  Rungs 4 and 5, and 4' and 5', share the mean compliance and are
+compared at equal separation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from atomistic.response.lattice import LatticeResponse
+from continuum.measure.contact import Contact, contact_map, measure
+from continuum.model.cubic import CubicConstants
+from continuum.model.grid import Real
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Response
+from continuum.model.walls import Wall
+from continuum.path.loading import Branch, State, follow, solve
+from continuum.solve.smooth import Settings
+
+__all__ = [
+    "CONTINUUM_RUNGS",
+    "RUNGS",
+    "Difference",
+    "NoJumpError",
+    "Rung",
+    "RungName",
+    "approach_and_retract",
+    "beside_jump",
+    "compare",
+    "kinds_of",
+    "response_of",
+    "rung_of",
+    "select",
+]
+
+RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms", "spring-lattice", "spring-atoms"]
+CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "lattice")
+RUNGS: tuple[RungName, ...] = (*CONTINUUM_RUNGS, "atoms", "spring-lattice", "spring-atoms")
+
+
+def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConstants) -> Response:
+    """Elastic response of a continuum rung over the slab of the lattice, whose crystal has these constants."""
+    if name == "half-space":
+        return HalfSpace("clamped")
+    if name == "layer":
+        return Layer(lattice.slab.depth, 0.5, "clamped")
+    if name == "crystal":
+        depth = lattice.slab.depth
+        return CubicLayer(depth, constants, constants.c11 / depth)
+    return lattice
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """One model's state under the wall."""
+
+    name: RungName
+    separation: float
+    """In a0."""
+    gap: Real
+    """Shape (nx, ny), in a0."""
+    traction: Real
+    """Shape (nx, ny), in E*; for atoms, the force of the wall on each as LAMMPS computes it, over a0²."""
+    contact: Contact
+
+    @property
+    def mean_gap(self) -> float:
+        """In a0."""
+        return float(self.gap.mean())
+
+
+def rung_of(problem: ContactProblem, name: RungName, state: State) -> Rung:
+    """A continuum state as a rung; raises :class:`continuum.solve.smooth.NotConvergedError` if it is none."""
+    gap = state.solution.require().points
+    traction = problem.wall.evaluate(gap).traction
+    return Rung(name, state.separation, gap, traction, measure(problem.grid, problem.wall, gap))
+
+
+# --- the path of the lattice model, on which states are chosen ----------------------------------------------
+
+
+def approach_and_retract(problem: ContactProblem, largest_area: float, settings: Settings) -> Iterator[State]:
+    """Quasi-static loading from out of range to a repulsive area, and back, at given separations.
+
+    The step, a twentieth of the rms height, resolves the snapping of single asperities.
+    """
+    step = float(problem.heights.std()) / 20
+    touching = problem.wall.zero_gap + problem.wall.range - float(problem.heights.min())
+    path: list[State] = []
+
+    def extend(separation: float) -> State:
+        state = next(follow(problem, "separation", [separation], settings, path[-2:]))
+        state.solution.require()
+        path.append(state)
+        return state
+
+    count = 0
+    while True:
+        state = extend(touching - count * step)
+        yield state
+        if np.mean(state.gap < problem.wall.zero_gap) >= largest_area:
+            break
+        count += 1
+    while state.gap.min() < problem.wall.zero_gap + problem.wall.range:
+        count -= 1
+        state = extend(touching - count * step)
+        yield state
+
+
+def select(problem: ContactProblem, path: list[State], area: float, branch: Branch, settings: Settings) -> State:
+    """State of at least the given repulsive area, and as little more as the path allows, on one of its branches.
+
+    Without adhesion the area is met by bisection in the separation.  With adhesion states are taken from the path
+    itself: bisection would end on the brink of a snap, which two models reach at slightly different separations.
+
+    Raises
+    ------
+    ValueError
+        If the path does not reach the area.
+    """
+
+    def fraction(state: State) -> float:
+        return float(np.mean(state.gap < problem.wall.zero_gap))
+
+    turn = min(range(len(path)), key=lambda i: path[i].separation)
+    # Both in the order of growing contact; the turning point belongs to both.
+    states = path[: turn + 1] if branch == "approach" else path[turn:][::-1]
+    beyond = [fraction(state) >= area for state in states]
+    if True not in beyond:
+        msg = f"the {branch} branch does not reach a repulsive area of {area}"
+        raise ValueError(msg)
+    index = beyond.index(True)
+    if problem.wall.range > 0 or index == 0:
+        return states[index]
+    outer, inner = states[index - 1 : index + 1]
+    for _ in range(20):
+        middle = 0.5 * (outer.separation + inner.separation)
+        state = solve(problem, "separation", middle, settings, outer.gap + middle - outer.separation, branch)
+        state.solution.require()
+        outer, inner = (outer, state) if fraction(state) >= area else (state, inner)
+    return inner
+
+
+class NoJumpError(ValueError):
+    """An approach on which nothing jumps."""
+
+
+def beside_jump(problem: ContactProblem, path: list[State]) -> dict[str, State]:
+    """States of a path on both sides of its jump-in, by name.
+
+    The jump is the largest growth of the repulsive area in one step of the approach.  ``before jump-in`` and ``after
+    jump-in`` are the ends of this step; ``retraction past it`` stands where the former does, on the other branch.
+
+    Raises
+    ------
+    NoJumpError
+        If both branches have the same contact there: nothing has jumped.
+    """
+    area = [float(np.mean(state.gap < problem.wall.zero_gap)) for state in path]
+    turn = min(range(len(path)), key=lambda i: path[i].separation)
+    after = max(range(1, turn + 1), key=lambda i: area[i] - area[i - 1])
+    before, past = after - 1, 2 * turn - after + 1  # the way back takes the same steps
+    if past >= len(path) or area[past] <= area[before]:
+        msg = "the approach has no jump-in: leave out jump, or make adhesion_length larger"
+        raise NoJumpError(msg)
+    names = ("before jump-in", "after jump-in", "retraction past it")
+    return {name: path[i] for name, i in zip(names, (before, after, past), strict=True)}
+
+
+# --- differences --------------------------------------------------------------------------------------------
+
+
+class Difference(NamedTuple):
+    """By how much one rung differs from another, the second being the reference."""
+
+    load: float
+    """(N - N')/N'_rep: relative to the repulsive load, since the total may cross zero.  Infinite if only the
+    reference is out of contact: the two are on different branches; not a number if both are."""
+    gross_load: float
+    """(N - N')/(N'_rep + N'_att): relative to all that pushes and pulls; infinite where that is nothing."""
+    area_rep: float
+    """(A_rep - A_rep')/A0."""
+    area_att: float
+    """(A_att - A_att')/A0."""
+    displacement: float
+    """Largest difference of the displacement of a point, max |u - u'|, in a0."""
+    pressure: float
+    """rms(p - p')/rms(p')."""
+    pixels: int
+    """Points whose contact differs: repulsive, attracted or out of range."""
+    pixel_margin: float
+    """Largest |gap' - edge| of those points, in a0, edge being the gap at which the kinds part; 0 if none."""
+
+
+def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
+    """Difference of two states under the same wall, at equal separation or equal mean gap."""
+    a, b = rung.contact, reference.contact
+    kinds, kinds_ref = kinds_of(rung, wall), kinds_of(reference, wall)
+    differ = kinds != kinds_ref
+    # Repulsive and attracted part at zero_gap, attracted and out of range at the cut-off.
+    edge = np.where(np.maximum(kinds, kinds_ref) == 2, wall.zero_gap, wall.zero_gap + wall.range)
+    margin = np.abs(reference.gap - edge)[differ]
+    acts = b.load_rep + b.load_att > 0
+    out_of_contact = np.inf if a.load_rep > 0 or not acts else np.nan
+    pressure = np.mean((rung.traction - reference.traction) ** 2)
+    return Difference(
+        load=(a.load - b.load) / b.load_rep if b.load_rep > 0 else out_of_contact,
+        gross_load=(a.load - b.load) / (b.load_rep + b.load_att) if acts else np.inf,
+        area_rep=a.area_rep - b.area_rep,
+        area_att=a.area_att - b.area_att,
+        # Equal separation or equal mean gap: either way the heights cancel and what is left is -(u - u').
+        displacement=float(np.abs(rung.gap - reference.gap).max()),
+        pressure=float(np.sqrt(pressure / np.mean(reference.traction**2))) if acts else np.inf,
+        pixels=int(np.count_nonzero(differ)),
+        pixel_margin=float(margin.max(initial=0.0)),
+    )
+
+
+def kinds_of(rung: Rung, wall: Wall) -> NDArray[np.uint8]:
+    """Contact map of a rung; for atoms by the sign of the wall's force on them, as LAMMPS computed it."""
+    if rung.name not in ("atoms", "spring-atoms"):
+        return contact_map(wall, rung.gap)
+    return np.where(rung.traction > 0, 2, np.where(rung.traction < 0, 1, 0)).astype(np.uint8)

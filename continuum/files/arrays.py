@@ -1,0 +1,71 @@
+"""Arrays of numbers from a user's own files: text, npy, HDF5."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.files import store
+from continuum.model.grid import Real
+
+__all__ = ["HDF5_SUFFIXES", "read_numbers", "read_text"]
+
+HDF5_SUFFIXES = frozenset({".h5", ".hdf5", ".hdf", ".nc"})
+
+
+def read_numbers(path: Path, dataset: str | None = None, shape: tuple[int, int] | None = None) -> Real:
+    """An array of real numbers, of the given shape if there is one.
+
+    Parameters
+    ----------
+    path : ``.npy``; HDF5 (``.h5``, ``.hdf5``, ``.hdf``, ``.nc``); anything else is text.
+    dataset : name of the dataset in an HDF5 file.
+    shape : refused if it has another; of binary files looked at before anything is loaded.
+
+    Raises
+    ------
+    ValueError, OSError
+        If the file is missing, damaged, of another kind, or does not hold real numbers of that shape.
+    """
+    suffix = path.suffix.lower()
+    if suffix in HDF5_SUFFIXES:
+        return store.read_array(path, dataset or "", shape)
+    if suffix == ".npy":
+        # Mapped, so that a header that claims terabytes costs nothing; never pickled.
+        try:
+            values: NDArray[Any] = np.lib.format.open_memmap(path, mode="r")
+        except (ValueError, EOFError) as error:
+            msg = f"{path} is not a plain .npy file, or is truncated ({error})"
+            raise ValueError(msg) from error
+    else:
+        values = read_text(path)
+    if shape is not None and values.shape != shape:
+        msg = f"{path} holds an array of shape {values.shape}, the grid has {shape}"
+        raise ValueError(msg)
+    if values.dtype.kind not in "iuf":
+        msg = f"{path} holds {values.dtype}, not real numbers"
+        raise ValueError(msg)
+    return np.array(values, dtype=np.float64)
+
+
+def read_text(path: Path) -> Real:
+    """A table of numbers: columns apart by spaces, in ``.csv`` by commas; ``#`` begins a comment.
+
+    Raises
+    ------
+    ValueError, OSError
+        If it is none, or there is no such file.
+    """
+    delimiter = "," if path.suffix.lower() == ".csv" else None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # an empty file: its shape says it
+            values: Real = np.loadtxt(path, dtype=np.float64, delimiter=delimiter, ndmin=2, encoding="utf-8-sig")
+    except ValueError as error:
+        msg = f"{path} is not a table of numbers with a point as decimal mark ({error})"
+        raise ValueError(msg) from error
+    return values

@@ -1,0 +1,58 @@
+"""Where a result comes from: versions and commit, as attributes for :mod:`continuum.files.store`."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import platform
+import shutil
+import socket
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+
+from continuum import __version__
+
+__all__ = ["journal", "now", "provenance"]
+
+
+def provenance(packages: Iterable[str] = ("numpy", "scipy", "ducc0", "h5py")) -> dict[str, str | bool]:
+    """Versions of the program and of the packages that its numbers depend on; commit, if in a checkout."""
+    versions = {f"provenance/{name}": importlib.metadata.version(name) for name in packages}
+    return {
+        "provenance/stickiness": __version__,
+        "provenance/python": platform.python_version(),
+        **versions,
+        **_commit(Path(__file__).resolve().parent.parent),
+    }
+
+
+def _commit(root: Path) -> dict[str, str | bool]:
+    git = shutil.which("git")
+    # Only our own checkout: an installation may lie inside a repository of the user.
+    if git is None or not (root / ".git").exists():
+        return {}
+    try:
+        commit, changes = (
+            subprocess.run(
+                [git, "-C", str(root), *words], capture_output=True, text=True, timeout=10, check=True
+            ).stdout.strip()
+            for words in (["rev-parse", "HEAD"], ["status", "--porcelain", "--untracked-files=no"])
+        )
+    except (OSError, subprocess.SubprocessError):
+        return {}
+    return {"provenance/git_commit": commit, "provenance/git_dirty": bool(changes)}
+
+
+def now() -> str:
+    """Date and time, UTC, to the second."""
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def journal() -> dict[str, str]:
+    """Machine and time, kept apart from what is reproducible."""
+    return {
+        "journal/host": socket.gethostname(),
+        "journal/machine": platform.platform(),
+        "journal/written": now(),
+    }

@@ -1,0 +1,240 @@
+"""Input files as their writers see them: TOML with the line of every key, and faults that point at it."""
+
+from __future__ import annotations
+
+import bisect
+import difflib
+import json
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+__all__ = ["ConfigError", "Fault", "Key", "Source", "find", "nearest"]
+
+Key = tuple[str | int, ...]
+"""Where a value stands: names of tables and keys, and indices of arrays."""
+
+_LARGEST = 1_000_000  # bytes; an input file is written by hand, anything larger is something else
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong with an input.
+
+    Parameters
+    ----------
+    key : where, relative to the table that finds it; the value given is looked up there.
+    allowed : what is allowed, in words that complete "allowed: ...".
+    cause : the usual cause or what helps; empty if the above says it.
+    """
+
+    key: Key
+    allowed: str
+    cause: str = ""
+
+
+class ConfigError(ValueError):
+    """An input file cannot be used: the message names every fault with file, line, key, value and remedy."""
+
+    def __init__(self, source: Source | Path, faults: Sequence[Fault]) -> None:
+        if isinstance(source, Path):
+            source = Source(source, "", {}, {})
+        self.source = source
+        self.faults = tuple(sorted(faults, key=lambda fault: source.line(fault.key)))
+        count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
+        super().__init__("\n".join([f"{source.path}: {count}", *map(source.describe, self.faults)]))
+
+
+@dataclass(frozen=True)
+class Source:
+    """The text of an input file, what it holds, and where."""
+
+    path: Path
+    text: str = field(repr=False)
+    data: Mapping[str, Any] = field(repr=False)
+    lines: Mapping[Key, int] = field(repr=False)
+
+    @classmethod
+    def read(cls, path: Path) -> Source:
+        """Read and parse a TOML file.
+
+        Raises
+        ------
+        ConfigError
+            If there is no such file, or it is no TOML.
+        """
+        try:
+            # A folder, a device or a huge result file by mistake: look before reading.
+            if not path.is_file():
+                what = "a folder" if path.is_dir() else "not a file" if path.exists() else "missing"
+                raise ConfigError(path, [Fault((), "a TOML file", f"the path is {what}; look for a slip in it")])
+            if path.stat().st_size > _LARGEST:
+                raise ConfigError(path, [Fault((), f"a TOML file of at most {_LARGEST} bytes", "a wrong file")])
+            # "utf-8-sig" drops the mark that some editors put in front.
+            text = path.read_text(encoding="utf-8-sig")
+        except UnicodeDecodeError:
+            raise ConfigError(path, [Fault((), "a TOML file in UTF-8", "a binary file, or Latin-1")]) from None
+        except (OSError, ValueError) as error:
+            raise ConfigError(path, [Fault((), f"a readable TOML file ({error})")]) from None
+        try:
+            data = tomllib.loads(text)
+        except RecursionError:
+            raise ConfigError(path, [Fault((), "TOML with a few levels of nesting")]) from None
+        except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
+            cause = f"{error}; text needs quotes, true and false are lower case"
+            at = re.search(r"line (\d+)", str(error))
+            lines: dict[Key, int] = {(): int(at[1]) if at else text.count("\n") + 1}
+            raise ConfigError(cls(path, text, {}, lines), [Fault((), "valid TOML", cause)]) from None
+        return cls(path, text, data, _Positions(text).lines)
+
+    def line(self, key: Key) -> int:
+        """Line of a key, or of the innermost table that should hold it; 1 if there is none."""
+        for length in range(len(key), -1, -1):
+            if key[:length] in self.lines:
+                return self.lines[key[:length]]
+        return 1
+
+    def describe(self, fault: Fault) -> str:
+        """Two or three lines: place and value, what is allowed, the usual cause."""
+        name = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault.key)[1:] or "file"
+        found, value = _lookup(self.data, fault.key)
+        given = f" = {_toml(value)}" if found and fault.key else "" if not fault.key else " is not given"
+        text = f"{self.path}:{self.line(fault.key)}: {name}{given}\n    allowed: {fault.allowed}"
+        return f"{text}\n    usual cause: {fault.cause}" if fault.cause else text
+
+
+def _lookup(data: Any, key: Key) -> tuple[bool, Any]:
+    for part in key:
+        if isinstance(data, Mapping) and part in data:
+            data = data[str(part)]
+        elif isinstance(data, Sequence) and isinstance(part, int) and not isinstance(data, str):
+            data = data[part]
+        else:
+            return False, None
+    return True, data
+
+
+def _toml(value: Any) -> str:
+    """A value as in the file, shortened."""
+    try:
+        text = json.dumps(value, ensure_ascii=False, default=str)
+    except (TypeError, ValueError):
+        text = "(too large to print)"
+    text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def nearest(word: str, choices: Iterable[str]) -> str | None:
+    """The choice that was probably meant: the same in other letter case, else one that looks alike."""
+
+    def plain(name: str) -> str:
+        return name.casefold().replace("_", "-").replace(" ", "-")
+
+    names = list(choices)
+    same = [name for name in names if plain(name) == plain(word)]
+    found = same or difflib.get_close_matches(word, names, n=1)
+    return found[0] if found else None
+
+
+def find(path: str | Path) -> Path:
+    """An input as given; else, when it starts with ``inputs/``, the one that comes with the package.
+
+    After installation the inputs lie in ``continuum/inputs``, in a checkout beside the packages.
+    """
+    path = Path(path)
+    if not path.exists() and path.parts[:1] == ("inputs",):
+        package = Path(__file__).resolve().parent.parent
+        for folder in (package, package.parent):
+            if (folder / path).is_file():
+                return folder / path
+    return path
+
+
+_SPACE = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+_KEY = re.compile(r"""[ \t]*(?:([A-Za-z0-9_-]+)|("(?:[^"\\\n]|\\.)*")|'([^'\n]*)')[ \t]*""")
+# Multi-line strings first: their closing marks may follow up to two quotes of their own.
+_TEXT = re.compile(r'''"""(?:[^\\]|\\.)*?""""{0,2}|\'\'\'.*?\'\'\'\'{0,2}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*\'''', re.DOTALL)
+_BARE = re.compile(r"[^\n,\]}#]*")
+
+
+class _Positions:
+    """Line of every key of a text that :mod:`tomllib` has accepted, which keeps this scanner short."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.at = text, 0
+        self._ends = [match.start() for match in re.finditer("\n", text)]
+        self.lines: dict[Key, int] = {}
+        tables: dict[Key, int] = {}  # arrays of tables, with the index of the current one
+        table: Key = ()
+        while self._skip() < len(text):
+            if text[self.at] == "[":
+                array = text.startswith("[[", self.at)
+                start = self.at
+                self.at += 2 if array else 1
+                table = ()
+                names = self._dotted()
+                for i, name in enumerate(names):
+                    table = (*table, name)
+                    last = i == len(names) - 1
+                    if array and last:
+                        tables[table] = tables.get(table, -1) + 1
+                    if table in tables:
+                        table = (*table, tables[table])
+                self._record(table, start)
+                self.at += 2 if array else 1
+            else:
+                self._pair(table)
+
+    def _skip(self) -> int:
+        match = _SPACE.match(self.text, self.at)
+        self.at = match.end() if match else self.at
+        return self.at
+
+    def _record(self, key: Key, at: int) -> None:
+        line = bisect.bisect_left(self._ends, at) + 1
+        for length in range(1, len(key) + 1):
+            self.lines.setdefault(key[:length], line)
+
+    def _dotted(self) -> list[str]:
+        names = []
+        while match := _KEY.match(self.text, self.at):
+            bare, quoted, literal = match.groups()
+            names.append(bare or literal or (_unquoted(quoted) if quoted else ""))
+            self.at = match.end()
+            if not self.text.startswith(".", self.at):
+                break
+            self.at += 1
+        return names
+
+    def _pair(self, table: Key) -> None:
+        start = self.at
+        key = (*table, *self._dotted())
+        self._record(key, start)
+        self.at += 1  # the equals sign
+        self._value(key)
+
+    def _value(self, key: Key) -> None:
+        opening = self.text[self._skip() : self.at + 1]
+        if opening in ("[", "{"):
+            self.at += 1
+            index = 0
+            while self.text[self._skip()] not in "]}":
+                if opening == "{":
+                    self._pair(key)
+                else:
+                    self._record((*key, index), self.at)
+                    self._value((*key, index))
+                index += 1
+                if self.text[self._skip()] == ",":
+                    self.at += 1
+            self.at += 1
+        else:
+            match = (_TEXT if opening in ("'", '"') else _BARE).match(self.text, self.at)
+            self.at = match.end() if match else self.at + 1
+
+
+def _unquoted(quoted: str) -> str:
+    return str(next(iter(tomllib.loads(f"{quoted} = 0"))))

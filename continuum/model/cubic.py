@@ -1,0 +1,125 @@
+"""Response of the (100) surface of a cubic crystal: a half-space, or a layer bonded to a rigid base.
+
+Displacements u(z) exp(iq m.x) along a direction m in the surface, with n its normal and s = q z, obey Stroh's
+equations; in terms of (ab)_jk = Σ_il a_i C_ijkl b_l, Q = (mm), R = (mn), T = (nn), and τ = traction/q::
+
+    du/ds = -i T^-1 R^T u + T^-1 τ
+    dτ/ds = (Q - R T^-1 R^T) u - i R T^-1 τ
+
+A thin layer is integrated by a matrix exponential and doubled until it is as thick as asked, in terms of the forces on
+its two faces, which stay finite however thick it grows (the stiffness-matrix method of layered media: Rokhlin and
+Wang, J. Acoust. Soc. Am. 112, 822 (2002)).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from continuum.model.grid import Real
+
+__all__ = ["CubicConstants", "directional_contact_modulus", "surface_stiffness"]
+
+THICK = 40.0
+"""q depth above which a layer is a half-space to all digits: fields decay as exp(-a q z), a about 1/2 or more."""
+_THINNEST = 0.5
+_DIRECTIONS = 64
+
+
+class CubicConstants(NamedTuple):
+    """Elastic constants of a cubic crystal, referred to its cubic axes, all in one unit."""
+
+    c11: float
+    c12: float
+    c44: float
+
+    def require_stable(self) -> None:
+        """Refuse a crystal that is not stable: C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0 are required.
+
+        Raises
+        ------
+        ValueError
+            If it is not.
+        """
+        if not (self.c44 > 0 and self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
+            msg = f"a cubic crystal is stable if C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0, got {self}"
+            raise ValueError(msg)
+
+    def stiffness_tensor(self) -> Real:
+        """C_ijkl, shape (3, 3, 3, 3): isotropic part plus what the cubic axes add."""
+        d = np.eye(3)
+        c: Real = self.c12 * np.einsum("ij,kl->ijkl", d, d)
+        c += self.c44 * (np.einsum("ik,jl->ijkl", d, d) + np.einsum("il,jk->ijkl", d, d))
+        for i in range(3):
+            c[i, i, i, i] += self.c11 - self.c12 - 2 * self.c44
+        return c
+
+
+def surface_stiffness(constants: CubicConstants, angle: Real, thickness: Real) -> Real:
+    """K/q = 1/(q G_zz) of a layer on a rigid base: vertical traction per displacement without lateral traction.
+
+    Parameters
+    ----------
+    constants : elastic constants; the result has their unit.
+    angle : of the wavevector to the cubic axis <100> in the surface, in radians, shape (n,).
+    thickness : q depth, positive, shape (n,); anything above :data:`THICK` is a half-space.
+
+    Returns
+    -------
+    Real
+        Shape (n,).
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not stable.
+    """
+    constants.require_stable()
+    c = constants.stiffness_tensor()
+    angle, thickness = np.broadcast_arrays(angle, np.minimum(thickness, THICK))
+    m = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+    n = np.array([0.0, 0.0, 1.0])
+    q, r = np.einsum("pi,ijkl,pl->pjk", m, c, m), np.einsum("pi,ijkl,l->pjk", m, c, n)
+    t_inverse = np.linalg.inv(np.einsum("i,ijkl,l->jk", n, c, n))
+    r_t = r @ t_inverse
+    stroh = np.empty((angle.size, 6, 6), dtype=np.complex128)
+    stroh[:, :3, :3] = -1j * r_t.transpose(0, 2, 1)
+    stroh[:, :3, 3:] = t_inverse
+    stroh[:, 3:, :3] = q - r_t @ r.transpose(0, 2, 1)
+    stroh[:, 3:, 3:] = -1j * r_t
+
+    doublings = np.maximum(0, np.ceil(np.log2(thickness / _THINNEST))).astype(int)
+    thin = thickness / 2.0**doublings
+    across = expm(stroh * thin[:, None, None])
+    a, b, c_, d = across[:, :3, :3], across[:, :3, 3:], across[:, 3:, :3], across[:, 3:, 3:]
+    inverse_b = np.linalg.inv(b)
+    # Forces on the upper and lower face: (top, cross; cross_below, bottom) times their displacements.
+    top, bottom = d @ inverse_b, inverse_b @ a
+    cross, cross_below = c_ - d @ inverse_b @ a, -inverse_b
+    for step in range(int(doublings.max(initial=0))):
+        more = np.flatnonzero(doublings > step)
+        between = np.linalg.inv(top[more] + bottom[more])
+        up, down = cross[more] @ between, cross_below[more] @ between
+        top[more], bottom[more] = top[more] - up @ cross_below[more], bottom[more] - down @ cross[more]
+        cross[more], cross_below[more] = -up @ cross[more], -down @ cross_below[more]
+    return 1 / np.linalg.inv(top)[:, 2, 2].real
+
+
+def directional_contact_modulus(constants: CubicConstants, angle: Real) -> Real:
+    """E*(θ) = 2 K/q of the (100) half-space, for wavevectors at angles to the cubic axis <100>, any shape.
+
+    E*(θ) has the period π/2 and is even: a series in cos 4θ, exact to rounding with 64 samples unless the crystal is
+    close to an instability.
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not stable.
+    """
+    samples = np.arange(_DIRECTIONS, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
+    series = np.fft.rfft(2 * surface_stiffness(constants, samples, np.array(THICK))).real / _DIRECTIONS
+    series[1:-1] *= 2
+    # cos 4jθ is the Chebyshev polynomial T_j of cos 4θ.
+    return np.asarray(np.polynomial.chebyshev.chebval(np.cos(4 * np.asarray(angle)), series), dtype=np.float64)

@@ -1,0 +1,120 @@
+"""The contact problem: what the energy of a displaced surface under a wall is.  All signs live here.
+
+With h the heights, D the separation, u the displacement of the surface and φ the wall law, per area::
+
+    gap       z = D + h - u
+    energy    E = ½ <u, K u> + <φ(z)>
+    gradient  dE/du = K u + p(z),           p = -dφ/dz, the traction
+    Hessian   v -> K v + φ''(z) v
+
+Stateless: functions of the displacement return arrays, nothing is remembered.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from continuum.model import substrates as greens
+from continuum.model.grid import Complex, Grid, Real
+from continuum.model.walls import Wall
+
+__all__ = ["ContactProblem"]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """A rigid rough wall above an elastic substrate.
+
+    Parameters
+    ----------
+    grid : the points of the surface.
+    wall : the law between wall and surface.
+    heights : of the wall, shape ``grid.shape``, in a0.
+    response : elastic response of the substrate, with its mean mode.
+
+    Raises
+    ------
+    ValueError
+        If the heights do not fit the grid or are not finite.
+    """
+
+    grid: Grid
+    wall: Wall
+    heights: Real
+    response: greens.Response
+
+    def __post_init__(self) -> None:
+        """Refuse heights that are none."""
+        heights = np.asarray(self.heights, dtype=np.float64)
+        if heights.flags.writeable or heights.base is not None:
+            # Others could change them.
+            heights = heights.copy()
+        if heights.shape != self.grid.shape:
+            msg = f"heights of shape {heights.shape} do not fit a grid of shape {self.grid.shape}"
+            raise ValueError(msg)
+        if not np.isfinite(heights).all():
+            msg = f"{np.count_nonzero(~np.isfinite(heights))} heights are not finite numbers"
+            raise ValueError(msg)
+        heights.flags.writeable = False
+        object.__setattr__(self, "heights", heights)
+
+    @cached_property
+    def stiffness_q(self) -> Real:
+        """K_q over the half spectrum, in E*/a0; infinite at q = 0 where the mean is clamped."""
+        return self.response.stiffness(self.grid)
+
+    @property
+    def mean_stiffness(self) -> float:
+        """K at q = 0."""
+        return float(self.stiffness_q[0, 0])
+
+    @property
+    def mean_height(self) -> float:
+        """Mean height of the wall; zero for a synthesised surface."""
+        return self.grid.mean(self.heights)
+
+    def gap(self, displacement: Real, separation: float) -> Real:
+        """Height of the wall above the displaced surface, in a0."""
+        return separation + self.heights - displacement
+
+    def displacement(self, gap: Real, separation: float) -> Real:
+        """The displacement that leaves the given gap, in a0."""
+        return separation + self.heights - gap
+
+    def elastic_traction_q(self, displacement_q: Complex) -> Complex:
+        """K u: minus the traction that holds the displacement.
+
+        A clamped mean carries any traction, so that component is reported as zero.
+        """
+        return self._finite_stiffness_q * displacement_q
+
+    @cached_property
+    def _finite_stiffness_q(self) -> Real:
+        return np.where(np.isfinite(self.stiffness_q), self.stiffness_q, 0.0)
+
+    def energy(self, displacement: Real, separation: float) -> float:
+        """Total energy, elastic and of the wall, in E* a0³; infinite if a clamped mean is displaced."""
+        u_q = self.grid.forward(displacement)
+        if np.isinf(self.mean_stiffness) and abs(u_q[0, 0]) > 1e-12:
+            return float("inf")
+        elastic = 0.5 * self.grid.inner_q(u_q, self.elastic_traction_q(u_q)) * self.grid.area
+        return elastic + self.grid.integrate(self.wall.energy(self.gap(displacement, separation)))
+
+    def gradient(self, displacement: Real, separation: float) -> Real:
+        """Derivative of the energy by the displacement, per area, in E*; without its mean where clamped."""
+        traction = self.wall.evaluate(self.gap(displacement, separation)).traction
+        gradient_q = self.elastic_traction_q(self.grid.forward(displacement)) + self.grid.forward(traction)
+        if np.isinf(self.mean_stiffness):
+            gradient_q[0, 0] = 0.0
+        return self.grid.inverse(gradient_q)
+
+    def hessian_product(self, displacement: Real, separation: float, change: Real) -> Real:
+        """Derivative of the gradient along a change of the displacement, per area, in E*."""
+        stiffness = self.wall.evaluate(self.gap(displacement, separation)).stiffness
+        product_q = self.elastic_traction_q(self.grid.forward(change)) + self.grid.forward(stiffness * change)
+        if np.isinf(self.mean_stiffness):
+            product_q[0, 0] = 0.0
+        return self.grid.inverse(product_q)

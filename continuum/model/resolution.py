@@ -1,0 +1,79 @@
+"""Whether the grid shows what it should: the surface, and the wall law at the rim of a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from continuum.model.grid import Real
+from continuum.model.problem import ContactProblem
+from continuum.theory.paper import snap_in_wavelength
+
+__all__ = ["POINTS", "short_waves", "unresolved"]
+
+POINTS = 4
+"""Points of the grid that a wavelength needs."""
+LARGEST_SHARE = 0.05
+"""Largest part of the mean square slope that may lie in shorter waves: what a surface with edges has anyway."""
+
+
+def short_waves(problem: ContactProblem) -> float:
+    """Part of the mean square slope in waves of fewer than ``POINTS`` points."""
+    grid = problem.grid
+    spectrum = grid.forward(problem.heights)
+    power: Real = (spectrum.real**2 + spectrum.imag**2) * grid.mode_weights * grid.wavenumber**2
+    limit = 2 * np.pi / (POINTS * max(grid.spacing))
+    total = float(power.sum())
+    return float(power[grid.wavenumber > limit * (1 + 1e-9)].sum()) / total if total else 0.0
+
+
+def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None = None) -> Iterator[str]:
+    """What the grid does not resolve, one sentence each, with what helps.
+
+    Three lengths are compared with the spacing Δ.  None is an error: a grid with one point for each atom is the
+    model of the paper, and a law that acts on single atoms is then what is meant.  But no result is then that of the
+    continuum, and a finer grid gives another.
+
+    * The surface: its shortest wavelength against 4 Δ.  Its curvature, and with it the size of contacts, comes from
+      the shortest waves; with fewer points a crest falls between points or on one.
+    * The range of the attraction against h'rms Δ, by which the gap grows from one point to the next at the rim of a
+      contact: a shorter range acts on less than one point beside the contact, and the attracted area is a count
+      of rims.
+    * The softening s of the law against the stiffness of the surface, E* q/2: waves longer than π E*/s snap together.
+      Where that is shorter than 4 Δ, single points snap in and out one after another (beyond 2 Δ even a wave of
+      alternating points): the rim of a contact is pinned to the grid, and hysteresis comes from the grid.
+
+    Parameters
+    ----------
+    rms_slope : h'rms.
+    shortest : shortest wavelength of the surface, in a0, if it has one; else the spectrum of the heights is looked at.
+    """
+    wall, spacing = problem.wall, max(problem.grid.spacing)
+    needed = POINTS * spacing
+    if shortest is not None and shortest < needed * (1 - 1e-9):
+        yield (
+            f"the shortest wavelength, {shortest:g} a0, has fewer than {POINTS} points of spacing {spacing:g} a0: "
+            "contact areas depend on the grid; raise grid.n at the same period, or lambda_s"
+        )
+    elif shortest is None and (share := short_waves(problem)) > LARGEST_SHARE:
+        yield (
+            f"{share:.0%} of the mean square slope lies in waves of fewer than {POINTS} points: contact areas depend "
+            "on the grid; raise grid.n at the same period, or smooth the heights"
+        )
+    if wall.work_of_adhesion <= 0:
+        return
+    change = rms_slope * spacing
+    if wall.range < change:
+        yield (
+            f"the wall attracts over {wall.range:.3g} a0, less than the gap changes between neighbouring points at the "
+            f"rim of a contact (h'rms times the spacing, {change:.3g} a0): attracted areas depend on the grid; raise "
+            "grid.n at the same period"
+        )
+    snapping = snap_in_wavelength(wall.largest_softening)
+    if snapping < needed * (1 - 1e-9):
+        yield (
+            f"the wall softens so much ({wall.largest_softening:.3g} E*/a0) that waves longer than {snapping:.3g} a0, "
+            f"fewer than {POINTS} points, snap in: single points of the grid jump, and hysteresis depends on the grid; "
+            "raise grid.n at the same period, or take a longer range"
+        )

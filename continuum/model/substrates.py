@@ -1,0 +1,191 @@
+"""Elastic response of the substrate: the stiffness K_q of its surface at each wavevector.
+
+``K_q = 1/G_zz(q)``: vertical traction per vertical displacement when lateral tractions vanish.  It is not the
+zz entry of the 3 x 3 stiffness matrix, which holds the lateral displacements at zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from continuum.model.cubic import THICK, CubicConstants, directional_contact_modulus, surface_stiffness
+from continuum.model.grid import Grid, Real
+
+__all__ = ["CubicLayer", "HalfSpace", "Layer", "MeanMode", "Response", "Tabulated"]
+
+MeanMode = float | Literal["clamped", "free"]
+"""Stiffness of the mean displacement: a number in E*/a0, "clamped" (infinite) or "free" (zero)."""
+
+
+class Response(Protocol):
+    """The interface of an elastic response."""
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum of the grid, in E*/a0; infinite at q = 0 where the mean is clamped."""
+
+
+def _with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
+    """Set the stiffness of the mean mode, the one place where the three choices are turned into a number."""
+    if mean == "clamped":
+        stiffness_q[0, 0] = np.inf
+    elif mean == "free":
+        stiffness_q[0, 0] = 0.0
+    elif isinstance(mean, str) or not mean >= 0:
+        msg = f'the mean mode is "clamped", "free" or a stiffness >= 0 in E*/a0, got {mean!r}'
+        raise ValueError(msg)
+    else:
+        stiffness_q[0, 0] = mean
+    return stiffness_q
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """Isotropic half-space: K_q = E* |q|/2 (Johnson, Contact Mechanics, 1985, section 13.1).
+
+    Parameters
+    ----------
+    mean : the mean mode; see :data:`MeanMode`.
+    contact_modulus : E*, 1 in reduced units.
+    """
+
+    mean: MeanMode
+    contact_modulus: float = 1.0
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum, in E*/a0."""
+        return _with_mean(self.contact_modulus / 2 * grid.wavenumber, self.mean)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Isotropic layer bonded to a rigid base, any Poisson ratio up to and including 1/2.
+
+    With x = q depth, from plane-strain elasticity with u = 0 at the base and no lateral traction on top (the
+    tests integrate that boundary-value problem numerically)::
+
+        K_q = E* q/2  [(3 - 4ν) cosh 2x + 2x² + 5 - 12ν + 8ν²] / [(3 - 4ν) sinh 2x - 2x]
+
+    Parameters
+    ----------
+    depth : thickness of the layer, in a0.
+    poisson : ν.
+    mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
+    contact_modulus : E*, 1 in reduced units.
+    """
+
+    depth: float
+    poisson: float
+    mean: MeanMode
+    contact_modulus: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if not self.depth > 0 or not -1 < self.poisson <= 0.5:
+            msg = f"a layer has a positive depth and -1 < ν <= 1/2, got depth {self.depth}, ν {self.poisson}"
+            raise ValueError(msg)
+
+    @property
+    def compressive_stiffness(self) -> float:
+        """Pressure per mean displacement, (1-ν)² E*/((1-2ν) depth), in E*/a0; infinite at ν = 1/2."""
+        if self.poisson == 0.5:
+            return float("inf")
+        nu = self.poisson
+        return self.contact_modulus * (1 - nu) ** 2 / ((1 - 2 * nu) * self.depth)
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum, in E*/a0."""
+        nu, q = self.poisson, grid.wavenumber
+        q[0, 0] = 1.0  # its value is set below
+        x = q * self.depth
+        # Multiplied through by exp(-2x), so that no hyperbolic function overflows.
+        decay = np.exp(-2 * x)
+        a = 3 - 4 * nu
+        above = a * (1 + decay**2) / 2 + decay * (2 * x**2 + 5 - 12 * nu + 8 * nu**2)
+        below = -a * np.expm1(-4 * x) / 2 - decay * 2 * x
+        return _with_mean(self.contact_modulus / 2 * q * above / below, self.mean)
+
+
+@dataclass(frozen=True)
+class CubicLayer:
+    """Cubic crystal with a (100) surface, a half-space or a layer bonded to a rigid base.
+
+    Parameters
+    ----------
+    depth : thickness of the layer, in a0; infinite for a half-space.
+    constants : C11, C12, C44, in E*.
+    mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
+    axis : angle of the grid's x axis to the cubic axis <100>, in radians; π/4 for the square of surface atoms,
+        whose sides are <110>.
+    """
+
+    depth: float
+    constants: CubicConstants
+    mean: MeanMode
+    axis: float = np.pi / 4
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if not self.depth > 0:
+            msg = f"a layer has a positive depth, got {self.depth}"
+            raise ValueError(msg)
+        self.constants.require_stable()
+
+    @property
+    def compressive_stiffness(self) -> float:
+        """Pressure per mean displacement, C11/depth, in E*/a0."""
+        return self.constants.c11 / self.depth
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum, in E*/a0.
+
+        Costs about 50 µs for each mode whose wavelength exceeds a sixth of the depth; all others are those of a
+        half-space.
+        """
+        qx, qy = np.broadcast_arrays(*grid.wavevectors)
+        q = grid.wavenumber
+        angle = np.arctan2(qy, qx) + self.axis
+        stiffness_q = q * directional_contact_modulus(self.constants, angle) / 2
+        long_wave = q < THICK / self.depth
+        long_wave[0, 0] = False  # its value is set below
+        layer = surface_stiffness(self.constants, angle[long_wave], q[long_wave] * self.depth)
+        stiffness_q[long_wave] = q[long_wave] * layer
+        return _with_mean(stiffness_q, self.mean)
+
+
+@dataclass(frozen=True, eq=False)
+class Tabulated:
+    """A response measured elsewhere, on one grid: K_q over its half spectrum, q = 0 included.
+
+    Parameters
+    ----------
+    table : K_q, shape ``grid.shape_q``, in E*/a0; positive, except that q = 0 may be zero or infinite.
+    lengths : periods of the grid it belongs to, in a0.
+    source : where it comes from, in words; stored with results.
+    """
+
+    table: Real
+    lengths: tuple[float, float]
+    source: str
+
+    def __post_init__(self) -> None:
+        """Refuse tables that are no stiffness."""
+        table = np.array(self.table, dtype=np.float64)
+        others = table.ravel()[1:]
+        if table.ndim != 2 or not (np.isfinite(others).all() and (others > 0).all() and table[0, 0] >= 0):
+            msg = "a table of stiffness is a half spectrum of positive finite numbers (q = 0: zero or more)"
+            raise ValueError(msg)
+        table.flags.writeable = False
+        object.__setattr__(self, "table", table)
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum, in E*/a0; refused on a grid that it was not made for."""
+        if grid.shape_q != self.table.shape or not np.allclose(grid.lengths, self.lengths, rtol=1e-12):
+            msg = (
+                f"this table holds {self.table.shape} modes of periods {self.lengths}, "
+                f"the grid has {grid.shape_q} and {grid.lengths}"
+            )
+            raise ValueError(msg)
+        return np.array(self.table)

@@ -1,0 +1,172 @@
+"""Rough walls: self-affine spectra and their synthesis, simple shapes, spectral moments.
+
+Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from continuum.model.grid import Grid, Real
+
+__all__ = ["Moments", "SelfAffine", "moments", "power_spectrum", "sine", "sphere"]
+
+
+class Moments(NamedTuple):
+    """Root-mean-square height, slope and curvature of a surface."""
+
+    rms_height: float
+    """h_rms = sqrt(<h²>), in a0."""
+    rms_slope: float
+    """h'_rms = sqrt(<|grad h|²>)."""
+    rms_curvature: float
+    """h''_rms = sqrt(<(laplacian h)²>), in 1/a0: the paper's definition; some packages report half of it."""
+
+
+def _moments(grid: Grid, power_q: Real) -> Moments:
+    """Moments of a power |h_q|² over the half spectrum."""
+    q2 = grid.wavenumber**2
+    weighted = power_q * grid.mode_weights
+    return Moments(*(float(np.sqrt(np.sum(weighted * q2**k))) for k in range(3)))
+
+
+def moments(grid: Grid, heights: Real) -> Moments:
+    """Spectral moments of given heights; the mean height does not count."""
+    power_q = np.abs(grid.forward(heights)) ** 2
+    power_q[0, 0] = 0.0
+    return _moments(grid, power_q)
+
+
+@dataclass(frozen=True)
+class SelfAffine:
+    """The paper's random surface: self-affine between two wavelengths (Methods).
+
+    The amplitude of each mode is Gaussian with variance C(q), its phase uniform::
+
+        C(q) ~ q^(-2-2H)        2π/λ_L <= q <= 2π/λ_s
+             ~ const            q < 2π/λ_L
+             = 0                q = 0 and q > 2π/λ_s
+
+    Since the amplitudes scatter, so does the rms slope of a realisation, by sqrt(Σw²/2)/Σw over independent
+    modes with w = C q²; it is therefore rescaled to ``rms_slope``, unless ``rescale`` is false.
+
+    Parameters
+    ----------
+    hurst : H, between 0 and 1.
+    rms_slope : target of h'_rms.
+    lambda_s, lambda_L : shortest and roll-off wavelength, in a0.
+    rescale : multiply the realisation so that its rms slope is the target exactly.
+    """
+
+    hurst: float
+    rms_slope: float
+    lambda_s: float
+    lambda_L: float
+    rescale: bool = True
+
+    def power_q(self, grid: Grid) -> Real:
+        """Expected |h_q|² over the half spectrum, in a0², normalised to the target slope."""
+        q = grid.wavenumber
+        power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-2 - 2 * self.hurst)
+        # One part in 1e12: a mode that lies on the cut-off belongs to the surface on every grid.
+        power[q > 2 * np.pi / self.lambda_s * (1 + 1e-12)] = 0.0
+        power[0, 0] = 0.0
+        slope = _moments(grid, power).rms_slope
+        if slope == 0.0:
+            msg = f"no wavevector of the grid lies below 2π/λ_s: λ_s = {self.lambda_s}, periods {grid.lengths}"
+            raise ValueError(msg)
+        return power * (self.rms_slope / slope) ** 2
+
+    def expected_moments(self, grid: Grid) -> Moments:
+        """Moments of the ensemble: the exact sums over the modes of the grid."""
+        return _moments(grid, self.power_q(grid))
+
+    def slope_scatter(self, grid: Grid) -> float:
+        """Relative standard deviation of the rms slope of a realisation that is not rescaled."""
+        # An independent mode is a pair (q, -q); its share of the squared slope is w times a Gaussian squared.
+        w = (self.power_q(grid) * grid.wavenumber**2)[_half_plane(grid)]
+        return float(np.sqrt(np.sum(w**2) / 2) / np.sum(w))
+
+    def synthesise(self, grid: Grid, rng: np.random.Generator) -> Real:
+        """One realisation.
+
+        The same generator state gives the same surface on every grid of the same periods that resolves λ_s.
+
+        Raises
+        ------
+        ValueError
+            If λ_s is below two spacings: the grid would alias the surface.
+        """
+        if self.lambda_s < 2 * max(grid.spacing) * (1 - 1e-12):
+            msg = f"λ_s = {self.lambda_s} is below two grid spacings, 2 x {max(grid.spacing)}"
+            raise ValueError(msg)
+        m, n = _shells(max(int(length / self.lambda_s + 1e-9) for length in grid.lengths))
+        # Two streams, so that a smaller λ_s adds modes and leaves the others as they were.
+        phases, gaussians = rng.spawn(2)
+        amplitude = np.exp(2j * np.pi * phases.random(m.size)) * gaussians.standard_normal(m.size)
+
+        nx, ny = grid.shape
+        kept = (np.abs(m) <= nx // 2) & (n <= ny // 2)
+        m, n, amplitude = m[kept], n[kept], amplitude[kept]
+        heights_q = np.zeros(grid.shape_q, dtype=np.complex128)
+        heights_q[m % nx, n] = amplitude
+        on_axis = n == 0
+        heights_q[-m[on_axis] % nx, 0] = amplitude[on_axis].conj()
+        heights_q *= np.sqrt(self.power_q(grid))
+
+        heights = grid.inverse(heights_q)
+        if self.rescale:
+            heights *= self.rms_slope / moments(grid, heights).rms_slope
+        return heights
+
+
+def _half_plane(grid: Grid) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    """One of each pair (q, -q) of the half spectrum, without q = 0."""
+    m, n = grid.mode_numbers
+    half: np.ndarray[tuple[int, int], np.dtype[np.bool_]] = (n > 0) | (m > 0)
+    return half
+
+
+def _shells(largest: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], ...]:
+    """Mode numbers of one half plane, ordered by shells of max(|m|, |n|), whatever the grid."""
+    m, n = (a.ravel() for a in np.mgrid[-largest : largest + 1, 0 : largest + 1])
+    half = (n > 0) | (m > 0)
+    m, n = m[half], n[half]
+    order = np.lexsort((m, n, np.maximum(np.abs(m), n)))
+    return m[order], n[order]
+
+
+def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
+    """Isotropic power spectral density C(q), the average over rings one fundamental wide.
+
+    Returns the mean wavenumber of each ring, in 1/a0, and C = A0 |h_q|²/(2π)², in a0⁴, so that
+    h_rms² = ∫ C d²q.
+    """
+    power = np.abs(grid.forward(heights)) ** 2 * grid.area / (2 * np.pi) ** 2
+    q, weights = grid.wavenumber, np.broadcast_to(grid.mode_weights, grid.shape_q)
+    ring = np.rint(q / (2 * np.pi / max(grid.lengths))).astype(np.int64).ravel()
+    ring[0] = ring.max() + 1  # q = 0 is a mean, not roughness
+
+    def ring_sum(values: Real) -> Real:
+        return np.bincount(ring, weights=values.ravel()).astype(np.float64)[1:-1]
+
+    count = ring_sum(weights.astype(np.float64))
+    filled = count > 0
+    return ring_sum(q * weights)[filled] / count[filled], ring_sum(power * weights)[filled] / count[filled]
+
+
+def sphere(grid: Grid, radius: float) -> Real:
+    """The lower side of a paraboloid of the given radius (in a0) that touches at the centre of the period."""
+    x, y = grid.positions
+    r2 = (x - grid.lengths[0] / 2) ** 2 + (y - grid.lengths[1] / 2) ** 2
+    return r2 / (2 * radius)
+
+
+def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
+    """Heights amplitude (1 - cos q.x) with q = 2π (waves[0]/Lx, waves[1]/Ly): lowest at the origin."""
+    x, y = grid.positions
+    phase = 2 * np.pi * (waves[0] * x / grid.lengths[0] + waves[1] * y / grid.lengths[1])
+    return amplitude * (1 - np.cos(phase))

@@ -1,0 +1,400 @@
+"""Wall laws: energy, traction and stiffness per area of the rigid wall on the surface, at a given gap.
+
+A law is a pure function of the gap.  Its core, where (a0/z)^10 would overflow, is continued with constant
+stiffness below ``core``: finite everywhere, and exact for every state whose smallest gap is above it, which
+:mod:`continuum.path.loading` checks at the end of each solve.  The formulas are those of :mod:`continuum.model.laws`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+
+from continuum.model import laws
+from continuum.model.grid import Real
+from continuum.model.laws import Law
+from continuum.theory import paper as theory
+
+__all__ = ["Exponential", "HardWall", "InversePowers", "LennardJonesSpline", "Response", "Tabulated", "Wall"]
+
+_CORE = 0.7
+
+
+class Response(NamedTuple):
+    """What the wall does to the surface at each point, per area."""
+
+    energy: Real
+    """Interaction energy, zero at infinite gap, in E* a0."""
+    traction: Real
+    """-d energy/d gap, in E*; compression positive."""
+    stiffness: Real
+    """d²energy/d gap² = -d traction/d gap, in E*/a0; negative where the law softens."""
+
+
+class Wall:
+    """What every wall law offers.  Laws are frozen; lengths are in a0, tractions in E*."""
+
+    if TYPE_CHECKING:  # fields in one law, derived in another: a property here would hide the field
+
+        @property
+        def law(self) -> Law:
+            """The law as compiled code takes it."""
+
+        @property
+        def zero_gap(self) -> float:
+            """Gap at which the traction changes sign."""
+
+        @property
+        def range(self) -> float:
+            """Distance beyond ``zero_gap`` over which the wall attracts: its cut-off, or its effective range."""
+
+        @property
+        def core(self) -> float:
+            """Gap below which the law is continued with constant stiffness."""
+
+    def evaluate(self, gap: Real) -> Response:
+        """Energy, traction and stiffness per area at each gap."""
+        return Response(*laws.evaluate(self.law, gap))
+
+    def energy(self, gap: Real) -> Real:
+        """Energy per area at each gap, in E* a0."""
+        return self.evaluate(gap).energy
+
+    def touches(self, gap: Real) -> NDArray[np.bool_]:
+        """Where the surface is in repulsive contact: gap below ``zero_gap``."""
+        return np.asarray(gap < self.zero_gap)
+
+    @property
+    def work_of_adhesion(self) -> float:
+        """Depth of the energy at ``zero_gap``, w, in E* a0; in reduced units also l_a = w/E*."""
+        return -float(self.evaluate(np.array(self.zero_gap)).energy)
+
+    @cached_property
+    def effective_range(self) -> float:
+        """Effective range of the attraction, Eq. (deltar); 0 without attraction."""
+        if self.work_of_adhesion <= 0:
+            return 0.0
+        cutoff = self.law.reach - self.zero_gap
+        return theory.effective_range(lambda x: -float(self.evaluate(np.array(self.zero_gap + x)).traction), cutoff)
+
+    @property
+    def largest_tension(self) -> float:
+        """Largest attractive traction, in E*."""
+        return self._largest(lambda gap: -self.evaluate(gap).traction)
+
+    @property
+    def largest_softening(self) -> float:
+        """Largest negative stiffness as a positive number, in E*/a0.
+
+        Flats snap together for wavelengths above :func:`continuum.theory.paper.snap_in_wavelength` of it.
+        """
+        return self._largest(lambda gap: -self.evaluate(gap).stiffness)
+
+    def _largest(self, values: Callable[[Real], Real]) -> float:
+        end = min(self.law.reach, self.zero_gap + 20.0)
+        gaps = np.linspace(self.zero_gap, end, 20001)
+        i = int(np.argmax(values(gaps)))
+        bounds = gaps[max(i - 1, 0)], gaps[min(i + 1, gaps.size - 1)]
+        found = minimize_scalar(lambda gap: -float(values(np.array(gap))), bounds=bounds, method="bounded")
+        return max(0.0, -float(found.fun), float(values(gaps[i : i + 1])[0]))
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            msg = f"the {name.replace('_', ' ')} of a wall is a positive finite number, got {value}"
+            raise ValueError(msg)
+
+
+def _core(core: float) -> None:
+    if not 0 < core < 1:
+        msg = f"the core of a wall lies between 0 and a0, got {core}"
+        raise ValueError(msg)
+
+
+@dataclass(frozen=True)
+class HardWall(Wall):
+    """Non-overlap, no adhesion: gap >= 0, traction >= 0, and one of them zero at each point.
+
+    The wall only constrains: its traction is not a function of the gap but what holds the surface,
+    :func:`continuum.path.loading.traction`.  Contact is where the gap is exactly zero.
+    """
+
+    zero_gap: ClassVar[float] = 0.0
+    range: ClassVar[float] = 0.0
+    core: ClassVar[float] = -np.inf
+    work_of_adhesion: ClassVar[float] = 0.0
+    largest_tension: ClassVar[float] = 0.0
+    largest_softening: ClassVar[float] = 0.0
+
+    @property
+    def law(self) -> Law:
+        """Refused: see :meth:`evaluate`."""
+        msg = (
+            "a hard wall has no traction as a function of the gap: take the solution's, continuum.path.loading.traction"
+        )
+        raise TypeError(msg)
+
+    def evaluate(self, gap: Real) -> Response:
+        """Refused, since no traction belongs to a gap.
+
+        Raises
+        ------
+        TypeError
+            Always.
+        """
+        return super().evaluate(gap)
+
+    def energy(self, gap: Real) -> Real:
+        """Zero, infinite where the surface would overlap."""
+        return np.where(gap < 0, np.inf, 0.0)
+
+    def touches(self, gap: Real) -> NDArray[np.bool_]:
+        """Where the gap is exactly zero, which is where the wall pushes."""
+        return np.asarray(gap <= 0.0)
+
+
+@dataclass(frozen=True)
+class LennardJonesSpline(Wall):
+    """The paper's law, Eq. (potential): repulsive 9-3 core, cubic-spline attraction of finite range.
+
+    With z the gap, x = z - a0, k the stiffness at the minimum and r the range::
+
+        p(z) = (k/a0²) a0/6 [(a0/z)^10 - (a0/z)^4]        z <= a0
+             = -(k/a0²) x (1 - x/r)²                      a0 < z < a0 + r
+             = 0                                          z >= a0 + r
+
+    Work of adhesion w = k r²/(12 a0²): with the paper's k = E* a0/2, w = E* r²/(24 a0), largest tension
+    (2/27) E* r/a0 at x = r/3, largest softening E*/(6 a0), whatever the range.  ``range = 0`` is the purely
+    repulsive wall of the paper's nonadhesive runs.
+
+    Parameters
+    ----------
+    range : Δr, distance from the minimum at a0 to the cut-off, in a0; 0 for no adhesion.
+    minimum_stiffness : k/a0², stiffness per area at the minimum, in E*/a0 (the paper's is 1/2).
+    core : gap below which the traction continues linearly, in a0.
+    """
+
+    range: float
+    minimum_stiffness: float = 0.5
+    core: float = _CORE
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if not (np.isfinite(self.range) and self.range >= 0):
+            msg = f"the range of a wall is a finite number, zero or positive, got {self.range}"
+            raise ValueError(msg)
+        _positive(minimum_stiffness=self.minimum_stiffness)
+        _core(self.core)
+
+    @classmethod
+    def from_adhesion_length(cls, adhesion_length: float) -> LennardJonesSpline:
+        """The paper's family: k = E* a0/2 and l_a = w/E* = Δr²/(24 a0)."""
+        return cls(range=float(np.sqrt(24 * adhesion_length)))
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        parameters = np.array([self.minimum_stiffness, self.core, self.range, self.work_of_adhesion])
+        return Law(laws.SPLINE, parameters, 1.0 + self.range)
+
+    @property
+    def work_of_adhesion(self) -> float:
+        """Depth w = k Δr²/(12 a0²), in E* a0."""
+        return self.minimum_stiffness * self.range**2 / 12
+
+    @property
+    def largest_tension(self) -> float:
+        """(4/27) k Δr/a0², in E*, at a0 + Δr/3."""
+        return 4 / 27 * self.minimum_stiffness * self.range
+
+    @property
+    def largest_softening(self) -> float:
+        """k/3, in E*/a0, at a0 + 2Δr/3; whatever the range, if there is one."""
+        return self.minimum_stiffness / 3 if self.range > 0 else 0.0
+
+    @property
+    def zero_gap(self) -> float:
+        """The minimum of the energy, a0."""
+        return 1.0
+
+
+@dataclass(frozen=True)
+class InversePowers(Wall):
+    """Two inverse powers, not truncated: energy c [(a0/z)^m/m - (a0/z)^n/n], c = k a0/(m - n), minimum at a0.
+
+    (m, n) = (9, 3) integrates the 12-6 potential between atoms over a half-space; (12, 6) is the 12-6 law taken
+    for the surface itself, with a pressure of (a0/z)^13 - (a0/z)^7.  Work of adhesion k a0/(m n).
+
+    Parameters
+    ----------
+    powers : (m, n) of the energy, m > n > 1.
+    minimum_stiffness : k/a0², stiffness per area at the minimum, in E*/a0.
+    core : gap below which the traction continues linearly, in a0.
+    """
+
+    powers: tuple[int, int]
+    minimum_stiffness: float
+    core: float = _CORE
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if not self.powers[0] > self.powers[1] > 1:
+            msg = f"the powers of a wall fall and exceed 1: repulsion, then attraction; got {self.powers}"
+            raise ValueError(msg)
+        _positive(minimum_stiffness=self.minimum_stiffness)
+        _core(self.core)
+
+    @classmethod
+    def from_adhesion_length(cls, powers: tuple[int, int], adhesion_length: float) -> InversePowers:
+        """The law of a given w = l_a E*: here the stiffness follows, as the range cannot."""
+        return cls(powers, adhesion_length * powers[0] * powers[1])
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        m, n = self.powers
+        parameters = np.array([self.minimum_stiffness, self.core, float(m), float(n)])
+        return Law(laws.INVERSE_POWERS, parameters, np.inf)
+
+    @property
+    def zero_gap(self) -> float:
+        """The minimum of the energy, a0."""
+        return 1.0
+
+    @property
+    def range(self) -> float:
+        """The effective range: there is no cut-off."""
+        return self.effective_range
+
+
+@dataclass(frozen=True)
+class Exponential(Wall):
+    """Exponential attraction on a harmonic core: energy -γ exp(-z/ρ) outside, γ (z/ρ - 1) + K z²/2 for z < 0.
+
+    The literature's hard wall with exponential adhesion is its limit of large K.  The traction changes sign at
+    z = -γ/(ρ K), and the work of adhesion is γ + γ²/(2 ρ² K).
+
+    Parameters
+    ----------
+    surface_energy : γ, in E* a0.
+    decay_length : ρ, in a0.
+    core_stiffness : K, in E*/a0.
+    """
+
+    surface_energy: float
+    decay_length: float
+    core_stiffness: float
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        _positive(
+            surface_energy=self.surface_energy, decay_length=self.decay_length, core_stiffness=self.core_stiffness
+        )
+
+    @property
+    def core(self) -> float:
+        """No gap is too small for a harmonic core."""
+        return -np.inf
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        parameters = np.array([self.core_stiffness, self.surface_energy, self.decay_length])
+        return Law(laws.EXPONENTIAL, parameters, np.inf)
+
+    @property
+    def zero_gap(self) -> float:
+        """Where core and attraction balance."""
+        return -self.surface_energy / (self.decay_length * self.core_stiffness)
+
+    @property
+    def range(self) -> float:
+        """The effective range: there is no cut-off."""
+        return self.effective_range
+
+    @property
+    def largest_tension(self) -> float:
+        """γ/ρ, in E*, where the core ends."""
+        return self.surface_energy / self.decay_length
+
+    @property
+    def largest_softening(self) -> float:
+        """γ/ρ², in E*/a0, where the core ends."""
+        return self.surface_energy / self.decay_length**2
+
+
+@dataclass(frozen=True, eq=False)
+class Tabulated(Wall):
+    """A law given as a table of traction against gap: a cubic spline through the knots.
+
+    The energy is the spline's integral, zero at the last knot, so that energy, traction and stiffness belong
+    to one another exactly.  Below the first knot the traction continues linearly, beyond the last it is zero.
+
+    Parameters
+    ----------
+    gap : increasing knots, in a0, at least four.
+    traction : traction at each knot, in E*, compression positive; zero at the last knot.
+
+    Raises
+    ------
+    ValueError
+        If the table is not increasing, not finite, not repulsive at its first knot or not zero at its last.
+    """
+
+    gap: Real
+    traction: Real
+
+    def __post_init__(self) -> None:
+        """Refuse tables that are no wall."""
+        gap, traction = (np.array(a, dtype=np.float64) for a in (self.gap, self.traction))
+        if gap.ndim != 1 or gap.shape != traction.shape or gap.size < 4:
+            msg = f"a wall table is two columns of at least 4 rows, got {gap.shape} and {traction.shape}"
+            raise ValueError(msg)
+        if not (np.isfinite(gap).all() and np.isfinite(traction).all()):
+            msg = "a wall table holds finite numbers only"
+            raise ValueError(msg)
+        if not (np.diff(gap) > 0).all():
+            msg = "the gaps of a wall table increase from row to row"
+            raise ValueError(msg)
+        if not (traction[0] > 0 and abs(traction[-1]) <= 1e-12 * np.abs(traction).max()):
+            msg = "a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
+            raise ValueError(msg)
+        for name, values in (("gap", gap), ("traction", traction)):
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self.gap, self.traction)
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        integral = self._spline.antiderivative()
+        energy = float(integral(self.gap[-1])) - integral(self.gap[:-1])
+        parts = (np.array([self.gap.size - 1.0]), self.gap, energy, self._spline.c.T.ravel())
+        return Law(laws.TABLE, np.concatenate(parts), float(self.gap[-1]))
+
+    @cached_property
+    def zero_gap(self) -> float:
+        """First gap at which the traction vanishes: the sign change, or where a repulsive law ends."""
+        roots = self._spline.roots(extrapolate=False)
+        return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
+
+    @property
+    def range(self) -> float:
+        """From ``zero_gap`` to the last knot, in a0."""
+        return float(self.gap[-1]) - self.zero_gap
+
+    @property
+    def core(self) -> float:
+        """The first knot, in a0."""
+        return float(self.gap[0])

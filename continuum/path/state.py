@@ -1,0 +1,212 @@
+"""One equilibrium under load, as a path keeps it; jumps between two of them; the words for how they were reached."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from continuum.measure.contact import Contact, measure
+from continuum.model.grid import Real
+from continuum.model.problem import ContactProblem
+from continuum.model.walls import HardWall, Wall
+from continuum.solve.hard import Pressed
+from continuum.solve.smooth import Solution, Status
+
+__all__ = [
+    "Branch",
+    "Control",
+    "Event",
+    "EventKind",
+    "Outcome",
+    "Search",
+    "Side",
+    "State",
+    "coordinate",
+    "event",
+    "gone",
+    "kept",
+    "numbers",
+    "state_of",
+    "traction",
+]
+
+Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
+Branch = Literal["start", "approach", "retract"]
+EventKind = Literal["jump-in", "jump-out", "pull-off"]
+
+
+class Outcome(enum.Enum):
+    """Why there is no state at a target, although the solver did what it could."""
+
+    PULLED_OFF = "the contact does not hold this tension: the surface has left the wall"
+    JUMPED_OVER = "the repulsive area jumps over the target on this branch; the state is the last one before"
+    NOT_FOUND = "the search for the area did not end: it is no steady function of the mean gap at this tolerance"
+
+    @property
+    def ok(self) -> bool:
+        """Whether the state is an equilibrium at its target: never."""
+        return False
+
+
+@dataclass(frozen=True)
+class Search:
+    """How closely a given area is met, and how closely jumps are looked for.
+
+    Parameters
+    ----------
+    area_tolerance : largest difference of the repulsive area from a given one, relative to it; half a point of the
+        grid always counts as met.
+    area_resolution : width in mean gap, in a0, down to which a jump of the area over its target is bracketed.
+    event_resolution : width in the controlled quantity down to which jumps between the points of a path are
+        bracketed; None not to look for them.
+    event_threshold : smallest jump that counts, as a fraction of A0: a change of repulsive area, of
+        repulsive and attracted area together, or of attractive load in units of the wall's largest tension.
+    """
+
+    area_tolerance: float = 0.01
+    area_resolution: float = 1e-3
+    event_resolution: float | None = None
+    event_threshold: float = 0.01
+
+
+class Side(NamedTuple):
+    """One side of a jump, as numbers: lengths in a0, loads per A0 in E*, areas as fractions of A0."""
+
+    value: float
+    """Of the controlled quantity."""
+    separation: float
+    mean_gap: float
+    area_rep: float
+    area_att: float
+    load: float
+
+
+class Event(NamedTuple):
+    """A jump from one equilibrium to another far from it, while the control hardly changes."""
+
+    kind: EventKind
+    """"jump-in" on approach, "jump-out" on retraction, "pull-off" where no repulsive contact remains after it."""
+    control: Control
+    branch: Branch
+    before: Side
+    after: Side
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """One equilibrium under load."""
+
+    control: Control
+    """What was given."""
+    target: float
+    """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
+    branch: Branch
+    """Direction from which it was reached."""
+    separation: float
+    """Height of the wall's zero above the undeformed surface, in a0; not a number where the mean is free."""
+    mean_gap: float
+    """In a0."""
+    contact: Contact
+    """Areas and loads."""
+    solution: Solution = field(repr=False)
+    outcome: Outcome | None = None
+    """Why the target has no state; None if it has one."""
+    beyond: State | None = field(default=None, repr=False)
+    """The state after the jump, where the area jumps over the target."""
+    events: tuple[Event, ...] = ()
+    """Jumps on the way from the state before."""
+    lowest: tuple[float, float] | None = None
+    """Smallest load per A0, in E*, and its mean gap, among the equilibria on the way from the state before and it."""
+    search_pairs: float = 0.0
+    """FFT pairs, weighted as those of the solution, of the other equilibria on the way."""
+    search_solves: int = 0
+    """Their number."""
+
+    @property
+    def mean_pressure(self) -> float:
+        """Load per area, in E*."""
+        return self.contact.load
+
+    @property
+    def gap(self) -> Real:
+        """Height of the wall above the deformed surface, shape ``grid.shape``, in a0."""
+        return self.solution.points
+
+    @property
+    def status(self) -> Status | Outcome:
+        """How the solve, or the search, ended."""
+        return self.outcome or self.solution.status
+
+
+def state_of(
+    problem: ContactProblem, control: Control, target: float, branch: Branch, solution: Solution | Real
+) -> State:
+    """A state with all that follows from its gap.
+
+    A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown, not numbers.
+    """
+    if not isinstance(solution, Solution):
+        solution = Solution(solution, Status.CONVERGED, 0.0, 0)
+    pressure = solution.traction if isinstance(solution, Pressed) else None
+    if pressure is None and isinstance(problem.wall, HardWall):
+        pressure = np.broadcast_to(np.nan, problem.grid.shape)
+    contact = measure(problem.grid, problem.wall, solution.points, pressure)
+    mean_gap = problem.grid.mean(solution.points)
+    separation = target
+    if control != "separation":
+        k = problem.mean_stiffness
+        separation = mean_gap - problem.mean_height - (contact.load / k if k > 0 else np.nan)
+    return State(control, target, branch, separation, mean_gap, contact, solution)
+
+
+def traction(wall: Wall, solution: Solution) -> Real:
+    """Traction of the wall on the surface at each point, in E*: of its law, or what a hard wall carries."""
+    return solution.traction if isinstance(solution, Pressed) else wall.evaluate(solution.points).traction
+
+
+def kept(state: State) -> State:
+    """What a path keeps of a state: its numbers, and of its fields the gap only."""
+    solution = Solution(state.gap, state.solution.status, state.solution.residual, state.solution.iterations)
+    return replace(state, solution=solution, outcome=None, beyond=None, events=())
+
+
+def numbers(state: State) -> State:
+    """A state without its fields."""
+    nothing = np.broadcast_to(np.nan, state.gap.shape)
+    return replace(kept(state), solution=replace(kept(state).solution, points=nothing))
+
+
+def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> State:
+    """The state of a surface that has left the wall under tension: no contact, no load, an infinite gap."""
+    nothing = Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf)
+    solution = solution or Solution(problem.heights, Status.CONVERGED, -target, 0)
+    solution = replace(solution, points=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
+    return State("mean-pressure", target, branch, np.inf, np.inf, nothing, solution, Outcome.PULLED_OFF)
+
+
+def coordinate(control: Control, state: State) -> float:
+    """Value of a controlled quantity in a state, also one that was reached under another control."""
+    if control == state.control:
+        return state.target
+    return {
+        "separation": state.separation,
+        "mean-gap": state.mean_gap,
+        "mean-pressure": state.mean_pressure,
+        "repulsive-area": state.contact.area_rep,
+    }[control]
+
+
+def event(control: Control, branch: Branch, before: State, after: State) -> Event:
+    """The jump between two states; its controlled quantity is the mean gap where an area is searched for."""
+    kind: EventKind = "jump-in"
+    if branch == "retract":
+        kind = "pull-off" if after.contact.area_rep == 0 else "jump-out"
+    return Event(kind, control, branch, _side(control, before), _side(control, after))
+
+
+def _side(control: Control, state: State) -> Side:
+    contact, value = state.contact, coordinate(control, state)
+    return Side(value, state.separation, state.mean_gap, contact.area_rep, contact.area_att, contact.load)

@@ -1,0 +1,285 @@
+"""The record of a run: what is known of each point, as numbers and as fields, and its form in the result file."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.files import store
+from continuum.files.store import Attribute, Dataset
+from continuum.measure.contact import ATTRACTED, REPULSIVE, Contact, contact_map
+from continuum.model.problem import ContactProblem
+from continuum.path.state import Branch, Event, EventKind, Outcome, Side, State, gone, numbers
+from continuum.solve.solution import Solution, Status, Work
+
+__all__ = ["Passed", "Record", "Step"]
+
+
+def _column(units: str, long_name: str) -> Any:
+    return field(metadata={"units": units, "long_name": long_name})
+
+
+@dataclass(frozen=True)
+class Step:
+    """One point of the path, as numbers.  Each is stored as a dataset over ``step``."""
+
+    control: str = _column("", "what is given")
+    target: float = _column("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
+    branch: str = _column("", "direction from which the point was reached")
+    separation: float = _column("a0", "height of the wall's zero above the undeformed surface")
+    mean_gap: float = _column("a0", "mean gap")
+    area_rep: float = _column("1", "repulsive area A_rep/A0")
+    area_att: float = _column("1", "attracted area A_att/A0")
+    load: float = _column("E*", "load N/A0, compression positive")
+    load_rep: float = _column("E*", "repulsive load N_rep/A0")
+    load_att: float = _column("E*", "attractive load N_att/A0")
+    lowest_load: float = _column("E*", "smallest load on the way from the point before, as far as it was looked at")
+    lowest_load_mean_gap: float = _column("a0", "mean gap there")
+    elastic_energy: float = _column("E* a0", "elastic energy per area, without the mean mode")
+    wall_energy: float = _column("E* a0", "interaction energy per area")
+    smallest_gap: float = _column("a0", "smallest gap")
+    residual: float = _column("E*", "root-mean-square residual traction")
+    iterations: int = _column("1", "iterations of the solver")
+    fft_pairs: float = _column("1", "Fourier transforms, halved, of all grids, weighted by their points")
+    sweeps: int = _column("1", "evaluations of the line search, finest grid")
+    search_pairs: float = _column("1", "Fourier transforms of the search for the point and for jumps, likewise")
+    search_solves: int = _column("1", "equilibria of that search")
+    status: str = _column("", "how the solve ended")
+
+    @property
+    def converged(self) -> bool:
+        """Whether the point is an equilibrium."""
+        return self.status == Status.CONVERGED.name
+
+    @property
+    def meaning(self) -> str:
+        """How the solve or the search ended, in words."""
+        words: str = (Outcome[self.status] if self.status in Outcome.__members__ else Status[self.status]).value
+        return words
+
+
+class Passed(NamedTuple):
+    """A jump, and the point of the path on the way to which it was met."""
+
+    step: int
+    event: Event
+
+
+@dataclass
+class Record:
+    """What is known so far.  The one mutable thing of a run."""
+
+    fields: bool
+    """Whether gaps are kept in full."""
+    steps: list[Step] = field(default_factory=list)
+    events: list[Passed] = field(default_factory=list)
+    repulsive: list[NDArray[np.uint8]] = field(default_factory=list)
+    attracted: list[NDArray[np.uint8]] = field(default_factory=list)
+    gaps: list[NDArray[np.float32]] = field(default_factory=list)
+    work: list[tuple[Work, ...]] = field(default_factory=list)
+    seconds: list[tuple[float, float]] = field(default_factory=list)
+    """Of each point: of its own solve, and with the search and the writing."""
+    good: list[State] = field(default_factory=list)
+    """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
+
+    def append(self, problem: ContactProblem, state: State) -> None:
+        """Add a point of the path."""
+        contact, solution = state.contact, state.solution
+        lowest = state.lowest or (contact.load, state.mean_gap)
+        self.steps.append(
+            Step(
+                control=state.control,
+                target=state.target,
+                branch=state.branch,
+                separation=state.separation,
+                mean_gap=state.mean_gap,
+                area_rep=contact.area_rep,
+                area_att=contact.area_att,
+                load=contact.load,
+                load_rep=contact.load_rep,
+                load_att=contact.load_att,
+                lowest_load=lowest[0],
+                lowest_load_mean_gap=lowest[1],
+                elastic_energy=_elastic_energy(problem, state),
+                wall_energy=contact.wall_energy,
+                smallest_gap=contact.smallest_gap,
+                residual=solution.residual,
+                iterations=solution.iterations,
+                fft_pairs=solution.fft_pairs,
+                sweeps=solution.sweeps,
+                search_pairs=state.search_pairs,
+                search_solves=state.search_solves,
+                status=state.status.name,
+            )
+        )
+        self.events += [Passed(len(self.steps) - 1, event) for event in state.events]
+        kind = contact_map(problem.wall, state.gap)
+        self.repulsive.append(store.pack(kind == REPULSIVE))
+        self.attracted.append(store.pack(kind == ATTRACTED))
+        if self.fields:
+            self.gaps.append(state.gap.astype(np.float32))
+        self.work.append(solution.work)
+
+    def datasets(self, *, restart: bool) -> dict[str, Dataset]:
+        """All of it as arrays; with ``restart`` also what the next point starts from."""
+        datasets = {
+            "step": Dataset(np.arange(len(self.steps)), ("step",), "1", "point of the path"),
+            "repulsive": _masks(self.repulsive, "repulsive contact"),
+            "attracted": _masks(self.attracted, "attracted area"),
+            "journal/seconds": _times(self.seconds, 1, "wall time of the point, with its search"),
+            "journal/solve_seconds": _times(self.seconds, 0, "wall time of the solve of the point itself"),
+            **self._work(),
+            **self._events(),
+        }
+        for column in dataclasses.fields(Step):
+            values = np.array([getattr(step, column.name) for step in self.steps])
+            datasets[column.name] = Dataset(values, ("step",), **column.metadata)
+        if self.fields:
+            datasets["gap"] = Dataset(np.array(self.gaps), ("step", "x", "y"), "a0", "gap")
+        if restart and self.good:
+            for name in ("control", "target", "branch", "separation", "mean_gap"):
+                values = np.array([getattr(state, name) for state in self.good])
+                datasets[f"restart/{name}"] = Dataset(values, ("restart_point",), "", f"{name} of the states")
+            values = np.array([state.solution.residual for state in self.good])
+            datasets["restart/residual"] = Dataset(values, ("restart_point",), "E*", "residual of the states")
+            values = np.array([dataclasses.astuple(state.contact) for state in self.good])
+            names = ", ".join(column.name for column in dataclasses.fields(Contact))
+            datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", names)
+            gap = self.good[-1].gap
+            datasets["restart/gap"] = Dataset(gap, ("x", "y"), "a0", "gap of the last of these, the start of the next")
+        return datasets
+
+    def _work(self) -> dict[str, Dataset]:
+        """Work on each grid, the finest first; zeros where a solve used fewer grids."""
+        depth = max((len(work) for work in self.work), default=0)
+        rows = [[*work, *[Work((0, 0), 0.0, 0, 0.0)] * (depth - len(work))] for work in self.work]
+
+        def table(name: str, kind: type, what: str, units: str = "1") -> Dataset:
+            values = [[getattr(level, name) for level in row] for row in rows]
+            return Dataset(np.array(values, dtype=kind).reshape(len(rows), depth), ("step", "level"), units, what)
+
+        nx, ny = ([[level.shape[axis] for level in row] for row in rows] for axis in (0, 1))
+        return {
+            "work/nx": Dataset(
+                np.array(nx, dtype=int).reshape(len(rows), depth), ("step", "level"), "1", "points along x"
+            ),
+            "work/ny": Dataset(
+                np.array(ny, dtype=int).reshape(len(rows), depth), ("step", "level"), "1", "points along y"
+            ),
+            "work/fft_pairs": table("fft_pairs", float, "Fourier transforms of this grid, halved"),
+            "work/sweeps": table("sweeps", int, "evaluations of the line search"),
+            "journal/fft_seconds": table("fft_seconds", float, "wall time in Fourier transforms", "s"),
+        }
+
+    def _events(self) -> dict[str, Dataset]:
+        def column(values: list[Any], units: str, what: str, kind: type = str) -> Dataset:
+            return Dataset(np.array(values, dtype=kind), ("event",), units, what)
+
+        events = [passed.event for passed in self.events]
+        datasets = {
+            "events/step": column([p.step for p in self.events], "1", "point on the way to which it was met", int),
+            **{f"events/{n}": column([getattr(e, n) for e in events], "", f"{n} of the jump") for n in _EVENT_NAMES},
+        }
+        for name, units in _SIDE_UNITS.items():
+            for when in ("before", "after"):
+                values = [getattr(getattr(event, when), name) for event in events]
+                datasets[f"events/{name}_{when}"] = column(values, units, f"{name} {when} the jump", float)
+        return datasets
+
+    def attributes(self) -> dict[str, Attribute]:
+        """The largest tension among the equilibria of the path and those beside its jumps."""
+        loads = [(step.lowest_load, step.lowest_load_mean_gap, step.branch) for step in self.steps if step.converged]
+        for _, event in self.events:
+            loads += [(side.load, side.mean_gap, event.branch) for side in (event.before, event.after)]
+        if not loads:
+            return {}
+        load, mean_gap, branch = min(loads)
+        return {"smallest_load": load, "smallest_load_mean_gap": mean_gap, "smallest_load_branch": branch}
+
+    @classmethod
+    def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Record:
+        """The record that a file holds."""
+        names = [column.name for column in dataclasses.fields(Step)]
+        rows = zip(*(file[name].tolist() for name in names), strict=True)
+        steps = [Step(**dict(zip(names, row, strict=True))) for row in rows]
+        record = cls(
+            fields,
+            steps=steps,
+            events=list(_stored_events(file)),
+            repulsive=list(file["repulsive"]),
+            attracted=list(file["attracted"]),
+            gaps=list(file["gap"]) if fields else [],
+            work=_stored_work(file),
+            seconds=list(zip(file["journal/solve_seconds"].tolist(), file["journal/seconds"].tolist(), strict=True)),
+        )
+        if "restart/gap" in file.datasets:
+            names = ["control", "target", "branch", "separation", "mean_gap", "residual", "contact"]
+            rows = zip(*(file[f"restart/{name}"].tolist() for name in names), strict=True)
+            for control, target, branch, separation, mean_gap, residual, contact in rows:
+                solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
+                state = State(control, target, branch, separation, mean_gap, Contact(*contact), solution)
+                record.good = [*map(numbers, record.good), state]
+        return record
+
+    def remember_lost(self, problem: ContactProblem) -> None:
+        """Where the surface left the wall at the last point, the next one shall know."""
+        last = self.steps[-1]
+        if last.status == Outcome.PULLED_OFF.name:
+            self.good.append(gone(problem, last.target, cast("Branch", last.branch)))
+
+
+_EVENT_NAMES = ("kind", "control", "branch")
+_SIDE_UNITS: Mapping[str, str] = {
+    "value": "", "separation": "a0", "mean_gap": "a0", "area_rep": "1", "area_att": "1", "load": "E*"
+}  # fmt: skip
+
+
+def _stored_events(file: store.File) -> list[Passed]:
+    sides = [
+        [Side(*row) for row in zip(*(file[f"events/{name}_{when}"].tolist() for name in _SIDE_UNITS), strict=True)]
+        for when in ("before", "after")
+    ]
+    words = zip(*(file[f"events/{name}"].tolist() for name in _EVENT_NAMES), strict=True)
+    events = [
+        Event(cast("EventKind", kind), control, branch, before, after)
+        for (kind, control, branch), before, after in zip(words, *sides, strict=True)
+    ]
+    return [Passed(step, event) for step, event in zip(file["events/step"].tolist(), events, strict=True)]
+
+
+def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
+    names = ("work/nx", "work/ny", "work/fft_pairs", "work/sweeps", "journal/fft_seconds")
+    steps = zip(*(file[name].tolist() for name in names), strict=True)
+    return [
+        tuple(
+            Work((nx, ny), pairs, sweeps, seconds) for nx, ny, pairs, sweeps, seconds in zip(*step, strict=True) if nx
+        )
+        for step in steps
+    ]
+
+
+def _elastic_energy(problem: ContactProblem, state: State) -> float:
+    """Elastic energy per area without the mean mode, in E* a0."""
+    if state.outcome is Outcome.PULLED_OFF:
+        return 0.0
+    fluctuation_q = problem.grid.forward(problem.heights - state.gap)
+    power = fluctuation_q.real**2 + fluctuation_q.imag**2
+    power *= problem.grid.mode_weights
+    with np.errstate(invalid="ignore"):  # a clamped mean
+        power *= problem.stiffness_q
+    power[0, 0] = 0.0
+    return 0.5 * float(power.sum())
+
+
+def _times(seconds: list[tuple[float, float]], column: int, what: str) -> Dataset:
+    return Dataset(np.array([times[column] for times in seconds], dtype=float), ("step",), "s", what)
+
+
+def _masks(masks: list[NDArray[np.uint8]], name: str) -> Dataset:
+    what = f"{name}, eight points along y in a byte, first in its highest bit"
+    return Dataset(np.array(masks), ("step", "x", "y_byte"), "1", what)

@@ -1,0 +1,198 @@
+"""A whole run: from a configuration, along its path, to a stored result.
+
+After each point the result is rewritten with all that the next point starts from, so that a run that was
+stopped, however, goes on where it was and ends as if nothing had happened, bit for bit.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from continuum.files import store
+from continuum.files.provenance import journal, provenance
+from continuum.files.store import Attribute, Dataset
+from continuum.path.loading import Search, State, follow
+from continuum.runs.build import System, build
+from continuum.runs.config import RunConfig, SelfAffineSurface, identity, resolved
+from continuum.runs.record import Passed, Record, Step
+
+__all__ = ["OutputError", "Progress", "Step", "Summary", "run"]
+
+
+class OutputError(ValueError):
+    """The result cannot be stored where it should be: the message says why and what helps."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run came to."""
+
+    path: Path
+    identity: str
+    steps: tuple[Step, ...]
+    events: tuple[Passed, ...]
+    """Jumps on the path."""
+    resumed: int
+    """Points that were found finished."""
+    seconds: float
+    """Wall time of this call."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether every point is an equilibrium at its target."""
+        return all(step.converged for step in self.steps)
+
+
+Progress = Callable[[Step, int, int], None]
+"""Called after each point with what it is, how many are done, and how many there are."""
+
+
+def run(
+    config: RunConfig,
+    path: Path,
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+    warn: Callable[[Sequence[str]], None] | None = None,
+) -> Summary:
+    """Follow the path of a configuration and store the result.
+
+    Parameters
+    ----------
+    config : what to do.
+    path : the result.  If it holds the same run finished, nothing is done; unfinished, it is continued.
+    force : start anew, whatever the file holds.
+    progress : see :data:`Progress`.
+    warn : called with what the grid does not resolve, before the first point; it is stored as well.
+
+    Raises
+    ------
+    ConfigError
+        If the configuration cannot be run.
+    OutputError
+        If the file holds another run, or cannot be written.
+    """
+    start = time.perf_counter()
+    key = identity(config)
+    system = build(config)
+    record, finished = (_nothing(config), False) if force else _stored(system, path, key)
+    resumed = len(record.steps)
+    if warn is not None:
+        warn(system.warnings)
+    if not finished:
+        _prepare(path)
+        since = time.perf_counter()
+        for state in _states(system, record):
+            record.append(system.problem, state)
+            record.seconds.append((state.solution.seconds, time.perf_counter() - since))
+            done = len(record.steps)
+            del state  # its fields are those of the record, or no longer needed
+            _write(record, system, path, key, resumed)
+            if progress is not None:
+                progress(record.steps[-1], done, config.loading.points)
+            since = time.perf_counter()
+    steps, events = tuple(record.steps), tuple(record.events)
+    return Summary(path, key, steps, events, resumed, time.perf_counter() - start)
+
+
+def _nothing(config: RunConfig) -> Record:
+    return Record(config.output.fields)
+
+
+def _states(system: System, record: Record) -> Iterator[State]:
+    """The points of the path that are still to be done."""
+    loading, done = system.config.loading, len(record.steps)
+    search = Search(loading.area_tolerance, loading.area_resolution, loading.event_resolution, loading.event_threshold)
+    for control, targets in loading.legs:
+        if done < len(targets):
+            if done > 0:
+                record.remember_lost(system.problem)
+            yield from follow(system.problem, control, targets[done:], system.settings, record.good, search)
+        done = max(0, done - len(targets))
+
+
+def _prepare(path: Path) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        store.remove_stale(path)
+    except OSError as error:
+        msg = f"{path.parent}: no folder for results can be made there ({error})"
+        raise OutputError(msg) from error
+    if not os.access(path.parent, os.W_OK) or path.is_dir():
+        msg = f"{path}: cannot be written there; choose another folder with --output"
+        raise OutputError(msg)
+
+
+def _write(record: Record, system: System, path: Path, key: str, resumed: int) -> None:
+    config, grid = system.config, system.grid
+    finished = len(record.steps) == config.loading.points
+    x, y = grid.positions
+    datasets = {
+        "x": Dataset(x[:, 0], ("x",), "a0", "position"),
+        "y": Dataset(y[0], ("y",), "a0", "position"),
+        **record.datasets(restart=not finished),
+    }
+    if config.output.fields:
+        heights = system.problem.heights.astype(np.float32)
+        datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
+    attributes = {**_attributes(system, key, finished), **record.attributes(), "journal/resumed_at": resumed}
+    try:
+        store.write(path, datasets, attributes)
+    except store.StoreError as error:
+        raise OutputError(str(error)) from error
+
+
+def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute]:
+    config, wall = system.config, system.problem.wall
+    attributes: dict[str, Attribute] = {
+        "schema": config.result_schema,
+        "schema_version": config.result_version,
+        "identity": key,
+        "finished": finished,
+        "config": config.source.text if config.source else "",
+        "config_resolved": resolved(config),
+        "control": config.loading.control,
+        "event_resolution": config.loading.event_resolution or 0.0,
+        "event_threshold": config.loading.event_threshold,
+        "warnings": "\n".join(system.warnings),
+        "tolerance": system.settings.tolerance,
+        "wall_zero_gap": wall.zero_gap,
+        "wall_range": wall.range,
+        "work_of_adhesion": wall.work_of_adhesion,
+        **{f"realised_{name}": value for name, value in system.realised._asdict().items()},
+        **provenance(),
+        **journal(),
+    }
+    if system.expected is not None:
+        attributes |= {f"expected_{name}": value for name, value in system.expected._asdict().items()}
+    if isinstance(config.surface, SelfAffineSurface):
+        attributes["seed"] = config.surface.seed
+    return attributes
+
+
+def _stored(system: System, path: Path, key: str) -> tuple[Record, bool]:
+    """What a file holds of this run, and whether that is all of it."""
+    config = system.config
+    if not path.exists():
+        return _nothing(config), False
+    try:
+        file = store.read(path, config.result_schema, config.result_version)
+    except store.StoreError as error:
+        msg = f"{error}\n    It is in the way of the result: move it, or start anew with --force"
+        raise OutputError(msg) from error
+    if file.attributes.get("identity") != key:
+        msg = (
+            f"{path}: holds another run (other physics, solver settings or input data)\n"
+            "    Choose another folder with --output, or start anew with --force"
+        )
+        raise OutputError(msg)
+    if config.output.fields and "gap" not in file.datasets:
+        return _nothing(config), False  # the same numbers again, this time with fields
+    record = Record.restored(system.problem, file, fields=config.output.fields)
+    return record, bool(file.attributes.get("finished"))

@@ -1,0 +1,93 @@
+"""The table [loading] of an input file: which points a path visits, on the way there and on the way back."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from continuum.files.tables import Table, check
+from continuum.files.toml import Fault
+
+__all__ = ["Control", "LoadingTable", "RetractionTable"]
+
+_Unit = Annotated[float, Field(gt=0, lt=1)]
+Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
+_Targets = Annotated[tuple[float, ...], Field(min_length=1, max_length=100_000)]
+
+
+def _unordered(control: Control, targets: tuple[float, ...], *, nearer: bool) -> Iterator[Fault]:
+    """Faults of targets that do not all lead nearer, or farther, or that no state can have."""
+    falling = nearer == (control in ("separation", "mean-gap"))
+    if any(b >= a if falling else b <= a for a, b in itertools.pairwise(targets)):
+        cause = "a retraction in the same list: write the approach, and retract = true for the way back"
+        if not nearer:
+            cause = "separation and mean gap grow on the way back, mean pressure and repulsive area fall"
+        yield Fault(("targets",), "decreasing values" if falling else "increasing values", cause)
+    if control == "repulsive-area" and not all(0 < target < 1 for target in targets):
+        yield Fault(("targets",), "fractions of the whole area, between 0 and 1", "percent instead of fractions")
+
+
+class RetractionTable(Table):
+    """[loading.retraction]: the way back, where it is not that of the approach."""
+
+    control: Control
+    """what is given at each point of the way back"""
+    targets: _Targets
+    """its values: separation and mean gap increasing, mean pressure and repulsive area decreasing"""
+
+    @check
+    def _retracting(self) -> Iterator[Fault]:
+        yield from _unordered(self.control, self.targets, nearer=False)
+
+
+class LoadingTable(Table):
+    """[loading]: the path."""
+
+    control: Control
+    """what is given at each point"""
+    targets: _Targets
+    """its values on approach: separation and mean gap in a0, decreasing; mean pressure in E* and repulsive area as a
+    fraction of A0, increasing"""
+    retract: bool = False
+    """whether to go back through the same values"""
+    retraction: RetractionTable | None = None
+    """another way back, instead of retract"""
+    area_tolerance: _Unit = 0.01
+    """largest relative difference from a given repulsive area; half a point of the grid always counts as met"""
+    area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
+    """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
+    event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
+    """width to which jumps between points are bracketed, in units of the control; not looked for if not given"""
+    event_threshold: _Unit = 0.01
+    """smallest jump that counts, as a fraction of A0: of repulsive area, of contact area, or of attractive load
+    over the largest tension of the wall"""
+
+    @property
+    def legs(self) -> tuple[tuple[Control, tuple[float, ...]], ...]:
+        """Control and targets of the approach and of the retraction, in the order in which they are visited."""
+        if self.retraction is not None:
+            return (self.control, self.targets), (self.retraction.control, self.retraction.targets)
+        return ((self.control, self.targets + (self.targets[-2::-1] if self.retract else ())),)
+
+    @property
+    def points(self) -> int:
+        """Number of points of the path."""
+        return sum(len(targets) for _, targets in self.legs)
+
+    @check
+    def _approaching(self) -> Iterator[Fault]:
+        yield from _unordered(self.control, self.targets, nearer=True)
+
+    @check
+    def _one_way_back(self) -> Iterator[Fault]:
+        if self.retract and self.retraction is not None:
+            yield Fault(("retract",), "false where [loading.retraction] says how to go back", "both are given")
+
+    @check
+    def _events_on_the_way(self) -> Iterator[Fault]:
+        if self.event_resolution is not None and all(control == "repulsive-area" for control, _ in self.legs):
+            cause = "a search for an area brackets jumps over it by itself: see area_resolution"
+            yield Fault(("event_resolution",), "only where another control than repulsive-area is used", cause)

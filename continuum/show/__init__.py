@@ -1,0 +1,4 @@
+"""What people see: tables, pages, figures, progress and errors.
+
+The only room that draws and prints; figures are made from stored results alone.
+"""

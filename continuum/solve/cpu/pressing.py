@@ -1,0 +1,222 @@
+"""Compiled sweeps of the bound-constrained solver over the points of the surface.
+
+Run by :func:`continuum.solve.cpu.levels.sum_over`.  p is the pressure, z the gap up to its level ``shift``, t the
+direction; s is the preconditioned gap and m the preconditioned field of ones, both zero off the contact.
+"""
+
+from __future__ import annotations
+
+from continuum.model.grid import Real
+from continuum.model.laws import Mask, compiled
+
+__all__ = [
+    "accept",
+    "advance",
+    "arrive",
+    "compliance",
+    "contact",
+    "correct",
+    "level",
+    "misses",
+    "narrow",
+    "select",
+    "spread",
+    "trial",
+    "turn",
+]
+
+
+@compiled
+def level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real) -> None:
+    """Where p presses; sums: of m z, of m."""
+    mz = in_m = 0.0
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            if p[i, j] > 0.0:
+                mz += m[i, j] * z[i, j]
+                in_m += m[i, j]
+    sums[0] = mz
+    sums[1] = in_m
+
+
+@compiled
+def select(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, mask: Mask, m: Real) -> None:
+    """Contact: the points that press or overlap.  sums: of those, how many are new; that are gone; of m z, of m."""
+    entered = left = mz = in_m = count = 0.0
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            touches = p[i, j] > 0.0 or z[i, j] + shift < 0.0
+            if touches:
+                count += 1.0
+                if not mask[i, j]:
+                    entered += 1.0
+                mz += m[i, j] * z[i, j]
+                in_m += m[i, j]
+            else:
+                if mask[i, j]:
+                    left += 1.0
+                m[i, j] = 0.0
+            mask[i, j] = touches
+    sums[0] = count
+    sums[1] = entered + left
+    sums[2] = mz
+    sums[3] = in_m
+
+
+@compiled
+def contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: float, out: Real) -> None:
+    """Set out <- z + shift on the contact, 0 off it."""
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            out[i, j] = z[i, j] + shift if mask[i, j] else 0.0
+
+
+@compiled
+def narrow(start: int, stop: int, sums: Real, mask: Mask, out: Real) -> None:
+    """Set out <- 0 off the contact; sums: of out."""
+    total = 0.0
+    for i in range(start, stop):
+        for j in range(out.shape[1]):
+            if mask[i, j]:
+                total += out[i, j]
+            else:
+                out[i, j] = 0.0
+    sums[0] = total
+
+
+@compiled
+def correct(
+    start: int, stop: int, sums: Real, mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float
+) -> None:
+    """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
+    ss = zs = ys = in_t = zt = zm = 0.0
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            if mask[i, j]:
+                new = s[i, j] - weight * m[i, j]
+                s[i, j] = new
+                ss += new * new
+                zs += z[i, j] * new
+                ys += change[i, j] * new
+                in_t += t[i, j]
+                zt += z[i, j] * t[i, j]
+                zm += z[i, j] * m[i, j]
+            else:
+                t[i, j] = 0.0
+    sums[0] = ss
+    sums[1] = zs
+    sums[2] = ys
+    sums[3] = in_t
+    sums[4] = zt
+    sums[5] = zm
+
+
+@compiled
+def turn(
+    start: int, stop: int, sums: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, work: Real
+) -> None:
+    """Direction t <- s + beta (t - weight m), copied into work."""
+    for i in range(start, stop):
+        for j in range(t.shape[1]):
+            if mask[i, j]:
+                t[i, j] = s[i, j] + beta * (t[i, j] - weight * m[i, j])
+            work[i, j] = t[i, j]
+
+
+@compiled
+def compliance(start: int, stop: int, sums: Real, work: Real, G: Real, single: int) -> None:
+    """Spectrum work <- G work; sums: <work, G work> as a mean over the grid.
+
+    ``single`` is the index of the last column if it counts once, else -1.
+    """
+    total = 0.0
+    for i in range(start, stop):
+        once = 0.0
+        row = 0.0
+        for j in range(G.shape[1]):
+            g = G[i, j]
+            a = work[i, 2 * j]
+            b = work[i, 2 * j + 1]
+            work[i, 2 * j] = g * a
+            work[i, 2 * j + 1] = g * b
+            both = g * (a * a + b * b)
+            row += both
+            if j == 0 or j == single:
+                once += both
+        total += 2.0 * row - once
+    sums[0] = total
+
+
+@compiled
+def trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real) -> None:
+    """Pressure out <- p - step t, cut at 0; sums: of what was cut (negative), of p - step t, of out."""
+    below = before = after = 0.0
+    for i in range(start, stop):
+        for j in range(p.shape[1]):
+            new = p[i, j] - step * t[i, j]
+            below += min(new, 0.0)
+            before += new
+            new = max(new, 0.0)
+            after += new
+            out[i, j] = new
+    sums[0] = below
+    sums[1] = before
+    sums[2] = after
+
+
+@compiled
+def advance(start: int, stop: int, sums: Real, z: Real, step: float, change: Real) -> None:
+    """After a free step, change holding G t: change <- -step change; z <- z + change."""
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            change[i, j] *= -step
+            z[i, j] += change[i, j]
+
+
+@compiled
+def arrive(start: int, stop: int, sums: Real, p: Real, offset: Real, work: Real) -> None:
+    """Gap work <- work + offset, work holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
+    energy = size = 0.0
+    for i in range(start, stop):
+        for j in range(p.shape[1]):
+            gap = work[i, j] + offset[i, j]
+            work[i, j] = gap
+            energy += 0.5 * p[i, j] * (gap + offset[i, j])
+            size += p[i, j] * (abs(gap) + abs(offset[i, j]))
+    sums[0] = energy
+    sums[1] = size
+
+
+@compiled
+def accept(start: int, stop: int, sums: Real, z: Real, new: Real) -> None:
+    """Set z <- new and new <- the change of z."""
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            change = new[i, j] - z[i, j]
+            z[i, j] = new[i, j]
+            new[i, j] = change
+
+
+@compiled
+def misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, error: Real) -> None:
+    """Set error <- what closing the contact and lifting the overlaps adds to u."""
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            gap = z[i, j] + shift
+            error[i, j] = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
+
+
+@compiled
+def spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real) -> None:
+    """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
+    rows, columns = coarse.shape
+    for i in range(start, stop):
+        a = i // 2
+        b = (a + i % 2) % rows
+        for j in range(columns):
+            k = j + 1 if j + 1 < columns else 0
+            here = 0.5 * (coarse[a, j] + coarse[b, j])
+            there = 0.5 * (coarse[a, k] + coarse[b, k])
+            fine[i, 2 * j] = here
+            fine[i, 2 * j + 1] = 0.5 * (here + there)
+            sums[0] += here + 0.5 * (here + there)

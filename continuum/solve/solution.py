@@ -1,0 +1,102 @@
+"""What a solve is asked for, and what it answers: settings, status, residual and work of one equilibrium."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from continuum.model.grid import Real
+from continuum.solve.cpu.levels import Work
+
+__all__ = ["Iteration", "NotConvergedError", "Settings", "Solution", "Status", "Work"]
+
+
+class Status(enum.Enum):
+    """How a solve ended.  Each failure names its usual cause and what helps."""
+
+    CONVERGED = "converged"
+    ITERATION_LIMIT = "iteration limit reached: allow more iterations, or take a smaller step along the path"
+    LINE_SEARCH = "line search found no minimum: the tolerance is below the rounding error of this problem"
+    ENERGY_ROSE = "energy rose: energy and traction of the wall law do not belong to one another"
+    NON_FINITE = "a value is not finite: the start or the input is out of range"
+    BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
+
+    @property
+    def ok(self) -> bool:
+        """Whether the state is an equilibrium of the problem as posed."""
+        return self is Status.CONVERGED
+
+
+class NotConvergedError(RuntimeError):
+    """A solution was required and there is none: the message says how far it came and what helps."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """When to stop, and how to precondition.
+
+    Parameters
+    ----------
+    tolerance : largest root-mean-square gradient, in E*.
+    max_iterations : iterations after which a solve gives up.
+    shift : c0 of the preconditioner 1/(K + c0), in E*/a0; the optimum is flat (0.001 - 0.03).
+    warm_grids : coarser grids on which a given start is relaxed first, half the work.  0 keeps strictly to the basin
+        of the start: an instability that only a coarse grid has may lead out of it.
+    """
+
+    tolerance: float
+    max_iterations: int = 5000
+    shift: float = 0.01
+    warm_grids: int = 2
+
+
+class Iteration(NamedTuple):
+    """One line of the history of a solve, on the finest grid."""
+
+    residual: float
+    """Root-mean-square gradient, in E*."""
+    energy: float
+    """Energy per area relative to the start, in E* a0."""
+    step: float
+    """Length α of the step along the direction."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a solve found, and how."""
+
+    points: Real = field(repr=False)
+    """Gap z = offset - u at each point."""
+    status: Status
+    residual: float
+    """Root-mean-square gradient of the final state, computed afresh, in E*."""
+    iterations: int
+    """On the finest grid."""
+    work: tuple[Work, ...] = ()
+    """On each grid, the finest first."""
+    seconds: float = field(default=0.0, compare=False)
+    history: tuple[Iteration, ...] = field(repr=False, default=())
+
+    @property
+    def fft_pairs(self) -> float:
+        """Transforms of all grids, halved and weighted by their numbers of points."""
+        return sum(w.fft_pairs * w.shape[0] * w.shape[1] for w in self.work) / self.points.size
+
+    @property
+    def sweeps(self) -> int:
+        """Evaluations of the line search on the finest grid."""
+        return self.work[0].sweeps if self.work else 0
+
+    def require(self) -> Solution:
+        """Return the solution itself, if converged.
+
+        Raises
+        ------
+        NotConvergedError
+            Otherwise.
+        """
+        if not self.status.ok:
+            msg = f"{self.status.value} (residual {self.residual:.2e} after {self.iterations} iterations)"
+            raise NotConvergedError(msg)
+        return self

@@ -1,0 +1,197 @@
+"""Is my surface sticky?  Statistics of measured topographies against every criterion, and what to doubt.
+
+Everything is in one consistent system of units: SI where it begins with a file.  The equations are those of
+:mod:`continuum.theory.paper`, the verdicts and their ranges those of :mod:`continuum.sticky.criteria`; here they are
+put together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from continuum import units
+from continuum.sticky.criteria import Estimate, RoughContact, every_estimate, verdicts
+from continuum.sticky.materials import Interface
+from continuum.sticky.roughness import Cut, Fit, Roughness, analyse, fit_self_affine, spectrum, together
+from continuum.sticky.topography import Topography
+from continuum.theory import paper as theory
+
+__all__ = ["AREA", "Prediction", "predict", "rough_contact", "turning_modulus", "turning_work"]
+
+AREA = 0.01
+"""Repulsive area at which a surface is called sticky if its load is negative."""
+RESOLVED = 8.0
+"""Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
+GROWTH = 0.1
+"""Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
+FEW = 10.0
+"""Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
+DISAGREE = 0.15
+"""Difference of two estimates of the rms slope above which it is mentioned."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What can be said about one contact."""
+
+    topographies: tuple[Topography, ...] = field(repr=False)
+    """One, or two rough bodies."""
+    roughness: Roughness = field(repr=False)
+    """Of both bodies together."""
+    fits: tuple[Fit | None, ...]
+    """Self-affine fit of each spectrum."""
+    interface: Interface
+    contact: RoughContact
+    estimates: tuple[Estimate, ...] = field(repr=False)
+    """Every criterion and number of :mod:`continuum.sticky.criteria`, the paper's first."""
+    cuts: tuple[tuple[Cut, tuple[Estimate, ...]], ...] = field(repr=False)
+    """Roughness above each cut-off wavelength, ascending, and the verdicts on it."""
+    warnings: tuple[str, ...]
+    """What to doubt, in words."""
+
+    def doubted(self, warning: str) -> Prediction:
+        """The same with one warning more."""
+        return replace(self, warnings=(*self.warnings, warning))
+
+    @property
+    def verdicts(self) -> tuple[Estimate, ...]:
+        """The criteria of stickiness."""
+        return tuple(estimate for estimate in self.estimates if estimate.margin is not None)
+
+    @property
+    def paper(self) -> Estimate:
+        """The paper's criterion."""
+        return self.estimates[0]
+
+    def number(self, name: str) -> Estimate:
+        """An estimate by its name."""
+        return next(estimate for estimate in self.estimates if estimate.name == name)
+
+    @property
+    def kappa(self) -> float:
+        """κ of N/A_rep = h' E*/κ; negative where sticky."""
+        inverse = self.number("inverse kappa").value
+        return 1 / inverse if inverse else float("inf")
+
+    @property
+    def load(self) -> float:
+        """Load per area at a repulsive area of 1 %, by the paper; negative: a tension that the contact bears."""
+        contact = self.contact
+        return AREA * theory.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
+
+
+def turning_modulus(estimate: Estimate, contact: RoughContact) -> float | None:
+    """E* at which a verdict turns: below it the surface is sticky; None without a verdict."""
+    return None if estimate.margin is None else contact.contact_modulus * estimate.margin
+
+
+def turning_work(estimate: Estimate, contact: RoughContact) -> float | None:
+    """W at which a verdict turns: above it the surface is sticky; None without a verdict."""
+    return None if estimate.margin is None else contact.work_of_adhesion / estimate.margin
+
+
+def rough_contact(cut: Cut, interface: Interface) -> RoughContact:
+    """Roughness and interface as the criteria take them."""
+    return RoughContact(
+        *cut.moments,
+        interface.work_of_adhesion,
+        interface.range,
+        interface.contact_modulus,
+        conformal_energy=cut.conformal_energy * interface.contact_modulus,
+        spacing=interface.spacing,
+    )
+
+
+def predict(topographies: Sequence[Topography], interface: Interface) -> Prediction:
+    """Analyse one topography, or two that face each other, as they are: detrended before, if at all.
+
+    Raises
+    ------
+    ValueError
+        If there are none or more than two, or a value of the interface is not positive and finite.
+    """
+    if not 1 <= len(topographies) <= 2:
+        msg = f"a contact has one or two rough surfaces, got {len(topographies)}"
+        raise ValueError(msg)
+    analysed = [analyse(topography) for topography in topographies]
+    roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
+    contact = rough_contact(roughness.whole, interface)
+    fits = tuple(fit_self_affine(*spectrum(topography)) for topography in topographies)
+    estimates = every_estimate(contact)
+    warnings = _warnings(topographies, analysed, fits, roughness, contact)
+    warnings += [f"{estimates[0].name} out of its range: {why}" for why in estimates[0].why]
+    cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths]
+    return Prediction(
+        tuple(topographies),
+        roughness,
+        fits,
+        interface,
+        contact,
+        estimates,
+        tuple((cut, verdicts(rough_contact(cut, interface))) for cut in cuts if min(cut.moments) > 0),
+        tuple(warnings),
+    )
+
+
+def _warnings(
+    topographies: Sequence[Topography],
+    analysed: Sequence[Roughness],
+    fits: Sequence[Fit | None],
+    roughness: Roughness,
+    contact: RoughContact,
+) -> list[str]:
+    """What to doubt."""
+    found = []
+    for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
+        name = topography.source
+        if not topography.periodic:
+            found.append(
+                f"{name}: not periodic: spectrum through a Hann window, slope and curvature from neighbouring points"
+            )
+        ratio = mine.spectral.rms_slope / mine.stencil.rms_slope
+        if abs(ratio - 1) > DISAGREE:
+            why = "roughness at the pixel" if ratio > 1 else "a map that is rougher at its edges"
+            found.append(
+                f"{name}: rms slope {mine.spectral.rms_slope:.3g} from the spectrum, {mine.stencil.rms_slope:.3g} from "
+                f"neighbouring points: {why}"
+            )
+        if fit is not None and fit.floor is not None:
+            found.append(
+                f"{name}: below {_length(fit.floor)} the spectrum falls less than that of any surface: probably noise; "
+                "slope and curvature include it (the table of cut-offs shows the rest)"
+            )
+        if fit is not None and fit.roll_off is None:
+            found.append(f"{name}: no roll-off: h_rms, and criteria that use it, depend on the size of the map")
+    pixels = contact.diameter / roughness.pixel
+    if pixels < RESOLVED:
+        found.append(
+            f"resolution: d_rep is {pixels:.2g} pixels; below about {RESOLVED:g} the curvature is that of the pixel, "
+            "not of the surface"
+        )
+    contacts = AREA * min(topography.grid.area for topography in topographies) / contact.diameter**2
+    if contacts < FEW:
+        found.append(
+            f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, "
+            "not the average that all theories give"
+        )
+    whole, octave = roughness.whole.moments, roughness.cut(4 * roughness.pixel).moments
+    grown = 1 - octave.rms_slope / whole.rms_slope
+    if grown > GROWTH:
+        found.append(
+            f"resolution: {100 * grown:.0f} % of the rms slope come from wavelengths below 4 pixels "
+            f"({_length(4 * roughness.pixel)}): a finer map would be steeper, and less sticky"
+        )
+    if len({mine.pixel for mine in analysed}) > 1:
+        finest = min(mine.pixel for mine in analysed)
+        found.append(f"different pixels: from {_length(finest)} to {_length(roughness.pixel)} one map is missing")
+    if roughness.pixel > contact.range:
+        found.append(
+            f"the pixel, {_length(roughness.pixel)}, is larger than the range of adhesion: roughness between the "
+            "points is not seen, and can undo a verdict of 'sticky'"
+        )
+    return found
+
+
+def _length(value: float) -> str:
+    return units.show(value, "length")

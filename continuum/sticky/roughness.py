@@ -1,0 +1,252 @@
+"""How rough a measured topography is: moments, spectrum, their dependence on the smallest wavelength, self-affine fit.
+
+Lengths are in any one unit.  A periodic map has the spectral moments of :mod:`continuum.model.surface`.  A map that is
+not has steps at its edges, which are no roughness.  Its slope and curvature are those of differences between
+neighbouring points, which need no edges and weigh all points alike; and for its spectrum it is weighted with a Hann
+window of mean square 1.  That spectrum says which share of a moment belongs to which wavelengths; the whole is that of
+the map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from continuum.model.grid import Grid, Real
+from continuum.model.surface import Moments, moments, power_spectrum
+from continuum.sticky.topography import Topography, mirror
+from continuum.theory.rough import conformal_energy
+
+__all__ = ["Cut", "Fit", "Roughness", "analyse", "fit_self_affine", "hann", "spectrum", "stencil_moments", "together"]
+
+BANDS_PER_DECADE = 12
+"""Of the logarithmic bands that a fit sees."""
+MODEL_ERROR = 0.1
+"""Relative deviation of a band from a power law that counts as none."""
+EMPTY = 1e-3
+"""Beyond the peak of q⁴ C(q), bands with less than this part of it are beyond the surface's upper cut-off."""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Moments of the roughness of wavelengths above a cut-off."""
+
+    wavelength: float
+    """The cut-off: what an instrument of that resolution would see."""
+    moments: Moments
+    conformal_energy: float
+    """Elastic energy per area of full contact, for E* = 1."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Self-affine spectrum C ~ q^(-2-2H) between two wavelengths, from a fit to the radial average."""
+
+    hurst: float
+    hurst_error: float
+    """Standard error of the fit, which knows nothing of what is wrong with the model or the instrument."""
+    roll_off: float | None
+    """λ_L, above which the spectrum is flat; None if the map shows no such wavelength."""
+    cut_off: float | None
+    """λ_s, below which the spectrum falls faster; None if it does not."""
+    floor: float | None
+    """Wavelength below which the spectrum falls less, as noise does; None if it does not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Roughness:
+    """Statistics of one topography, or of two rough bodies together."""
+
+    moments: Moments
+    """Spectral if the map is periodic; else the rms height of the map and differences of its points."""
+    stencil: Moments
+    """Slope and curvature from differences of neighbouring heights."""
+    spectral: Moments
+    """Slope and curvature from the spectrum; windowed if the map is not periodic."""
+    conformal_energy: float
+    """Elastic energy per area of full contact, for E* = 1."""
+    wavenumber: Real = field(repr=False)
+    """|q| of every mode, ascending."""
+    shares: tuple[Real, Real, Real, Real] = field(repr=False)
+    """What each mode adds to h², h'², h''² and the energy of full contact."""
+    pixel: float
+    """The larger spacing of the points."""
+    size: float
+    """The smaller side of the map."""
+
+    @cached_property
+    def _sums(self) -> tuple[Real, ...]:
+        return tuple(np.cumsum(share) for share in self.shares)
+
+    def cut(self, wavelength: float) -> Cut:
+        """The roughness of wavelengths above a cut-off."""
+        # One part in 1e9: a mode that lies on the cut-off belongs to the surface.
+        count = int(np.searchsorted(self.wavenumber, 2 * np.pi / wavelength * (1 + 1e-9), "right"))
+        height, slope, curvature, energy = (float(s[count - 1]) if count else 0.0 for s in self._sums)
+        return Cut(wavelength, Moments(*(float(np.sqrt(m)) for m in (height, slope, curvature))), energy)
+
+    @property
+    def whole(self) -> Cut:
+        """All the roughness that the map shows."""
+        return self.cut(self.wavelengths[0])
+
+    @property
+    def wavelengths(self) -> list[float]:
+        """Cut-offs to look at, from the shortest of the map to a quarter of its size, four per octave."""
+        shortest = float(2 * np.pi / self.wavenumber[-1])
+        octaves = np.log2(max(self.size / 4 / shortest, 1.0))
+        return [float(wavelength) for wavelength in shortest * 2.0 ** np.arange(0, octaves + 1e-9, 0.25)]
+
+
+def hann(shape: tuple[int, int]) -> Real:
+    """Hann window of a map, a product of two, with a mean square of 1."""
+    window = np.ones(shape)
+    for axis, n in enumerate(shape):
+        profile = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
+        window = window * np.expand_dims(profile / np.sqrt(np.mean(profile**2)), 1 - axis)
+    return window
+
+
+def windowed(topography: Topography) -> Real:
+    """The heights as they are transformed: weighted unless periodic, with mean zero."""
+    heights = topography.heights
+    window = np.ones(heights.shape) if topography.periodic else hann(topography.grid.shape)
+    weighted: Real = window * (heights - np.sum(window * heights) / np.sum(window))
+    return weighted
+
+
+def spectrum(topography: Topography) -> tuple[Real, Real]:
+    """Radially averaged power spectral density (:func:`continuum.model.surface.power_spectrum`), up to Nyquist.
+
+    Returns wavenumbers and C(q); h_rms² = ∫ C d²q.
+    """
+    q, c = power_spectrum(topography.grid, windowed(topography))
+    # Rings beyond are cut by the corners of the Brillouin zone.
+    whole = q <= np.pi / max(topography.grid.spacing)
+    return q[whole], c[whole]
+
+
+def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
+    """Moments from differences: of neighbours for the slope, of a point and its four neighbours for the curvature.
+
+    A stencil sees wavelengths near two points less than they are: it agrees with the spectrum where these do not count.
+    """
+    if periodic:
+        heights = np.pad(heights, 1, mode="wrap")
+    dx, dy = grid.spacing
+    slope = np.mean((np.diff(heights, axis=0) / dx) ** 2) + np.mean((np.diff(heights, axis=1) / dy) ** 2)
+    laplacian = np.diff(heights, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(heights, 2, axis=1)[1:-1] / dy**2
+    inner = heights[1:-1, 1:-1] if periodic else heights
+    return Moments(float(inner.std()), float(np.sqrt(slope)), float(np.sqrt(np.mean(laplacian**2))))
+
+
+def analyse(topography: Topography) -> Roughness:
+    """Statistics of a topography, which has been detrended before."""
+    grid, heights = topography.grid, topography.heights
+    weighted = windowed(topography)
+    power_q = np.abs(grid.forward(weighted)) ** 2 * grid.mode_weights
+    q = grid.wavenumber.ravel()
+    order = np.argsort(q, kind="stable")[1:]  # q = 0 is a mean, not roughness
+    wavenumber, power = q[order], power_q.ravel()[order]
+    spectral, stencil = moments(grid, weighted), stencil_moments(grid, heights, topography.periodic)
+    whole = spectral if topography.periodic else stencil
+    # The window takes most from the longest waves, which carry the energy; mirror images keep them.
+    closed = topography if topography.periodic else mirror(topography)
+    power_q = np.abs(closed.grid.forward(closed.heights)) ** 2 * closed.grid.mode_weights
+    energy = conformal_energy(closed.grid.wavenumber, power_q)
+
+    def share(exponent: int, total: float) -> Real:
+        weights = wavenumber**exponent * power
+        part: Real = weights * (total / np.sum(weights))
+        return part
+
+    height, slope, curvature = whole
+    shares = share(0, height**2), share(2, slope**2), share(4, curvature**2), share(1, energy)
+    return Roughness(
+        whole, stencil, spectral, energy, wavenumber, shares, max(grid.spacing), min(grid.lengths)
+    )  # fmt: skip
+
+
+def together(first: Roughness, second: Roughness) -> Roughness:
+    """Two rough bodies as one: of heights that are not correlated the spectra, and with them squared moments, add."""
+    wavenumber = np.concatenate([first.wavenumber, second.wavenumber])
+    order = np.argsort(wavenumber, kind="stable")
+    a, b, c, d = (np.concatenate(pair)[order] for pair in zip(first.shares, second.shares, strict=True))
+
+    def add(one: Moments, other: Moments) -> Moments:
+        return Moments(*np.hypot(one, other).tolist())
+
+    return Roughness(
+        add(first.moments, second.moments),
+        add(first.stencil, second.stencil),
+        add(first.spectral, second.spectral),
+        first.conformal_energy + second.conformal_energy,
+        wavenumber[order],
+        (a, b, c, d),
+        max(first.pixel, second.pixel),
+        min(first.size, second.size),
+    )
+
+
+def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
+    """Fit a flat part, a power law and a part of another slope to a radially averaged spectrum, in logarithmic bands.
+
+    The two corners are where the squared deviations are least; each is kept only if it pays for what it costs
+    (Schwarz's criterion).  None if fewer than six bands are filled, or no power law of a positive H fits.
+    """
+    x, y, weight = _bands(wavenumber, density)
+    if x.size < 6:
+        return None
+    best: tuple[float, float, Real, Real, float, float] | None = None
+    # A corner at the end of the data is no corner; three bands at least lie on the power law.
+    for low in (-np.inf, *x[1:-3].tolist()):
+        for high in (*x[3:-1].tolist(), np.inf):
+            if np.count_nonzero((x >= low) & (x <= high)) < 3:
+                continue
+            columns = [np.ones_like(x), np.clip(x, low, high)]
+            columns += [np.maximum(x - high, 0.0)] if np.isfinite(high) else []
+            design = np.stack(columns, axis=1) * weight[:, None]
+            found = np.asarray(np.linalg.lstsq(design, y * weight, rcond=None)[0], dtype=np.float64)
+            if found[1] >= -2:  # H would be negative: the heights of no surface
+                continue
+            if found.size > 2 and -4 <= found[2] <= -2:  # 0 < H < 1 again: neither a cut-off nor a floor
+                continue
+            rest = float(np.sum((y * weight - design @ found) ** 2)) + 1e-300
+            parameters = found.size + bool(np.isfinite(low)) + bool(np.isfinite(high))
+            score = float(x.size * np.log(rest / x.size) + parameters * np.log(x.size))
+            if best is None or score < best[0]:
+                best = (score, rest / max(x.size - parameters, 1), found, design, low, high)
+    if best is None:
+        return None
+    _, variance, found, design, low, high = best
+    end = float(2 * np.pi / 10**high) if np.isfinite(high) else None
+    steeper = end is not None and found[2] < found[1]
+    # Beyond bands that are empty there is a cut-off as well.
+    last = float(2 * np.pi / 10 ** x[-1]) if 10 ** x[-1] < 0.8 * wavenumber[-1] else None
+    return Fit(
+        hurst=float(-found[1] / 2 - 1),
+        hurst_error=float(np.sqrt(np.linalg.inv(design.T @ design)[1, 1] * variance) / 2),
+        roll_off=float(2 * np.pi / 10**low) if np.isfinite(low) else None,
+        cut_off=end if steeper else last,
+        floor=None if steeper else end,
+    )
+
+
+def _bands(wavenumber: Real, density: Real) -> tuple[Real, Real, Real]:
+    """Decimal logarithms of q and C, averaged over bands, and weights; without bands beyond the surface's cut-off."""
+    band = np.floor(np.log10(wavenumber / wavenumber[0]) * BANDS_PER_DECADE + 0.5).astype(np.int64)
+    count = np.bincount(band)
+    filled = count > 0
+    q, c = (np.bincount(band, weights=values)[filled] / count[filled] for values in (wavenumber, density))
+    flow = q**4 * c
+    peak = int(np.argmax(flow))
+    empty = np.flatnonzero(flow[peak:] < EMPTY * flow[peak])
+    # The band in which the spectrum ends is filled in part only.
+    end = peak + int(empty[0]) - 1 if empty.size else q.size
+    # Of n modes of Gaussian amplitude the mean square scatters by 2/n; no power law holds better than MODEL_ERROR.
+    modes = np.bincount(band, weights=np.pi * wavenumber / wavenumber[0])[filled]
+    weight = 1 / np.sqrt(2 / modes + MODEL_ERROR**2)
+    kept = np.flatnonzero(c[:end] > 0)
+    return np.log10(q[kept]), np.log10(c[kept]), weight[kept]

@@ -1,0 +1,151 @@
+"""The contact of a measured map, solved: load and areas at 1 % repulsive area, to set beside the predictions.
+
+Reduced units with a0 = Δr.  The wall attracts as the paper's does, with the work of adhesion and the effective range
+that are asked for, on a core that is stiff against the elastic response of one pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from continuum.model.grid import Grid, Real
+from continuum.model.problem import ContactProblem
+from continuum.model.resolution import unresolved
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import moments
+from continuum.model.walls import LennardJonesSpline, Tabulated
+from continuum.path.loading import solve
+from continuum.path.state import Outcome
+from continuum.solve.smooth import NotConvergedError, Settings
+from continuum.sticky.materials import Interface
+from continuum.sticky.predict import AREA
+from continuum.sticky.topography import Topography, mirror
+from continuum.theory.paper import snap_in_wavelength
+
+__all__ = ["Simulation", "UnresolvedError", "simulate", "spline_wall"]
+
+CORE_STIFFNESS = 5.0
+"""Of the wall's core, in E* per pixel."""
+CORE_DEPTH = 2.0
+"""Of the tabulated core, in pixels: at its end the wall pushes with 10 E*."""
+KNOTS = 101
+"""Of the table on each side of the minimum."""
+TOLERANCE = 1e-5
+"""Residual, relative to h' E*."""
+
+
+class UnresolvedError(ValueError):
+    """The map cannot carry the solution: the message says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What the solver found on approach.  Loads per area, in the units of the interface."""
+
+    area_rep: float
+    """Repulsive area: 1 %, as closely as areas are searched for, or where the surface jumped to."""
+    area_ratio: float
+    """A_rep/A_att."""
+    load: float
+    """Load per area at that area; negative: sticky."""
+    kappa: float
+    """h' E* A_rep/N."""
+    jumped: bool
+    """Whether the area jumped past 1 %."""
+    gap: Real = field(repr=False)
+    """In units of Δr, over ``grid``."""
+    wall: Tabulated = field(repr=False)
+    grid: Grid
+    """In units of Δr."""
+    shape: tuple[int, int]
+    """Points of the map itself, the first of the grid's in each direction."""
+    lengths: tuple[float, float]
+    """Size of the map itself, in the units of the interface."""
+    warnings: tuple[str, ...]
+
+    @property
+    def sticky(self) -> bool:
+        """Negative load at 1 % repulsive area on approach."""
+        return self.load < 0
+
+
+def spline_wall(adhesion_length: float, core_stiffness: float, depth: float) -> Tabulated:
+    """The paper's attraction of a given l_a and an effective range of 1, on a linear core of a stiffness of its own.
+
+    In the paper's law repulsion and attraction are equally stiff at the minimum, which ties w to the range and E*.
+    Here w and Δr are given, and the core is stiff whatever they are; never softer than the attraction.
+
+    Parameters
+    ----------
+    adhesion_length : w/E*, in units of the range.
+    core_stiffness : of the core, in E* per range.
+    depth : to which the core is tabulated.
+    """
+    reach = 1 / LennardJonesSpline(1.0).effective_range
+    law = LennardJonesSpline(reach, 12 * adhesion_length / reach**2)
+    # Dense on both sides of the kink, so that the cubic through the knots follows it.
+    dense = np.linspace(0.0, 1.0, KNOTS) ** 4
+    outside, inside = reach * dense, -depth * dense[:0:-1]
+    attraction = law.evaluate(law.zero_gap + outside).traction
+    attraction[0] = attraction[-1] = 0.0
+    repulsion = -max(core_stiffness, law.minimum_stiffness) * inside
+    return Tabulated(np.concatenate([inside, outside]), np.concatenate([repulsion, attraction]))
+
+
+def simulate(topography: Topography, interface: Interface, threads: int = 1) -> Simulation:
+    """Approach a rigid wall of the topography to an elastic half-space, up to 1 % repulsive area.
+
+    Parameters
+    ----------
+    topography : detrended; two bodies are first put :func:`continuum.sticky.topography.opposed`.  Continued by its
+        mirror images if it is not periodic.
+    interface : E*, w and Δr.
+    threads : of the solver.
+
+    Raises
+    ------
+    UnresolvedError
+        If the adhesion acts within less than a pixel: nothing that a solver finds would be of the surface.
+    continuum.solve.smooth.NotConvergedError
+        If no equilibrium is found.
+    """
+    closed = topography if topography.periodic else mirror(topography)
+    unit, modulus = interface.range, interface.contact_modulus
+    grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit), threads)
+    # Summits point down from the wall to the surface.
+    heights = -(closed.heights - closed.heights.mean()) / unit
+    pixel, slope = max(grid.spacing), moments(grid, heights).rms_slope
+    wall = spline_wall(interface.adhesion_length / unit, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
+    resolved = snap_in_wavelength(wall.largest_softening) / pixel
+    if resolved < 1:
+        msg = (
+            f"waves longer than {resolved:.2g} pixels snap into contact: the map is too coarse for adhesion so strong "
+            "and so short-ranged"
+        )
+        raise UnresolvedError(msg)
+
+    problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
+    state = solve(problem, "repulsive-area", AREA, Settings(TOLERANCE * slope), branch="approach")
+    jumped = state.outcome is Outcome.JUMPED_OVER and state.beyond is not None
+    if state.beyond is not None and jumped:
+        state = state.beyond
+    if not state.status.ok:
+        raise NotConvergedError(state.status.value)
+    contact = state.contact
+    doubts = [f"solver, a0 being Δr and the grid that of the map: {text}" for text in unresolved(problem, slope)]
+    doubts += [] if topography.periodic else ["solved on the map and its mirror images"]
+    return Simulation(
+        area_rep=contact.area_rep,
+        area_ratio=contact.area_rep / contact.area_att if contact.area_att else np.inf,
+        load=contact.load * modulus,
+        kappa=slope * contact.area_rep / contact.load if contact.load else np.inf,
+        jumped=jumped,
+        gap=state.gap,
+        wall=wall,
+        grid=grid,
+        shape=topography.grid.shape,
+        lengths=topography.lengths,
+        warnings=tuple(doubts),
+    )

@@ -1,0 +1,247 @@
+"""Equations of the paper and of its supplement, as functions.
+
+Independent of the solver: numpy and scipy only.  Lengths are in any one unit, a0 in reduced units, and so are moduli;
+where E* enters it is the last argument, 1 unless given.  Plain numbers out: which of them may be trusted for a given
+contact is judged in :mod:`continuum.sticky.criteria`.  Smooth contacts are in :mod:`continuum.theory.smooth`, other
+theories of rough contact in :mod:`continuum.theory.rough`.
+
+Symbols: h' = ``rms_slope``, h'' = ``rms_curvature`` = sqrt<(laplacian h)²>, Δr = ``range``, w = ``work_of_adhesion``,
+l_a = w/E* = ``adhesion_length``, d_rep = ``diameter``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import quad
+
+__all__ = [
+    "KAPPA_REP",
+    "PERIMETER_FACTOR",
+    "PERIMETER_FACTOR_PAPER",
+    "adhesive_pressure",
+    "area_ratio",
+    "asperity_radius",
+    "attraction_width",
+    "attractive_load",
+    "contact_diameter",
+    "critical_modulus",
+    "effective_range",
+    "gap_profile",
+    "height_change",
+    "kappa_att",
+    "maugis_parameter",
+    "necessary_adhesion_length",
+    "onset",
+    "perimeter",
+    "renormalised_kappa",
+    "repulsive_pressure",
+    "snap_in_wavelength",
+    "spline_adhesion_length",
+    "stiffness_reduction",
+]
+
+Real = NDArray[np.float64]
+
+KAPPA_REP = 2.0
+"""κ_rep of rough contact without adhesion, "close to 2" in the paper.  It depends on the softness of the wall and the
+number of asperities: 2.2 - 2.4 for the paper's wall at 1 % area, 2.04 for a hard one."""
+
+PERIMETER_FACTOR_PAPER = float(4 * np.arcsinh(1) / np.pi)
+"""β = 1.1222 in P = β a0 N_P (Suppl. S-II): the mean of 1/cos θ over -π/4 < θ < π/4."""
+
+PERIMETER_FACTOR = float(np.pi / (2 * np.sqrt(2)))
+"""β = 1.1107, which counted discs confirm: a line of length L has L cos θ/a0 perimeter cells (the paper prints
+L/(a0 cos θ)), so that an isotropic perimeter has P <cos θ>/a0 of them and β = 1/<cos θ>."""
+
+
+# --- load and area -----------------------------------------------------------------------------------------
+
+
+def repulsive_pressure(rms_slope: float, kappa_rep: float = KAPPA_REP, contact_modulus: float = 1.0) -> float:
+    """Mean pressure in repulsive contact, p_rep = N_rep/A_rep = h' E*/κ_rep, Eq. (eqkappa).
+
+    For A_rep much smaller than A0; the paper finds it unchanged by adhesion.
+    """
+    return rms_slope * contact_modulus / kappa_rep
+
+
+def adhesive_pressure(work_of_adhesion: float, range: float) -> float:
+    """Mean tension w/Δr over the attracted area A_att, after Eq. (eqkappa)."""
+    return work_of_adhesion / range
+
+
+def kappa_att(rms_slope: float, range: float, adhesion_length: float, area_ratio: float) -> float:
+    """κ_att = h' (Δr/l_a) A_rep/A_att, Eq. (eqrenkappa), with ``area_ratio`` = A_rep/A_att; infinite for l_a = 0."""
+    return np.inf if adhesion_length == 0 else rms_slope * range / adhesion_length * area_ratio
+
+
+def renormalised_kappa(kappa_rep: float, kappa_att: float) -> float:
+    """κ of N/A_rep = h' E*/κ with adhesion: 1/κ = 1/κ_rep - 1/κ_att.  Negative: sticky; infinite at the onset."""
+    inverse = 1 / kappa_rep - 1 / kappa_att
+    return np.inf if inverse == 0 else 1 / inverse
+
+
+def stiffness_reduction(kappa_rep: float, kappa_att: float) -> float:
+    """Factor κ_rep/κ by which adhesion lowers the load and the normal stiffness dN/du, at given separation.
+
+    For surfaces that are not sticky.
+    """
+    return 1 - kappa_rep / kappa_att
+
+
+def area_ratio(rms_slope: float, diameter: float, range: float) -> float:
+    """A_rep/A_att = d_rep/(π d_att) = (16/9π)^(1/3) (h' d_rep/(π Δr))^(2/3), Eq. (attrep).
+
+    For a thin rim: A_att < A_rep and d_att < d_rep/2.
+    """
+    return float(np.cbrt(16 / (9 * np.pi)) * np.cbrt(rms_slope * diameter / (np.pi * range)) ** 2)
+
+
+# --- geometry of a patch -----------------------------------------------------------------------------------
+
+
+def asperity_radius(rms_curvature: float) -> float:
+    """Radius of the cylinder that stands for an asperity, R = 2/h''."""
+    return 2 / rms_curvature
+
+
+def contact_diameter(rms_slope: float, rms_curvature: float) -> float:
+    """Mean width of contact patches from the undeformed surface, d_rep = 2 R h' = 4 h'/h''.
+
+    Measured widths lie within a factor of two of it (the paper's Fig. 3).
+    """
+    return 4 * rms_slope / rms_curvature
+
+
+def height_change(rms_slope: float, rms_curvature: float) -> float:
+    """Height between the edge and the middle of a contact, δh = h'²/h'' = h' d_rep/4."""
+    return rms_slope**2 / rms_curvature
+
+
+def perimeter(area: float, diameter: float) -> float:
+    """Perimeter of an area of mean chord d_rep whose edge points in all directions alike, P = π A_rep/d_rep."""
+    return np.pi * area / diameter
+
+
+def gap_profile(x: Real | float, rms_slope: float, diameter: float) -> Real:
+    """Gap at a distance x outside the edge of a contact, Eq. (gap).
+
+    ::
+
+        2 Δ/d_rep = (sqrt(8)/3) h' (2x/d_rep)^(3/2)
+
+    The first term outside a cylinder whose slope is h' at the edge, without adhesion; for x well below d_rep.
+    """
+    profile: Real = diameter / 2 * np.sqrt(8) / 3 * rms_slope * (2 * np.asarray(x) / diameter) ** 1.5
+    return profile
+
+
+def attraction_width(rms_slope: float, diameter: float, range: float) -> float:
+    """Width of the attracted rim, where the gap of Eq. (gap) reaches Δr, Eq. (datt).
+
+    ::
+
+        d_att/d_rep = (3Δr/(4 h' d_rep))^(2/3)
+    """
+    return float(diameter * np.cbrt(0.75 * range / (rms_slope * diameter)) ** 2)
+
+
+def attractive_load(
+    attraction: Callable[[float], float], rms_slope: float, diameter: float, cutoff: float = np.inf
+) -> float:
+    """Attraction per length of perimeter, ∫ p(Δ(x)) dx with the gap of Eq. (gap), Eq. (Natt).
+
+    Equal to w d_att/Δr for the effective range Δr of Eq. (deltar): that is its definition, Eq. (datt2).
+
+    Parameters
+    ----------
+    attraction, cutoff : see :func:`effective_range`.
+    rms_slope, diameter : h' and d_rep.
+    """
+    # x grows as Δ^(2/3): with Δ = s³, dx/ds is linear and nothing is singular at contact.
+    scale = attraction_width(rms_slope, diameter, 1.0)
+    end = np.cbrt(cutoff)
+    return float(quad(lambda s: 2 * s * scale * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0])
+
+
+# --- the onset of stickiness -------------------------------------------------------------------------------
+
+
+def onset(
+    rms_slope: float, height_change: float, adhesion_length: float, range: float, kappa_rep: float = KAPPA_REP
+) -> float:
+    """Left side of Eq. (adcond) over its right side: sticky where it is below 1; equal to κ_att/κ_rep.
+
+    ::
+
+        h' Δr/(κ_rep l_a) (δh/Δr)^(2/3) < π (3/16)^(2/3) = 1.029
+    """
+    left = rms_slope * range / (kappa_rep * adhesion_length) * np.cbrt(height_change / range) ** 2
+    return float(left / (np.pi * np.cbrt(3 / 16) ** 2))
+
+
+def critical_modulus(
+    rms_slope: float, height_change: float, work_of_adhesion: float, range: float, kappa_rep: float = KAPPA_REP
+) -> float:
+    """Contact modulus E* below which Eq. (adcond) holds.
+
+    The paper's example - w = 50 mJ/m², h' = 1, Δr = 0.5 nm, d_rep = 10 nm - gives 70 MPa; its text says 10 MPa.
+    """
+    return 1 / onset(rms_slope, height_change, work_of_adhesion, range, kappa_rep)
+
+
+def necessary_adhesion_length(rms_slope: float, spacing: float = 1.0) -> float:
+    """Smallest l_a that can be sticky: 0.5 h' a0, necessary, not sufficient.
+
+    Eq. (adcond) with δh = Δr = a0 and κ_rep = 2 (which gives 0.486; the text says that the bound is inserted in
+    Eq. (attrep)), as roughness of atomic crystals has steps of at least a0.
+    """
+    return 0.5 * rms_slope * spacing
+
+
+# --- the law of attraction ---------------------------------------------------------------------------------
+
+
+def maugis_parameter(radius: float, adhesion_length: float, range: float) -> float:
+    """λ_Maugis = (9 R l_a²/(2π Δr³))^(1/3), Suppl. S-I: DMT where small, JKR above 5.
+
+    The same number as :attr:`continuum.theory.smooth.MaugisDugdale.parameter`.
+    """
+    return float(np.cbrt(9 * radius * adhesion_length**2 / (2 * np.pi)) / range)
+
+
+def spline_adhesion_length(range: float, spacing: float = 1.0) -> float:
+    """Length l_a = w/E* = Δr²/(24 a0) of the paper's law with k = E* a0/2; the paper's Methods."""
+    return range**2 / (24 * spacing)
+
+
+def effective_range(attraction: Callable[[float], float], cutoff: float = np.inf) -> float:
+    """Effective range of an attractive law, Eq. (deltar).
+
+    ::
+
+        Δr^(-1/3) = (2/3) ∫ Δ^(-1/3) p(Δ) dΔ / ∫ p(Δ) dΔ
+
+    With Δ = s³ both integrands are smooth at contact.
+
+    Parameters
+    ----------
+    attraction : p(Δ), attractive pressure at a distance Δ > 0 beyond the minimum of the energy, positive.
+        (In the paper's Eq. (potential) the pressure has the other sign.)
+    cutoff : distance beyond which p vanishes, in the same unit; infinite if it does not.
+    """
+    end = np.cbrt(cutoff)
+    weighted = quad(lambda s: 3 * s * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
+    work = quad(lambda s: 3 * s**2 * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0]
+    return float((2 / 3 * weighted / work) ** -3)
+
+
+def snap_in_wavelength(largest_softening: float, contact_modulus: float = 1.0) -> float:
+    """Wavelength above which two flats snap together: where E* q/2 falls below the law's softening.
+
+    For the paper's law the softening is at most E*/(6 a0), whatever its range: 6π a0.
+    """
+    return np.pi * contact_modulus / largest_softening

@@ -1,0 +1,165 @@
+"""Other theories of rough contact: Persson, Greenwood and Williamson, Fuller and Tabor, and the energy of full contact.
+
+Independent of the solver.  Any consistent units; E* = 1 unless given.  Which theory may be asked about which contact is
+judged in :mod:`continuum.sticky.criteria`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import quad, simpson
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import erf
+
+__all__ = [
+    "KAPPA_BGT",
+    "KAPPA_PERSSON",
+    "GreenwoodWilliamson",
+    "asperity_limit",
+    "conformal_energy",
+    "dmt_asperities",
+    "fuller_tabor",
+    "persson_area",
+]
+
+Real = NDArray[np.float64]
+
+KAPPA_BGT = float(np.sqrt(2 * np.pi))
+"""κ of A = κ N/(h' E*) at vanishing load in asperity theories, 2.507 (the paper prints 2.6): Bush, Gibson and Thomas,
+Wear 35, 87 (1975), and Greenwood and Williamson with the summits of a Gaussian surface."""
+
+KAPPA_PERSSON = float(np.sqrt(8 / np.pi))
+"""κ at vanishing load in Persson's theory, 1.596."""
+
+
+def persson_area(pressure: float, rms_slope: float, contact_modulus: float = 1.0) -> float:
+    """A/A0 = erf(sqrt(2) p/(h' E*)), without adhesion, at a mean pressure p.
+
+    Persson, J. Chem. Phys. 115, 3840 (2001), with the variance of the pressure at full contact, (h' E*/2)².
+    Exact at full contact; at small load about 20 % below simulation.
+    """
+    return float(erf(np.sqrt(2) * pressure / (rms_slope * contact_modulus)))
+
+
+@dataclass(frozen=True)
+class GreenwoodWilliamson:
+    """Independent spherical asperities of one radius with Gaussian heights (Proc. R. Soc. A 295, 300 (1966)).
+
+    Without elastic interaction: for contacts far from one another.
+
+    Parameters
+    ----------
+    density : summits per area.
+    radius : R of each.
+    rms_height : of the summits.
+    contact_modulus : E*.
+    """
+
+    density: float
+    radius: float
+    rms_height: float
+    contact_modulus: float = 1.0
+
+    def _moment(self, power: float, separation: float) -> float:
+        """Mean of (z - d)^power over the summits above d."""
+        start = separation / self.rms_height
+        # u = t² takes the half-integer powers away; the exponent of the start is put back afterwards.
+        value = quad(lambda t: t ** (2 * power + 1) * np.exp(-(t**4) / 2 - start * t * t), 0, np.inf, epsabs=0)[0]
+        return float(self.rms_height**power * 2 * value * np.exp(-(start**2) / 2) / np.sqrt(2 * np.pi))
+
+    def area(self, separation: float) -> float:
+        """A/A0 = n π R <z - d>, d above the mean height of the summits."""
+        return np.pi * self.density * self.radius * self._moment(1.0, separation)
+
+    def pressure(self, separation: float) -> float:
+        """N/A0 = (4/3) E* n sqrt(R) <(z - d)^(3/2)>."""
+        return float(4 / 3 * self.contact_modulus * self.density * np.sqrt(self.radius) * self._moment(1.5, separation))
+
+
+def asperity_limit(work_of_adhesion: float, rms_height: float) -> float:
+    """N P_c/A0 of N JKR asperities, all pulling at once: (3π/2) w R n = 0.2356 w/h_rms, the paper's Suppl. S-III.
+
+    With the number of summits of rough surfaces, n R h_rms = 0.05; whatever R.
+    """
+    return 0.05 * 1.5 * np.pi * work_of_adhesion / rms_height
+
+
+def fuller_tabor(ratio: float) -> float:
+    """Pull-off force of N JKR asperities of Gaussian heights over N P_c, P_c = (3/2)π w R.
+
+    Fuller and Tabor, Proc. R. Soc. A 345, 327 (1975).  Each asperity follows the JKR curve down to its separation at a
+    stretch of δ_c; all have touched before (a high peak load).
+
+    Parameters
+    ----------
+    ratio : h_rms/δ_c, with δ_c of :attr:`continuum.theory.smooth.JKR.separation_distance`.
+    """
+    # JKR in Maugis' units: N = a³ - a sqrt(6a) in π w R, δ = a² - (2/3) sqrt(6a), separation at a³ = 1/6.
+    first = np.cbrt(1 / 6)
+
+    def indentation(a: Real | float) -> Real:
+        stretch: Real = np.asarray(a**2 - 2 / 3 * np.sqrt(6 * a))
+        return stretch
+
+    unit = -float(indentation(first)) * ratio  # h_rms in the unit of δ
+
+    def load(t: float) -> float:
+        """Force over N π w R with the plane at t h_rms above the mean of the summits."""
+        top = (max(t, 0.0) + 9 - t) * unit
+        high = 2 + np.sqrt(max(top, 0.0))
+        # 4001 points resolve the Gaussian, whose width in a is at least 1/20 of the interval.
+        a = np.linspace(first, brentq(lambda a: float(indentation(a)) - top, first, 2 * high), 4001)
+        z = t + indentation(a) / unit
+        rate = (2 * a - np.sqrt(2 / (3 * a))) / unit
+        return float(simpson((a**3 - a * np.sqrt(6 * a)) * np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) * rate, x=a))
+
+    return _largest_tension(load, -3.0, 6.0 + 1 / ratio) / 1.5
+
+
+def dmt_asperities(ratio: float) -> float:
+    """Pull-off force of N DMT asperities of Gaussian heights over N 2π w R.
+
+    As Maugis, J. Adhes. Sci. Technol. 10, 161 (1996): each pulls with 2π w R while it touches.  The attraction of
+    asperities that do not touch is left out, as it depends on the range.
+
+    Parameters
+    ----------
+    ratio : h_rms/δ_c as in :func:`fuller_tabor`; the Hertzian force at an indentation of δ_c is (sqrt(3)/4) 2π w R.
+    """
+
+    def load(t: float) -> float:
+        def force(u: float) -> float:
+            return float((np.sqrt(3) / 4 * (ratio * u) ** 1.5 - 1) * np.exp(-((t + u) ** 2) / 2) / np.sqrt(2 * np.pi))
+
+        middle = max(-t, 0.0)
+        return float(quad(force, 0, middle + 9, points=[middle] if middle else None, epsabs=1e-13, limit=200)[0])
+
+    # Smooth asperities all touch: the plane is far below their mean.
+    return _largest_tension(load, -9.0, 9.0)
+
+
+def _largest_tension(load: Callable[[float], float], low: float, high: float) -> float:
+    """Largest tension over all positions of the plane."""
+    steps = np.linspace(low, high, 121)
+    best = int(np.argmin([load(float(t)) for t in steps]))
+    bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
+    found = minimize_scalar(load, bounds=bounds, method="bounded", options={"xatol": 1e-8})
+    return -float(found.fun)
+
+
+def conformal_energy(wavenumber: Real, power: Real, contact_modulus: float = 1.0) -> float:
+    """Elastic energy per area of full contact, U = (E*/4) Σ |q| |h_q|².
+
+    Persson and Tosatti, J. Chem. Phys. 115, 5597 (2001).  For an isotropic spectrum (π E*/2) ∫ q² C(q) dq.
+
+    Parameters
+    ----------
+    wavenumber : |q| of the modes, any shape.
+    power : |h_q|² of each, summed over the modes of the same |q| (over a half spectrum: with its weights).
+    contact_modulus : E*.
+    """
+    return float(contact_modulus / 4 * np.sum(wavenumber * power))

@@ -1,0 +1,117 @@
+"""Potential files: what is told by their content, and one clear message for whatever is wrong."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from atomistic.lammps.cell import Cell
+
+
+@pytest.mark.parametrize(
+    ("name", "element", "style", "mass", "cutoff", "volume"),
+    [
+        ("Cu_mishin1.eam.alloy", None, "eam/alloy", 63.55, 5.50679, 3.615**3 / 4),
+        ("Ni_u3.eam", None, "eam", 58.71, 4.8, 3.52**3 / 4),
+        ("CuNi.eam.alloy", "Ni", "eam/alloy", 58.689, 6.394332378, 3.52**3 / 4),
+        ("AlFe_mm.eam.fs", "Fe", "eam/fs", 55.845, 6.5, None),
+    ],
+)
+def test_what_a_file_of_lammps_says(name, element, style, mass, cutoff, volume):
+    found = EmbeddedAtom.read(find_potential(name), element)
+    assert (found.style, found.mass) == (style, mass)
+    assert found.cutoff == pytest.approx(cutoff, rel=1e-12)
+    assert found.force_range == 2 * found.cutoff
+    if volume is not None:
+        assert found.guess == pytest.approx(volume, rel=1e-12)
+    assert name in found.reference
+    assert name not in found.interactions()
+
+
+def test_only_our_names_enter_a_script(tmp_path):
+    # A folder and a file whose names would end a string, start a comment or run a command of LAMMPS.
+    folder = tmp_path / 'a "b" $(c) & #'
+    folder.mkdir()
+    path = folder / "Ni'\nshell touch broken\n.eam"
+    path.write_bytes(find_potential("Ni_u3.eam").read_bytes())
+    mine = EmbeddedAtom.read(path)
+    assert mine.identity == EmbeddedAtom.read(find_potential("Ni_u3.eam")).identity
+    assert mine.interactions() == "pair_style      eam\npair_coeff      1 1 potential.eam"
+    with Cell(mine, np.array([[0, 0, 0], [1.245, 1.245, 1.76]]), np.array([2.49, 2.49, 3.52])) as cell:
+        energy, _ = cell.evaluate(np.array([[0, 0, 0], [1.245, 1.245, 1.76]]))
+    assert energy / 2 == pytest.approx(-4.45, abs=1e-3)  # the sublimation energy it was fitted to
+
+
+def test_a_file_is_found_by_path_before_those_of_lammps(tmp_path):
+    own = tmp_path / "Ni_u3.eam"
+    own.write_text("mine")
+    assert find_potential("Ni_u3.eam", tmp_path) == own
+    assert find_potential("Ni_u3.eam").parent.name == "potentials"
+
+
+def test_a_missing_file_names_the_one_probably_meant():
+    with pytest.raises(PotentialError, match=r"no potential file 'Cu_mishin\.eam\.alloy'.*did you mean Cu_mishin1"):
+        find_potential("Cu_mishin.eam.alloy")
+    for name in ("\0", "x" * 5000, "../Ni_u3.eam"):
+        with pytest.raises(PotentialError, match="no potential file"):
+            find_potential(name)
+
+
+@pytest.mark.parametrize("name", ["Cu.meam", "SiC.tersoff", "FeCr.cdeam", "PdHHe.eam.he", "README"])
+def test_a_file_of_another_kind_is_refused(name):
+    with pytest.raises(PotentialError, match="no potential of pair_style eam, eam/alloy or eam/fs"):
+        EmbeddedAtom.read(find_potential(name))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        (b" 5.50678999999", b" -5.5067899999", "makes no sense"),
+        (b"1 Cu\n", b"2 Cu\n", "announces 2 elements and names 1"),
+        (b"10001 0.00016", b"10002 0.00016", "asks for 20008 or 20008 numbers|asks for"),
+        (b"63.5499", b"-3.5499", "mass"),
+        (b"UNITS: metal", b"UNITS: real ", "units are not metal"),
+    ],
+)
+def test_an_edited_header_is_refused(tmp_path, old, new, match):
+    content = find_potential("Cu_mishin1.eam.alloy").read_bytes()
+    assert old in content
+    (tmp_path / "bad").write_bytes(content.replace(old, new, 1))
+    with pytest.raises(PotentialError, match=match):
+        EmbeddedAtom.read(tmp_path / "bad")
+
+
+def test_numbers_that_are_none_and_files_cut_short_are_refused(tmp_path):
+    content = find_potential("Ni_u3.eam").read_bytes()
+    lines = content.splitlines()
+    (tmp_path / "bad").write_bytes(
+        b"\n".join([*lines[:10], lines[10].replace(lines[10].split()[0], b"nan"), *lines[11:]])
+    )
+    with pytest.raises(PotentialError, match="1 of its numbers are not finite"):
+        EmbeddedAtom.read(tmp_path / "bad")
+    (tmp_path / "short").write_bytes(content[: len(content) // 2])
+    with pytest.raises(PotentialError, match="asks for 1500 numbers and it holds"):
+        EmbeddedAtom.read(tmp_path / "short")
+    (tmp_path / "empty").write_bytes(b"")
+    with pytest.raises(PotentialError, match="cannot be read"):
+        EmbeddedAtom.read(tmp_path / "empty")
+    with pytest.raises(PotentialError, match="cannot be read"):
+        EmbeddedAtom.read(tmp_path)
+
+
+def test_an_element_that_is_not_there_is_refused():
+    path = find_potential("CuNi.eam.alloy")
+    with pytest.raises(PotentialError, match="holds the elements Ni, Cu: 'Al' is not among them"):
+        EmbeddedAtom.read(path, "Al")
+    with pytest.raises(PotentialError, match="none was named"):
+        EmbeddedAtom.read(path)
+
+
+@settings(max_examples=60)
+@given(st.binary(max_size=300) | st.text("0123456789 \n.eEdD+-CuFC#", max_size=300).map(str.encode))
+def test_any_bytes_are_a_potential_or_refused(tmp_path_factory, content):
+    path = tmp_path_factory.mktemp("fuzz") / "potential"
+    path.write_bytes(content)
+    with pytest.raises(PotentialError, match=r"is no potential|holds the elements"):
+        EmbeddedAtom.read(path)

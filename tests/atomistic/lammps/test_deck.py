@@ -1,0 +1,132 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Springs
+from atomistic.lammps.deck import INPUTS, Deck, read_slab, read_wall_table, render, write_deck
+from continuum.model.walls import LennardJonesSpline, Tabulated
+
+SLAB = Slab((4, 5), mobile=3)
+ADHESIVE = LennardJonesSpline.from_adhesion_length(0.005)
+
+
+def make_deck(**changes) -> Deck:
+    rng = np.random.default_rng(3)
+    start = 0.01 * rng.standard_normal((4, 4, 5, 3))
+    start[SLAB.mobile :] = 0
+    deck = Deck(SLAB, Springs.reduced(), ADHESIVE, rng.standard_normal((4, 5)), 1.1 / 3, start)
+    return replace(deck, **changes)
+
+
+def section(text: str, name: str) -> np.ndarray:
+    """Numbers of a section of a data file."""
+    lines = text.split(f"\n{name}\n\n", 1)[1].split("\n\n", 1)[0].splitlines()
+    return np.array([[float(word) for word in line.split()] for line in lines])
+
+
+def test_the_data_file_holds_every_number_to_its_last_digit(tmp_path):
+    deck = make_deck()
+    text = (write_deck(tmp_path, deck) / "slab.data").read_text()
+    atoms, heights, start = (section(text, name) for name in ("Atoms # bond", "WallHeight", "Displacement"))
+    for rows in (atoms, heights, start):
+        assert (rows[:, 0] == SLAB.ids.ravel()).all()
+    assert (atoms[:, 3:] == SLAB.positions.reshape(-1, 3)).all()
+    assert (heights[:20, 1] == deck.heights.ravel()).all()
+    assert (start[:, 1:] == deck.start.reshape(-1, 3)).all()
+    assert np.ptp(deck.start) > 0
+
+
+def test_the_script_is_complete_and_holds_the_numbers_of_the_deck():
+    deck = make_deck(tolerance=3e-12, evaluations=77)
+    texts = render(deck)
+    assert {*texts, "slab.data"} == set(INPUTS)
+    assert not [name for name, text in texts.items() if "@{" in text or "np.float64" in text]
+    assert f"variable        separation index {deck.separation:.17g} " in texts["in.contact"]
+    assert float(texts["in.contact"].split("variable        tolerance index ")[1].split()[0]) == 3e-12
+    assert "evaluations index 77 " in texts["in.contact"]
+    assert f"bond_coeff      1 {Springs.reduced().stiffness / 2:.17g} 1\n" in texts["in.slab"]
+    assert "surface id <= 20\n" in texts["in.slab"]
+    assert "mobile id <= 60\n" in texts["in.slab"]
+    assert texts == render(make_deck(tolerance=3e-12, evaluations=77))
+
+
+@pytest.mark.parametrize("wall", [ADHESIVE, LennardJonesSpline(0.0), LennardJonesSpline(1.1, 0.3, core=0.8)])
+def test_the_table_is_the_law_within_the_error_that_it_states(tmp_path, wall):
+    directory = write_deck(tmp_path / "deck", make_deck(wall=wall))
+    table = read_wall_table(directory / "wall.table")
+    stated = float((directory / "wall.table").read_text().split("errs by at most ")[1].split()[0])
+    assert 0 < stated < 1e-6
+    gap = np.random.default_rng(4).uniform(wall.core, 1.2 + wall.range, 5000)
+    error = np.abs(table.evaluate(gap).traction - wall.evaluate(gap).traction)
+    # The statement is of the middles between knots: elsewhere the error is hardly larger.
+    assert error.max() < 1.5 * stated
+    column = np.loadtxt(directory / "wall.table")[:, 1]
+    assert np.allclose(column, wall.evaluate(table.gap).energy, rtol=0, atol=1e-15)
+    # The energy of the table is the integral of its traction.
+    error = np.abs(table.evaluate(gap).energy - wall.evaluate(gap).energy)
+    assert error.max() < 1.5 * stated * np.ptp(table.gap)
+
+
+def test_the_slab_is_read_back(tmp_path):
+    directory = write_deck(tmp_path / "deck", make_deck())
+    assert read_slab(directory / "slab.data") == SLAB
+    (directory / "slab.data").write_text("LAMMPS data file\n")
+    with pytest.raises(ValueError, match=r"not the slab\.data of a deck"):
+        read_slab(directory / "slab.data")
+
+
+def test_a_deck_replaces_a_deck_and_its_outputs_but_nothing_else(tmp_path):
+    directory = write_deck(tmp_path / "new" / "deck", make_deck())
+    (directory / "result.json").write_text("{}")
+    write_deck(directory, make_deck(separation=2.0))
+    assert not (directory / "result.json").exists()
+    assert "separation index 2 " in (directory / "in.contact").read_text()
+
+    (directory / "thesis.tex").write_text("precious")
+    before = {path.name: path.read_bytes() for path in directory.iterdir()}
+    with pytest.raises(FileExistsError, match=r"thesis\.tex"):
+        write_deck(directory, make_deck())
+    assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
+
+
+NOT_FINITE = np.full((4, 5), np.nan)
+MOVED_BASE = np.ones((4, 4, 5, 3))
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"heights": np.zeros((5, 4))}, ValueError, r"heights .* shape \(4, 5\), got \(5, 4\)"),
+        ({"heights": NOT_FINITE}, ValueError, "20 of the heights are not finite"),
+        ({"displacements": np.zeros((4, 5, 3))}, ValueError, "displacements"),
+        ({"displacements": MOVED_BASE}, ValueError, "frozen base"),
+        ({"separation": float("inf")}, ValueError, "separation"),
+        ({"tolerance": 0.0}, ValueError, "tolerance"),
+        ({"tolerance": float("nan")}, ValueError, "tolerance"),
+        ({"evaluations": 0}, ValueError, "evaluations"),
+        ({"evaluations": 1.5}, ValueError, "evaluations"),
+        ({"wall": Tabulated(np.linspace(0.7, 1, 5), np.linspace(1, 0, 5))}, TypeError, "Tabulated"),
+    ],
+)
+def test_a_deck_that_makes_no_sense_is_refused(changes, error, message):
+    with pytest.raises(error, match=message):
+        make_deck(**changes)
+
+
+def test_a_base_thinner_than_the_forces_reach_is_refused():
+    class Far(Springs):
+        reach = 3
+
+    with pytest.raises(ValueError, match="reach 3 layers"):
+        make_deck(model=Far(1.0))
+
+
+def test_a_deck_keeps_its_own_arrays():
+    heights = np.zeros((4, 5))
+    deck = make_deck(heights=heights)
+    heights[:] = 1
+    assert (deck.heights == 0).all()
+    with pytest.raises(ValueError, match="read-only"):
+        deck.heights[0, 0] = 1

@@ -1,0 +1,543 @@
+"""The ladder and its budget: what is compared, and what the verdicts are worth."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from atomistic.cli import main
+from atomistic.config import ValidateConfig
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Springs
+from atomistic.lammps.engine import run_command
+from atomistic.response.lattice import LatticeResponse
+from atomistic.validate import archive, budget
+from atomistic.validate.ladder import (
+    CONTINUUM_RUNGS,
+    RUNGS,
+    Rung,
+    approach_and_retract,
+    beside_jump,
+    compare,
+    kinds_of,
+    response_of,
+    rung_of,
+    select,
+)
+from atomistic.validate.validate import GEOMETRY, STEPS, UnitResult, units, validate_unit
+from continuum.measure.contact import measure
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline
+from continuum.path.loading import solve
+from continuum.runs.config import load
+from continuum.solve.smooth import Settings
+
+ROOT = Path(__file__).parents[3]
+
+SMALL = """
+[interatomic]
+kind = "springs"
+
+[slab]
+n = 16
+depth = 8.0
+
+[surface]
+hurst = 0.8
+lambda_s = 8.0
+lambda_L = 16.0
+seeds = [2]
+
+[[case]]
+name = "plain"
+adhesion_length = 0.0
+rms_slopes = [0.02, 0.01]
+areas = [0.1]
+
+[[case.tolerance]]
+quantity = "load"
+coefficient = 0.5
+power = 1
+reason = "of first order in the slope; the coefficient belongs to the surface"
+
+[[case.exponent]]
+quantity = "displacement"
+expected = 2.0
+tolerance = 0.2
+slopes = [0.02, 0.01]
+reason = "of second order in the slope, with corrections of third order at 0.02"
+
+[[case]]
+name = "sticky"
+adhesion_length = 0.0005
+rms_slopes = [0.05]
+areas = [0.15]
+branches = ["approach", "retract"]
+
+[[case.tolerance]]
+quantity = "gross_load"
+coefficient = 0.5
+power = 1
+reason = "of first order in the slope, on all that pushes and pulls"
+"""
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory: pytest.TempPathFactory) -> ValidateConfig:
+    path = tmp_path_factory.mktemp("input") / "small.toml"
+    path.write_text(SMALL)
+    return load(path, ValidateConfig)
+
+
+@pytest.fixture(scope="module")
+def results(config: ValidateConfig) -> list[UnitResult]:
+    return [validate_unit(config, unit) for unit in units(config)]
+
+
+@pytest.fixture
+def columns(results: list[UnitResult]) -> dict[str, np.ndarray]:
+    return {name: dataset.values for name, dataset in archive.datasets_of(results).items()}
+
+
+def contact(adhesion_length: float = 0.0, slope: float = 0.1, depth: float = 12.0) -> ContactProblem:
+    grid = Grid.square(24)
+    lattice = LatticeResponse.of_springs(Slab.of_depth(grid, depth), Springs.reduced())
+    heights = SelfAffine(0.8, slope, 8.0, 24.0).synthesise(grid, np.random.default_rng(2))
+    return ContactProblem(grid, LennardJonesSpline.from_adhesion_length(adhesion_length), heights, lattice)
+
+
+# --- the ladder --------------------------------------------------------------------------------------------
+
+
+def test_rungs_are_compared_at_equal_mean_gap_and_atoms_at_equal_separation(results: list[UnitResult]) -> None:
+    for result in results:
+        for state in result.states:
+            rungs = state.rungs
+            for name in CONTINUUM_RUNGS[:-1]:
+                assert rungs[name].mean_gap == pytest.approx(rungs["lattice"].mean_gap, abs=1e-12)
+            assert rungs["atoms"].separation == rungs["lattice"].separation
+            # Equal separation and equal compliance: mean gaps differ by the nonlinearity only, but they do.
+            assert rungs["atoms"].mean_gap == pytest.approx(rungs["lattice"].mean_gap, abs=1e-3)
+            assert rungs["atoms"].mean_gap != rungs["lattice"].mean_gap
+
+
+def test_only_the_lattice_gives_way_as_a_whole(results: list[UnitResult]) -> None:
+    for result in results:
+        for state in result.states:
+            lattice, rigid = state.rungs["lattice"], state.rungs["half-space"]
+            given_way = result.mean_stiffness * (lattice.mean_gap - lattice.separation)
+            # Heights have no mean, so the mean displacement is separation minus mean gap.
+            assert given_way == pytest.approx(lattice.contact.load, abs=1e-9)
+            assert rigid.separation == pytest.approx(rigid.mean_gap, abs=1e-12)
+            if result.unit.adhesion_length == 0:
+                assert state.load_ratio_at_equal_separation > 1.05
+
+
+def test_atoms_are_in_equilibrium_with_what_they_carry(results: list[UnitResult]) -> None:
+    for result in results:
+        for state in result.states:
+            assert state.largest_force <= 1e-8 * result.unit.rms_slope
+            atoms = state.rungs["atoms"]
+            wall = LennardJonesSpline.from_adhesion_length(result.unit.adhesion_length)
+            # Tractions as LAMMPS computed them are the law at the gaps as LAMMPS found them.
+            np.testing.assert_allclose(atoms.traction, wall.evaluate(atoms.gap).traction, atol=1e-13)
+
+
+def test_a_path_approaches_touches_and_lets_go() -> None:
+    problem = contact(0.005, 0.05)
+    path = list(approach_and_retract(problem, 0.2, Settings(1e-9)))
+    area = [measure(problem.grid, problem.wall, s.gap).area_rep for s in path]
+    assert area[0] == 0
+    assert max(area) >= 0.2
+    assert path[-1].gap.min() >= problem.wall.zero_gap + problem.wall.range
+    assert np.all(np.diff([s.separation for s in path[: int(np.argmax(area)) + 1]]) < 0)
+    # Adhesion holds on: on the way back contact lasts to larger separations.
+    last = max(s.separation for s, a in zip(path, area, strict=True) if a > 0 and s.branch == "retract")
+    first = max(s.separation for s, a in zip(path, area, strict=True) if a > 0 and s.branch == "approach")
+    assert last >= first
+
+
+@pytest.mark.parametrize("area", [0.05, 0.1, 0.2])
+def test_an_area_is_met_to_the_point_without_adhesion(area: float) -> None:
+    problem = contact()
+    settings = Settings(1e-9)
+    state = select(problem, list(approach_and_retract(problem, 0.25, settings)), area, "approach", settings)
+    found = measure(problem.grid, problem.wall, state.gap).area_rep
+    assert area <= found <= area + 2 / problem.grid.size  # two points may touch at once
+
+
+def test_the_states_beside_a_jump_are_those_of_both_branches() -> None:
+    problem = contact(0.05, depth=48.0)  # a thin slab is too stiff to jump as a whole
+    path = list(approach_and_retract(problem, 0.1, Settings(1e-9)))
+    before, after, past = beside_jump(problem, path).values()
+    area = [measure(problem.grid, problem.wall, s.gap).area_rep for s in (before, after, past)]
+    assert area[0] < 0.01 < 0.1 < min(area[1:])
+    assert (after.branch, past.branch) == ("approach", "retract")
+    assert after.separation < before.separation == pytest.approx(past.separation, abs=1e-12)
+
+
+def test_without_a_jump_there_is_nothing_beside_it() -> None:
+    problem = contact()
+    with pytest.raises(ValueError, match="no jump-in"):
+        beside_jump(problem, list(approach_and_retract(problem, 0.1, Settings(1e-9))))
+
+
+def test_an_area_that_the_path_does_not_reach_is_refused() -> None:
+    problem = contact()
+    path = list(approach_and_retract(problem, 0.05, Settings(1e-9)))
+    with pytest.raises(ValueError, match="does not reach"):
+        select(problem, path, 0.5, "approach", Settings(1e-9))
+
+
+def test_a_rung_does_not_differ_from_itself_and_differs_as_it_was_changed() -> None:
+    problem = contact(0.005)
+    state = solve(problem, "mean-gap", 1.3, Settings(1e-9))
+    rung = rung_of(problem, "lattice", state)
+    same = compare(rung, rung, problem.wall)
+    assert not any(same)
+    moved = rung.gap.copy()
+    # The repulsive point closest to the edge of its contact, lifted over it.
+    at = np.unravel_index(np.argmax(np.where(moved < 1, moved, -np.inf)), moved.shape)
+    lift = 2 * (1 - moved[at])
+    moved[at] += lift
+    traction = problem.wall.evaluate(moved).traction
+    other = Rung("layer", rung.separation, moved, traction, measure(problem.grid, problem.wall, moved))
+    difference = compare(other, rung, problem.wall)
+    assert difference.pixels == 1
+    assert difference.displacement == pytest.approx(lift, rel=1e-9)
+    assert difference.pixel_margin == pytest.approx(lift / 2, rel=1e-9)
+    assert difference.area_rep == pytest.approx(-1 / problem.grid.size, rel=1e-12)
+    assert difference.load == pytest.approx((other.contact.load - rung.contact.load) / rung.contact.load_rep, rel=1e-12)
+
+
+def test_atoms_are_told_by_the_sign_of_their_force() -> None:
+    problem = contact(0.005)
+    rung = rung_of(problem, "lattice", solve(problem, "mean-gap", 1.3, Settings(1e-9)))
+    atoms = replace(rung, name="atoms", traction=np.zeros_like(rung.traction))
+    assert set(np.unique(kinds_of(rung, problem.wall))) == {0, 1, 2}
+    assert not kinds_of(atoms, problem.wall).any()
+
+
+def test_a_reference_out_of_contact_is_infinitely_far() -> None:
+    problem = contact(0.005)
+    rung = rung_of(problem, "lattice", solve(problem, "mean-gap", 1.3, Settings(1e-9)))
+    apart = rung_of(problem, "lattice", solve(problem, "mean-gap", 9.0, Settings(1e-9)))
+    assert compare(rung, apart, problem.wall).load == np.inf
+    assert compare(rung, apart, problem.wall).gross_load == np.inf
+
+
+def test_two_states_that_only_attract_are_compared_by_all_that_acts() -> None:
+    problem = contact(0.05, depth=48.0)
+    before = beside_jump(problem, list(approach_and_retract(problem, 0.1, Settings(1e-9))))["before jump-in"]
+    rung = rung_of(problem, "lattice", before)
+    other = replace(rung, contact=replace(rung.contact, load=1.5 * rung.contact.load))
+    difference = compare(other, rung, problem.wall)
+    assert rung.contact.load_rep == 0
+    assert np.isnan(difference.load)
+    assert difference.gross_load == pytest.approx(-0.5, rel=1e-9)
+
+
+def test_each_step_of_the_budget_changes_one_response() -> None:
+    lattice = LatticeResponse.of_springs(Slab.of_depth(Grid.square(16), 8.0), Springs.reduced())
+    constants = Springs.reduced().elastic_constants
+    k = {name: response_of(name, lattice, constants).stiffness(Grid.square(16)) for name in CONTINUUM_RUNGS}
+    long_wave = {name: values[0, 1] for name, values in k.items()}
+    assert long_wave["half-space"] == pytest.approx(np.pi / 16, rel=1e-12)
+    assert long_wave["half-space"] < long_wave["layer"]  # a base at half a wavelength is felt
+    assert np.isinf(k["layer"][0, 0])
+    # The crystal has the mean compliance of the lattice, C11/depth.
+    assert k["crystal"][0, 0] == pytest.approx(k["lattice"][0, 0], rel=1e-12)
+    # Along <110>, below the reach of the base, it is stiffer than the mean by 1.4063/1.3721.
+    assert k["crystal"][0, 4] / k["layer"][0, 4] == pytest.approx(1.4063 / 1.3721, rel=1e-3)
+    # The lattice follows it at long waves, here 16 a0, to the 2.3 % of the worst direction.
+    assert long_wave["lattice"] == pytest.approx(long_wave["crystal"], rel=0.023)
+    assert long_wave["lattice"] != pytest.approx(long_wave["crystal"], rel=1e-3)
+    assert [STEPS[step] for step in STEPS] == [
+        ("half-space", "layer"),
+        ("layer", "crystal"),
+        ("crystal", "lattice"),
+        ("lattice", "atoms"),
+        ("half-space", "atoms"),
+    ]
+
+
+# --- the budget --------------------------------------------------------------------------------------------
+
+
+def test_bounds_that_hold_and_bounds_that_fail(config: ValidateConfig, columns: dict[str, np.ndarray]) -> None:
+    verdicts = list(budget.verdicts(config, columns))
+    assert all(verdict.holds for verdict in verdicts)
+    assert all(verdict.measured > 0 for verdict in verdicts if verdict.quantity not in ("contact map",))
+    worse = dict(columns)
+    worse["nonlinearity_load"] = columns["nonlinearity_load"] * 10
+    failed = [verdict for verdict in budget.verdicts(config, worse) if not verdict.holds]
+    assert [(v.case, v.quantity) for v in failed] == [("plain", "load")]
+    worse = dict(columns)
+    worse["largest_force"] = columns["largest_force"] * 1e3
+    assert {v.quantity for v in budget.verdicts(config, worse) if not v.holds} == {"largest force"}
+    for bad in (np.nan, np.inf):
+        worse["nonlinearity_gross_load"] = np.where(columns["case"] == "sticky", bad, 0.0)
+        assert "gross load" in {v.quantity for v in budget.verdicts(config, worse) if not v.holds}
+
+
+def test_a_bound_that_applies_to_nothing_does_not_hold(config: ValidateConfig, columns: dict[str, np.ndarray]) -> None:
+    only_plain = {
+        name: values[..., columns["case"] == "plain"] if values.shape[-1:] == columns["case"].shape else values
+        for name, values in columns.items()
+    }
+    failed = {v.case for v in budget.verdicts(config, only_plain) if not v.holds}
+    assert failed == {"sticky"}
+
+
+def test_exponents_of_exact_power_laws_are_found(columns: dict[str, np.ndarray]) -> None:
+    made = dict(columns)
+    made["nonlinearity_load"] = 0.3 * columns["rms_slope"]
+    made["nonlinearity_displacement"] = -0.7 * columns["rms_slope"] ** 2
+    fits = {fit.quantity: fit for fit in budget.exponents(made)}
+    assert fits["load"].fitted == pytest.approx(1, abs=1e-12)
+    assert fits["displacement"].fitted == pytest.approx(2, abs=1e-12)
+    assert fits["load"].slopes == (0.02, 0.01)
+
+
+def test_the_table_of_costs_takes_the_worst_state(columns: dict[str, np.ndarray]) -> None:
+    rows = {(row.case, row.rms_slope): row for row in budget.costs(columns, tuple(STEPS))}
+    assert list(rows) == [("plain", 0.02), ("plain", 0.01), ("sticky", 0.05)]
+    sticky = columns["case"] == "sticky"
+    worst = np.abs(columns["total_load"][sticky]).max()
+    assert rows["sticky", 0.05].load["total"] == worst > 0
+
+
+# --- on disk, and as a command -----------------------------------------------------------------------------
+
+
+def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path
+) -> None:
+    stored = []
+    for name, order in (("a", results), ("b", results[::-1])):
+        data: dict = {}
+        for i, result in enumerate(order):
+            data = archive.join(config, data, archive.datasets_of([result]))
+            finished = archive.write(tmp_path / f"{name}.h5", config, data)
+            assert finished == (i == len(order) - 1)
+        stored.append(archive.read(tmp_path / f"{name}.h5")[0])
+    a, b = stored
+    assert a.finished
+    assert list(a.columns["case"]) == ["plain", "plain", "sticky", "sticky"]
+    for name in a.columns:
+        if not name.startswith("journal/"):
+            np.testing.assert_array_equal(a.columns[name], b.columns[name], err_msg=name)
+    assert a.columns["gap"].shape == (5, 4, 16, 16)
+
+
+def test_a_validation_goes_on_where_it_stopped(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert config.source is not None
+    path = tmp_path / "small.h5"
+    archive.write(path, config, archive.datasets_of(results[:2]))
+    assert main(["validate", str(config.source.path), "-o", str(tmp_path), "-j", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "validate small 3/3" in out  # one part was left
+    assert "validate small 1/3" not in out
+    assert "bounds hold" in out
+    assert archive.read(path)[0].finished
+    for figure in ("contact", "curves", "scaling"):
+        assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
+        assert (tmp_path / f"small-{figure}.pdf").exists()
+    # A finished one is only shown again.
+    before = path.read_bytes()
+    assert main(["validate", str(config.source.path), "-o", str(tmp_path)]) == 0
+    assert path.read_bytes() == before
+
+
+def test_another_validation_in_the_way_is_left_alone(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changed = tmp_path / "small.toml"
+    changed.write_text(SMALL.replace("depth = 8.0", "depth = 9.0"))
+    archive.write(tmp_path / "small.h5", config, archive.datasets_of(results))
+    before = (tmp_path / "small.h5").read_bytes()
+    assert main(["validate", str(changed), "-o", str(tmp_path)]) == 2
+    assert "another validation" in capsys.readouterr().err
+    assert (tmp_path / "small.h5").read_bytes() == before
+
+
+def test_a_failing_bound_is_the_exit_code(
+    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    strict = tmp_path / "small.toml"
+    strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
+    archive.write(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results))
+    assert main(["validate", str(strict), "-o", str(tmp_path)]) == 1
+    assert "1 FAIL" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("n = 16", "n = 16.5", "slab.n = 16.5"),
+        ("lambda_s = 8.0", "lambda_s = 1.0", "surface.lambda_s = 1.0"),
+        ("adhesion_length = 0.0\n", "adhesion_length = 0.0\nlambda_s = 20.0\n", "case[0].lambda_s = 20.0"),
+        ("adhesion_length = 0.0\n", "adhesion_length = 0.0\nlambda_L = 20.0\n", "case[0].lambda_L = 20.0"),
+        ("lambda_L = 16.0", "lambda_L = 17.0", "surface.lambda_L = 17.0"),
+        ("adhesion_length = 0.0005", "adhesion_length = 0.5", "case[1].adhesion_length = 0.5"),
+        ("rms_slopes = [0.05]", "rms_slopes = [nan]", "case[1].rms_slopes[0] = nan"),
+        ('name = "sticky"', 'name = "plain"', "case[1].name"),
+        ('name = "sticky"', 'name = "a/../b"', "case[1].name"),
+        ("slopes = [0.02, 0.01]\nreason", "slopes = [0.02, 0.5]\nreason", "case[0].exponent[0].slopes"),
+        ('quantity = "gross_load"', 'quantity = "groß"', "case[1].tolerance[0].quantity"),
+        ("seeds = [2]", "sedes = [2]", "did you mean seeds"),
+    ],
+)
+def test_bad_input_is_one_message_and_leaves_nothing(
+    old: str, new: str, fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert old in SMALL
+    path = tmp_path / "bad.toml"
+    path.write_text(SMALL.replace(old, new))
+    assert main(["validate", str(path), "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert fault in error
+    assert f"{path}:" in error
+    assert "allowed:" in error
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+CRYSTAL = (
+    SMALL.replace('kind = "springs"', 'kind = "lennard-jones"').split("[[case]]")[0]
+    + """
+[[case]]
+name = "plain"
+adhesion_length = 0.0
+lambda_s = 6.0
+lambda_L = 12.0
+rms_slopes = [0.02]
+areas = [0.1]
+"""
+)
+
+
+@pytest.fixture(scope="module")
+def crystal(tmp_path_factory: pytest.TempPathFactory) -> tuple[ValidateConfig, Path]:
+    """A validation of Lennard-Jones atoms, by the command."""
+    folder = tmp_path_factory.mktemp("crystal")
+    (folder / "crystal.toml").write_text(CRYSTAL)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STICKINESS_CACHE", str(folder / "cache"))
+        assert main(["validate", str(folder / "crystal.toml"), "-o", str(folder), "-j", "1"]) == 0
+    return load(folder / "crystal.toml", ValidateConfig), folder
+
+
+def test_a_crystal_is_on_every_rung_and_springs_tell_its_geometry(crystal: tuple[ValidateConfig, Path]) -> None:
+    stored = archive.read(crystal[1] / "crystal.h5")[0]
+    columns = stored.columns
+    assert tuple(columns["rung"]) == RUNGS
+    assert (columns["lambda_s"][0], columns["lambda_L"][0]) == (6.0, 12.0)
+    # All rungs but the atoms, which are held at equal separation, stand at one mean gap.
+    gaps = dict(zip(columns["rung"], columns["mean_gap"][:, 0], strict=True))
+    for rung in ("half-space", "layer", "crystal", "spring-lattice"):
+        assert gaps[rung] == pytest.approx(gaps["lattice"], abs=1e-12)
+    (cost,) = budget.costs(columns, (*STEPS, *GEOMETRY))
+    # Springs turn, and so yield more under pressure; Lennard-Jones bonds harden: of opposite sign.
+    signed = columns["nonlinearity_load"][0], columns["geometry_load"][0]
+    assert signed[0] < 0 < signed[1]
+    assert cost.load["anharmonicity"] == pytest.approx(signed[1] - signed[0], rel=1e-12)
+    # Of first order in the slope, 0.02.
+    assert 0.001 < cost.load["anharmonicity"] < 0.04
+    assert stored.attributes["model/surface_relaxation"] == pytest.approx(0.0116, abs=1e-4)
+    assert columns["evaluations"].max() <= 10
+
+
+def test_the_page_of_a_run_stands_alone(crystal: tuple[ValidateConfig, Path]) -> None:
+    page = (crystal[1] / "crystal.html").read_text()
+    assert "lj/smooth/linear" in page
+    assert "anharmonicity" in page
+    assert page.count("data:image/png;base64,") == len(list(crystal[1].glob("crystal-*.png"))) > 0
+    assert "http" not in page.replace("http-equiv", "")
+    assert "2 of 2 bounds hold" in page
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        ('"eam"\nfile = "Al_zhou.eam.alloy"', "the slab needs at least 15 surface atoms"),
+        ('"eam"\nfile = "Fe_mm.eam.fs"', "not fcc at its minimum: bcc"),
+        ('"eam"\nfile = "no-such.eam"', "there is no potential file 'no-such.eam'"),
+        ('"eam"\nfile = "CuNi.eam.alloy"\nelement = "Al"', "'Al' is not among them"),
+        ('"lennard-jones"\ncutoff = 6.0', "forces reach"),
+    ],
+)
+@pytest.mark.parametrize("command", ["validate", "deck"])
+def test_a_crystal_that_cannot_be_is_one_message(
+    command: str, kind: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = CRYSTAL if command == "validate" else (ROOT / "inputs/lammps/rough.toml").read_text()
+    text = text.replace("n = 16", "n = 8").replace("n = 32", "n = 8").replace("depth = 32.0", "depth = 8.0")
+    text = text.replace("lambda_L = 16.0", "lambda_L = 8.0").replace("lambda_s = 6.0\nlambda_L = 12.0\n", "")
+    (tmp_path / "bad.toml").write_text(re.sub('(?<=kind = )"[a-z-]+"', lambda _: kind, text))
+    assert main([command, str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out")]) == 2
+    out, error = capsys.readouterr()
+    assert out == ""
+    assert message in " ".join(error.split())
+    assert "Traceback" not in error
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
+
+
+def test_a_jump_that_is_not_there_is_one_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "bad.toml").write_text(SMALL.replace("areas = [0.1]\n", "areas = [0.1]\njump = true\n"))
+    assert main(["validate", str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out"), "-j", "2"]) == 2
+    error = " ".join(capsys.readouterr().err.split())
+    assert "no jump-in: leave out jump" in error
+    assert "Traceback" not in error
+
+
+def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = tmp_path / "rough.toml"
+    # Two spacings deep is too shallow for physics and deep enough to see that files and commands fit.
+    source.write_text(
+        "separation = 1.1\n[interatomic]\nkind = 'springs'\n[slab]\nn = 12\ndepth = 4.0\n"
+        "[wall]\nadhesion_length = 0.005\n"
+        "[surface]\nhurst = 0.8\nrms_slope = 0.05\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 2\n"
+    )
+    deck = tmp_path / "deck"
+    assert main(["deck", str(source), "-o", str(deck)]) == 0
+    assert main(["read", str(deck)]) == 1  # nobody has run it
+    assert "no complete result" in capsys.readouterr().err
+    by_lmp = run_command(deck)
+    assert by_lmp.require().largest_force <= 5e-10
+    assert main(["read", str(deck)]) == 0
+    assert f"{by_lmp.load:.10g}" in capsys.readouterr().out
+    assert main(["deck", str(source), "-o", str(deck), "--run"]) == 0
+    assert f"{by_lmp.load:.7g}"[:8] in capsys.readouterr().out
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("")
+    assert main(["deck", str(source), "-o", str(tmp_path / "mine")]) == 2
+    assert [p.name for p in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
+
+
+def test_the_doctor_says_usable(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "usable"
+
+
+def test_a_site_may_start_its_own_lammps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deck = ["deck", "inputs/lammps/rough.toml", "-o", str(tmp_path / "deck"), "--run", "--lmp-command"]
+    assert main([*deck, "no-such-lmp"]) == 1
+    error = capsys.readouterr().err
+    assert "no-such-lmp" in error
+    assert "doctor" in error
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "name", ["springs", "lennard-jones", "copper", "aluminium", "nickel", "wavelength", "jump", "jump-copper"]
+)
+def test_every_validation_holds(name: str, tmp_path: Path) -> None:
+    assert main(["validate", f"inputs/validate/{name}.toml", "-o", str(tmp_path), "-j", "2"]) == 0

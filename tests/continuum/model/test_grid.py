@@ -1,0 +1,109 @@
+"""Transforms, weights and integrals on odd, even and non-square grids."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from continuum.model.grid import Grid
+
+grids = st.builds(
+    Grid,
+    st.tuples(st.integers(2, 17), st.integers(2, 17)),
+    st.tuples(st.floats(0.5, 50), st.floats(0.5, 50)),
+)
+# Sums of a few hundred products of order one: rounding stays below 1e-12.
+ROUNDING = 1e-12
+
+
+@given(grids, st.integers(0, 2**32 - 1))
+def test_transforms_return_the_field_and_obey_parseval(grid: Grid, seed: int) -> None:
+    a, b = np.random.default_rng(seed).normal(size=(2, *grid.shape))
+    a_q, b_q = grid.forward(a), grid.forward(b)
+    assert a_q.shape == grid.shape_q
+    np.testing.assert_allclose(grid.inverse(a_q), a, atol=ROUNDING)
+    assert grid.inner_q(a_q, b_q) == pytest.approx(grid.mean(a * b), abs=ROUNDING)
+    assert a_q[0, 0].real == pytest.approx(grid.mean(a), abs=ROUNDING)
+
+
+@given(grids)
+def test_mode_weights_count_every_mode_once(grid: Grid) -> None:
+    assert np.broadcast_to(grid.mode_weights, grid.shape_q).sum() == grid.size
+
+
+@given(grids)
+def test_integral_is_mean_times_area(grid: Grid) -> None:
+    x, _ = grid.positions
+    ones = np.ones(grid.shape)
+    assert grid.integrate(ones) == pytest.approx(grid.area, rel=1e-13)
+    assert grid.mean(ones + x) == pytest.approx(
+        1 + grid.lengths[0] * (grid.shape[0] - 1) / (2 * grid.shape[0]), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("shape", [(8, 8), (7, 9), (9, 6), (12, 5)])
+def test_a_plane_wave_lies_on_its_wavevector(shape: tuple[int, int]) -> None:
+    grid = Grid(shape, (10.0, 13.0))
+    x, y = grid.positions
+    for m, n in [(1, 0), (0, 1), (2, 1), (-2, 1)]:
+        q = 2 * np.pi * np.array([m / 10.0, n / 13.0])
+        spectrum = grid.forward(np.cos(q[0] * x + q[1] * y + 0.3))
+        # The square of cos over the period averages to 1/2: both halves of the spectrum are counted.
+        assert grid.inner_q(spectrum, spectrum) == pytest.approx(0.5, abs=ROUNDING)
+        assert grid.inner_q(spectrum, grid.wavenumber**2 * spectrum) == pytest.approx(q @ q / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("shape", "lengths"), [((1, 8), (1, 1)), ((8, 8), (0, 1)), ((8, 8), (1, np.nan)), ((8, 8), (-1, 1))]
+)
+def test_a_grid_that_is_none_is_refused(shape: tuple[int, int], lengths: tuple[float, float]) -> None:
+    with pytest.raises(ValueError, match="grid"):
+        Grid(shape, lengths)
+
+
+@pytest.mark.parametrize("shape", [(64, 64), (256, 256), (500, 300), (301, 257), (1024, 512)])
+def test_the_number_of_threads_changes_no_bit(shape: tuple[int, int]) -> None:
+    values = np.random.default_rng(1).normal(size=shape)
+    results = []
+    for threads in (1, 2, 3, 4):
+        grid = Grid(shape, (1.0, 1.0), threads)
+        spectrum = grid.forward(values)
+        results.append((spectrum, grid.inverse(spectrum)))
+        np.testing.assert_allclose(results[-1][1], values, atol=1e-14)
+        # Against the definition of another library: blocks have not mixed rows or columns.
+        np.testing.assert_allclose(spectrum, np.fft.rfft2(values) / values.size, atol=1e-15)
+    for spectrum, back in results[1:]:
+        np.testing.assert_array_equal(spectrum, results[0][0])
+        np.testing.assert_array_equal(back, results[0][1])
+
+
+def test_a_spectrum_is_kept_unless_it_may_be_destroyed() -> None:
+    grid = Grid((96, 70), (1.0, 1.0))
+    values = np.random.default_rng(1).normal(size=grid.shape)
+    spectrum = grid.forward(values)
+    before = spectrum.copy()
+    grid.inverse(spectrum)
+    np.testing.assert_array_equal(spectrum, before)
+    np.testing.assert_allclose(grid.inverse(spectrum, overwrite=True), values, atol=1e-14)
+
+
+def test_the_number_of_threads_changes_no_bit_where_libraries_may_use_them() -> None:
+    """In an environment without OMP_NUM_THREADS, which `make test` sets: ducc0's own threads obey it, and then
+    a test of threads tests one."""
+    code = (
+        "import numpy as np; from continuum.model.grid import Grid\n"
+        "values = np.random.default_rng(1).normal(size=(512, 300)); found = []\n"
+        "for threads in (1, 2, 4):\n"
+        "    grid = Grid((512, 300), (1.0, 1.0), threads); spectrum = grid.forward(values)\n"
+        "    found.append((spectrum, grid.inverse(spectrum)))\n"
+        "assert all(np.array_equal(a, b) for pair in found[1:] for a, b in zip(pair, found[0]))"
+    )
+    free = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
+    done = subprocess.run([sys.executable, "-c", code], env=free, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,128 @@
+"""Self-affine surfaces: moments, spectrum, the same surface on a finer grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine, moments, power_spectrum, sine, sphere
+
+PAPER = SelfAffine(hurst=0.8, rms_slope=0.1, lambda_s=16.0, lambda_L=128.0)
+
+
+def unscaled(surface: SelfAffine = PAPER) -> SelfAffine:
+    return SelfAffine(surface.hurst, surface.rms_slope, surface.lambda_s, surface.lambda_L, rescale=False)
+
+
+def test_moments_of_a_wave_are_analytic() -> None:
+    grid = Grid((24, 15), (12.0, 10.0))
+    found = moments(grid, 5.0 + sine(grid, 0.3, (2, 1)))
+    q2 = (2 * np.pi) ** 2 * ((2 / 12) ** 2 + (1 / 10) ** 2)
+    # <cos²> = 1/2; the laplacian is -q² h.  The curvature is the paper's, not its half.
+    assert found == pytest.approx(np.array([1, np.sqrt(q2), q2]) * 0.3 / np.sqrt(2), rel=1e-12)
+
+
+@given(st.sampled_from([(64, 64), (63, 81), (81, 50)]), st.floats(0.1, 0.95), st.integers(0, 1000))
+@settings(max_examples=30)
+def test_a_realisation_has_the_slope_that_was_asked_for(shape: tuple[int, int], hurst: float, seed: int) -> None:
+    grid = Grid(shape, (64.0, 64.0))
+    surface = SelfAffine(hurst, 0.07, 4.0, 32.0)
+    heights = surface.synthesise(grid, np.random.default_rng(seed))
+    assert moments(grid, heights).rms_slope == pytest.approx(0.07, rel=1e-12)
+    assert grid.mean(heights) == pytest.approx(0, abs=1e-14)
+
+
+def test_the_ensemble_has_the_analytic_moments_and_scatter() -> None:
+    grid = Grid.square(64)
+    surface = SelfAffine(0.8, 0.1, 8.0, 32.0, rescale=False)
+    count = 400
+    found = np.array([moments(grid, surface.synthesise(grid, np.random.default_rng(i))) for i in range(count)])
+    expected = np.array(surface.expected_moments(grid))
+    assert expected[1] == pytest.approx(0.1, rel=1e-12)
+    # Relative error of a mean square over `count` draws: twice the scatter of the rms over sqrt(count).
+    scatter = surface.slope_scatter(grid)
+    mean_square = np.mean(found**2, axis=0) / expected**2
+    assert mean_square[1] == pytest.approx(1, abs=4 * 2 * scatter / np.sqrt(count))
+    assert mean_square[0] == pytest.approx(1, abs=0.15)  # few long modes dominate: scatter 60 %/sqrt(400) x 4
+    assert found[:, 1].std() / 0.1 == pytest.approx(scatter, rel=4 / np.sqrt(2 * count))
+
+
+@pytest.mark.parametrize(("n", "lambda_s", "percent", "digit"), [(4096, 32, 2, 0.5), (256, 16, 6, 0.5), (32, 8, 15, 1)])
+def test_slope_scatter_of_known_systems(n: int, lambda_s: float, percent: float, digit: float) -> None:
+    found = SelfAffine(0.8, 0.1, lambda_s, n / 2).slope_scatter(Grid.square(n))
+    assert 100 * found == pytest.approx(percent, abs=digit)  # printed to a whole percent
+
+
+def test_spectrum_is_self_affine_between_the_cutoffs() -> None:
+    grid = Grid.square(256)
+    power = np.mean(
+        [np.abs(grid.forward(unscaled().synthesise(grid, np.random.default_rng(i)))) ** 2 for i in range(60)],
+        axis=0,
+    )
+    q, expected = grid.wavenumber, PAPER.power_q(grid)
+    assert (power[q > 2 * np.pi / 16 * 1.0001] < 1e-30).all()
+    assert power[0, 0] < 1e-30
+    inside = expected > 0
+    # A Gaussian squared has variance 2: 60 surfaces give each mode to 18 %, their mean over 600 modes to 1 %.
+    assert np.mean(power[inside] / expected[inside]) == pytest.approx(1, abs=0.03)
+    rolled = inside & (q < 2 * np.pi / 128)
+    assert np.ptp(expected[rolled]) == 0
+    band = inside & (q > 2 * np.pi / 64)
+    exponent = np.polyfit(np.log(q[band]), np.log(expected[band]), 1)[0]
+    assert exponent == pytest.approx(-2 - 2 * 0.8, rel=1e-12)
+
+
+@pytest.mark.parametrize("rescale", [True, False])
+@pytest.mark.parametrize("shape", [(64, 64), (128, 64), (33, 47), (96, 80)])
+def test_one_seed_is_one_surface_on_every_grid(shape: tuple[int, int], rescale: bool) -> None:
+    lengths = (64.0, 64.0)
+    surface = SelfAffine(0.8, 0.1, 8.0, 32.0, rescale)
+    coarse, fine = Grid((32, 32), lengths), Grid(shape, lengths)
+    a, b = (grid.forward(surface.synthesise(grid, np.random.default_rng(3))) for grid in (coarse, fine))
+    m = np.arange(-8, 9)  # every mode up to 2π/λ_s
+    np.testing.assert_allclose(a[m, :9], b[m, :9], atol=1e-15)
+
+
+def test_a_smaller_cutoff_adds_modes_and_keeps_the_others() -> None:
+    grid = Grid.square(64)
+    a, b = (
+        grid.forward(SelfAffine(0.8, 1, cut, 32, rescale=False).synthesise(grid, np.random.default_rng(3)))
+        for cut in (16.0, 4.0)
+    )
+    common = (np.abs(a) > 0) & (grid.wavenumber < 2 * np.pi / 16)
+    ratio = b[common] / a[common]
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)  # one normalisation, the same draws
+
+
+def test_power_spectrum_integrates_to_the_mean_square() -> None:
+    grid = Grid((96, 80), (96.0, 80.0))
+    heights = PAPER.synthesise(grid, np.random.default_rng(5))
+    q, c = power_spectrum(grid, heights)
+    assert (np.diff(q) > 0).all()
+    # Rings are averages over modes: the integral is their sum, weighted by how many modes each holds.
+    modes = np.bincount(
+        np.rint(grid.wavenumber / (2 * np.pi / 96)).astype(int).ravel(),
+        weights=np.broadcast_to(grid.mode_weights, grid.shape_q).ravel(),
+    )[1:]
+    cell = (2 * np.pi) ** 2 / grid.area
+    assert np.sum(c * modes[: c.size]) * cell == pytest.approx(moments(grid, heights).rms_height ** 2, rel=1e-10)
+
+
+def test_a_surface_finer_than_the_grid_is_refused() -> None:
+    with pytest.raises(ValueError, match="below two grid spacings"):
+        SelfAffine(0.8, 0.1, 1.9, 16).synthesise(Grid.square(32), np.random.default_rng(0))
+
+
+def test_a_surface_without_modes_is_refused() -> None:
+    with pytest.raises(ValueError, match="no wavevector"):
+        SelfAffine(0.8, 0.1, 40, 80).synthesise(Grid.square(32), np.random.default_rng(0))
+
+
+def test_sphere_is_a_paraboloid_lowest_at_the_centre() -> None:
+    grid = Grid.square(16)
+    heights = sphere(grid, 10.0)
+    assert heights[8, 8] == 0
+    assert heights[8, 12] == pytest.approx(16 / 20)

@@ -1,0 +1,185 @@
+"""Wall laws: the paper's numbers, continuity, tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import simpson
+from scipy.special import gamma
+
+from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Tabulated, Wall
+from continuum.theory import paper as theory
+
+RANGES = [0.10954, 0.34641, 1.09545]
+
+
+def table_of(wall: LennardJonesSpline, knots: int) -> Tabulated:
+    gap = np.linspace(wall.core, 1 + wall.range, knots)
+    return Tabulated(gap, wall.evaluate(gap).traction)
+
+
+@pytest.mark.parametrize(("adhesion_length", "range_"), list(zip([0.0005, 0.005, 0.05], RANGES, strict=True)))
+def test_adhesion_lengths_of_the_paper(adhesion_length: float, range_: float) -> None:
+    wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
+    assert wall.range == pytest.approx(range_, abs=5e-6)  # the digits printed in DESIGN.md
+    assert wall.work_of_adhesion == pytest.approx(adhesion_length, rel=1e-14)
+    assert theory.spline_adhesion_length(wall.range) == pytest.approx(adhesion_length, rel=1e-14)
+    # The energy at the minimum is minus the work of adhesion, and vanishes at the cut-off.
+    energy = wall.evaluate(np.array([1.0, 1 + wall.range, 5.0])).energy
+    np.testing.assert_allclose(energy, [-adhesion_length, 0, 0], atol=1e-16)
+
+
+@pytest.mark.parametrize("range_", RANGES)
+def test_largest_tension_and_softening(range_: float) -> None:
+    wall = LennardJonesSpline(range_)
+    fine = wall.evaluate(np.linspace(1, 1 + range_, 300001))
+    # Second order in the spacing of the sample, 3e-6 of the range.
+    assert -fine.traction.min() == pytest.approx(2 / 27 * range_, rel=1e-9)
+    assert wall.largest_tension == pytest.approx(2 / 27 * range_, rel=1e-14)
+    assert -fine.stiffness.min() == pytest.approx(1 / 6, rel=1e-9)
+    assert theory.snap_in_wavelength(-fine.stiffness.min()) == pytest.approx(6 * np.pi, rel=1e-8)
+
+
+@pytest.mark.parametrize("range_", RANGES)
+def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
+    wall = LennardJonesSpline(range_)
+    found = theory.effective_range(lambda x: -float(wall.evaluate(np.array(1 + x)).traction), cutoff=range_)
+    assert found / range_ == pytest.approx(1.05659, abs=5e-6)
+
+
+def test_effective_ranges_of_the_untruncated_laws() -> None:
+    # Eq. (deltar): 1.15 a0 for 9-3 and 0.62 a0 for 12-6, the latter as a surface law, pressure z^-7 - z^-13.
+    assert theory.effective_range(lambda x: (1 + x) ** -4 - (1 + x) ** -10) == pytest.approx(1.15294, abs=5e-6)
+    assert theory.effective_range(lambda x: (1 + x) ** -7 - (1 + x) ** -13) == pytest.approx(0.62043, abs=5e-6)
+
+
+@given(st.floats(0.01, 3), st.floats(0.05, 50), st.floats(0.5, 0.9))
+def test_the_law_is_smooth_at_its_joints(range_: float, stiffness: float, core: float) -> None:
+    wall = LennardJonesSpline(range_, stiffness, core)
+    for joint in (core, 1.0, 1 + range_):
+        left, right = wall.evaluate(np.array([np.nextafter(joint, 0), np.nextafter(joint, 9)]))[1:]
+        assert left[0] == pytest.approx(left[1], abs=1e-9 * stiffness)
+        assert right[0] == pytest.approx(right[1], rel=1e-9, abs=1e-9 * stiffness)
+    assert wall.evaluate(np.array([1.0])).stiffness[0] == pytest.approx(stiffness, rel=1e-12)
+
+
+@given(st.floats(-1e6, 1e6), st.sampled_from([0.0, *RANGES]))
+def test_a_law_is_finite_at_any_gap(gap: float, range_: float) -> None:
+    for wall in (LennardJonesSpline(range_), table_of(LennardJonesSpline(range_), 50)):
+        response = wall.evaluate(np.array([gap]))
+        assert np.isfinite(response).all()
+        assert (response.traction[0] > 0) == (gap < wall.zero_gap) or abs(gap - wall.zero_gap) < 1e-3
+
+
+def test_the_nonadhesive_law_never_pulls() -> None:
+    wall = LennardJonesSpline(0)
+    response = wall.evaluate(np.linspace(0.5, 3, 1001))
+    assert response.traction.min() == 0.0
+    assert wall.work_of_adhesion == 0.0
+    assert response.energy[-1] == 0.0
+    # It is the paper's law without its attraction: the same pressure where it pushes.
+    adhesive = LennardJonesSpline(0.3).evaluate(np.linspace(0.5, 1, 101))
+    np.testing.assert_array_equal(wall.evaluate(np.linspace(0.5, 1, 101)).traction, adhesive.traction)
+
+
+def test_a_table_converges_to_the_law_it_samples() -> None:
+    wall = LennardJonesSpline(0.34641)
+    gap = np.linspace(0.71, 1.4, 4001)
+    exact = wall.evaluate(gap)
+    # The second derivative of the pressure jumps at a0, by J; within the interval that holds the jump the
+    # spline deviates by at most J h²/8, the bound of linear interpolation.
+    jump = abs(0.5 / 6 * (110 - 20) - 4 * 0.5 / wall.range)
+    for knots in (101, 401):
+        spacing = (1 + wall.range - wall.core) / (knots - 1)
+        error = np.abs(table_of(wall, knots).evaluate(gap).traction - exact.traction).max()
+        assert 0 < error < jump * spacing**2 / 8
+    table = table_of(wall, 401)
+    assert table.work_of_adhesion == pytest.approx(wall.work_of_adhesion, rel=1e-5)
+    assert table.zero_gap == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("gap", "traction", "fault"),
+    [
+        ([0.7, 0.8, 0.9], [1, 0.5, 0], "at least 4 rows"),
+        ([0.7, 0.8, 0.8, 1], [1, 0.5, 0.2, 0], "increase"),
+        ([0.7, 0.8, 0.9, 1], [1, np.nan, 0.2, 0], "finite"),
+        ([0.7, 0.8, 0.9, 1], [1, 0.5, 0.2, 0.1], "vanished"),
+        ([0.7, 0.8, 0.9, 1], [-1, 0.5, 0.2, 0], "repulsive"),
+    ],
+)
+def test_a_table_that_is_no_wall_is_refused(gap: list[float], traction: list[float], fault: str) -> None:
+    with pytest.raises(ValueError, match=fault):
+        Tabulated(np.array(gap), np.array(traction))
+
+
+@pytest.mark.parametrize("bad", [{"range": -0.1}, {"range": np.nan}, {"range": 0.1, "core": 1.2}])
+def test_a_law_that_is_none_is_refused(bad: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="wall"):
+        LennardJonesSpline(**bad)
+
+
+UNTRUNCATED: dict[str, Wall] = {
+    "9-3": InversePowers.from_adhesion_length((9, 3), 0.005),
+    "12-6": InversePowers.from_adhesion_length((12, 6), 0.005),
+    "exponential": Exponential(0.005, 0.3, 2.0),
+}
+
+
+@pytest.mark.parametrize("wall", UNTRUNCATED.values(), ids=UNTRUNCATED.keys())
+def test_every_law_knows_its_own_numbers(wall: Wall) -> None:
+    """Against nothing but samples of the law: where it crosses zero, how deep, how steep, how far."""
+    at_zero = wall.evaluate(np.array([wall.zero_gap - 1e-6, wall.zero_gap, wall.zero_gap + 1e-6])).traction
+    assert at_zero[0] > 0 > at_zero[2]
+    assert abs(at_zero[1]) < 1e-15
+    # The exponential's tension and softening are largest at 0 exactly, where its core ends.
+    gap = np.union1d(wall.zero_gap + np.linspace(0, 60, 600001), [0.0] if wall.zero_gap < 0 else [])
+    sampled = wall.evaluate(gap)
+    # Half the spacing of the sample squared, 2.5e-9, times a second derivative of some tens of the value.
+    assert -sampled.traction.min() == pytest.approx(wall.largest_tension, rel=1e-6)
+    assert -sampled.stiffness.min() == pytest.approx(wall.largest_softening, rel=1e-6)
+    # Simpson over the sample; the tail beyond 60 a0 is below 1e-5 of the whole for the slowest law, (60)^-3/27.
+    assert -simpson(sampled.traction, gap) == pytest.approx(wall.work_of_adhesion, rel=1e-4)
+    assert wall.range == wall.effective_range
+
+
+def test_numbers_of_the_untruncated_laws() -> None:
+    ninethree, twelvesix = UNTRUNCATED["9-3"], UNTRUNCATED["12-6"]
+    for wall in (ninethree, twelvesix):
+        assert wall.work_of_adhesion == pytest.approx(0.005, rel=1e-12)
+    assert ninethree.effective_range == pytest.approx(1.15294, abs=5e-6)
+    assert twelvesix.effective_range == pytest.approx(0.62043, abs=5e-6)
+    # Within the effective range lie 85 % and 89 % of the binding, the paper's "> 85 %".
+    for wall, percent in ((ninethree, 85.0), (twelvesix, 89.2)):
+        left = -float(wall.evaluate(np.array(1 + wall.effective_range)).energy)
+        assert 100 * (1 - left / 0.005) == pytest.approx(percent, abs=0.06)
+
+
+def test_an_exponential_on_a_stiffer_core_tends_to_the_exponential() -> None:
+    for stiffness in (2.0, 20.0, 200.0):
+        wall = Exponential(0.005, 0.3, stiffness)
+        assert wall.zero_gap == pytest.approx(-0.005 / (0.3 * stiffness), rel=1e-12)
+        assert wall.work_of_adhesion == pytest.approx(0.005 + 0.005**2 / (2 * 0.3**2 * stiffness), rel=1e-12)
+    limit = 0.3 * (2 / 3 * gamma(2 / 3)) ** -3
+    errors = [abs(Exponential(0.005, 0.3, k).effective_range / limit - 1) for k in (2e2, 2e4)]
+    # The weight Δ^(-1/3) counts from the shifted zero: an error of (zero/ρ)^(2/3), 0.4 % and 100^(2/3) times less.
+    assert errors[0] < 0.02
+    assert errors[1] < errors[0] / 10
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: InversePowers((3, 9), 1.0),
+        lambda: InversePowers((9, 3), -1.0),
+        lambda: Exponential(0.1, 0.1, 0.0),
+        lambda: Exponential(0.1, -0.1, 1.0),
+    ],
+)
+def test_an_untruncated_law_that_is_none_is_refused(make: Callable[[], Wall]) -> None:
+    with pytest.raises(ValueError, match="wall"):
+        make()

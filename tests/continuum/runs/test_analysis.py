@@ -1,0 +1,156 @@
+"""Curves of a path, and the analysis of stored runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from continuum.cli import main
+from continuum.measure.curve import Curve, adhesion, normal_stiffness
+from continuum.runs.analysis import analyse, tables
+from continuum.runs.config import RunConfig, load
+from continuum.runs.run import run
+from continuum.theory import paper as theory
+
+
+def curve(gap: list[float] | np.ndarray, load: list[float] | np.ndarray, turn: int) -> Curve:
+    gap, load = np.array(gap, dtype=float), np.array(load, dtype=float)
+    return Curve(gap, gap - 1.0, load, np.arange(gap.size) > turn)
+
+
+# --- curves ------------------------------------------------------------------------------------------------
+
+
+def test_the_stiffness_of_an_exponential_is_proportional_to_its_load() -> None:
+    # Persson: N ~ exp(-gap/u0), so k_N = N/u0 (the paper: the stiffness is proportional to the load).
+    gap = np.concatenate([np.linspace(4, 1, 61), np.linspace(1, 4, 61)[1:]])
+    load = np.exp(-gap / 0.7)
+    stiffness = normal_stiffness(curve(gap, load, 60))
+    # Second order: (0.05/0.7)²/6 inside, twice that at the ends of a stretch.
+    np.testing.assert_allclose(stiffness * 0.7 / load, 1, atol=2e-3)
+
+
+def test_the_stiffness_needs_two_points() -> None:
+    assert np.isnan(normal_stiffness(curve([1.0], [0.1], 0))).all()
+    np.testing.assert_allclose(normal_stiffness(curve([2, 1], [0, 0.5], 1)), 0.5)
+
+
+def test_a_cycle_with_a_known_work() -> None:
+    # In: no load until 1, then 2 (1 - u).  Out: the same line goes on down to -1 at u = 1.5, then snaps off.
+    gap = [2.0, 1.0, 0.5, 1.0, 1.5, 1.5 + 1e-9, 2.0]
+    found = adhesion(curve(gap, [0, 0, 1, 0, -1, 0, 0], 2))
+    assert found.peak_load == 1
+    assert found.largest_tension == 0
+    assert found.pull_off == 1
+    assert found.work_of_separation == pytest.approx(0.25, rel=1e-6)
+    assert found.loss == pytest.approx(0.25, rel=1e-6)
+    assert found.separated
+
+
+def test_a_path_without_return_and_one_that_ends_early() -> None:
+    there = adhesion(curve([2, 1.5, 1], [0, -0.2, 1], 2))
+    assert there.largest_tension == 0.2
+    assert np.isnan([there.pull_off, there.work_of_separation, there.loss]).all()
+    early = adhesion(curve([2, 1.5, 1, 1.5], [0, 0, 1, -0.5], 2))
+    assert not early.separated
+    assert early.pull_off == 0.5
+    with pytest.raises(ValueError, match="no equilibrium"):
+        adhesion(curve([], [], 0))
+
+
+@given(st.lists(st.floats(-1, 1), min_size=2, max_size=12), st.floats(0.1, 10), st.floats(0.1, 10))
+def test_curves_scale_with_their_units(loads: list[float], length: float, pressure: float) -> None:
+    gap = np.concatenate([np.arange(len(loads), 0, -1), np.arange(2, len(loads) + 1)]).astype(float)
+    load = np.concatenate([loads, loads[-2::-1]]) + np.linspace(0, 1, gap.size)
+    turn = len(loads) - 1
+    plain, scaled = curve(gap, load, turn), curve(gap * length, load * pressure, turn)
+    # Loads and gaps of order one: differences that cancel are rounding.
+    unit = pressure / length
+    np.testing.assert_allclose(normal_stiffness(scaled) / unit, normal_stiffness(plain), rtol=1e-9, atol=1e-12)
+    a, b = adhesion(plain), adhesion(scaled)
+    assert b.pull_off == pytest.approx(a.pull_off * pressure)
+    # Crossings of zero by interpolation: rounding of the sum, not of each term.
+    assert b.work_of_separation == pytest.approx(a.work_of_separation * pressure * length, abs=1e-9)
+    assert b.loss == pytest.approx(a.loss * pressure * length, abs=1e-9)
+
+
+# --- stored runs -------------------------------------------------------------------------------------------
+
+
+def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> None:
+    result = tmp_path / "small.h5"
+    summary = run(load(small, RunConfig), result)
+    found = analyse(result)
+    assert not found.notes
+    assert len(found.points) == len(summary.steps) == 5
+    for point, step in zip(found.points, summary.steps, strict=True):
+        assert point.numbers.area_rep == step.area_rep
+        assert point.patch_areas.sum() == pytest.approx(step.area_rep * found.grid.area)
+        assert point.fields is not None
+        assert point.fields.areas.repulsive == pytest.approx(step.area_rep, abs=1e-12)
+        assert point.fields.areas.attracted == pytest.approx(step.area_att, abs=1e-12)
+        assert point.fields.pressures is not None
+        p = point.fields.pressures
+        share, middle = p.density * np.diff(p.edges), (p.edges[1:] + p.edges[:-1]) / 2
+        assert np.sum(share * middle) == pytest.approx(step.load, abs=np.diff(p.edges)[0])
+    assert found.prediction.diameter == theory.contact_diameter(
+        found.prediction.rms_slope, found.prediction.rms_curvature
+    )
+    assert found.adhesion is not None
+    assert found.adhesion.peak_load == max(step.load for step in summary.steps)
+    for _, head, rows in tables(found):
+        assert [len(row) for row in rows] == [len(head)] * 5
+
+
+def test_the_command_prints_and_draws(small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run(load(small, RunConfig), tmp_path / "small.h5")
+    assert main(["analyse", str(tmp_path / "small.h5"), "-o", str(tmp_path / "figures")]) == 0
+    out = capsys.readouterr().out
+    assert "d_rep" in out
+    assert "pull-off" in out
+    names = {path.name for path in (tmp_path / "figures").glob("*.png")}
+    assert names == {f"small-{name}.png" for name in ("patches", "sizes", "gap-profile", "distributions")}
+
+
+def test_a_run_without_fields_says_what_to_do(small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    small.write_text(small.read_text().replace("fields = true", "fields = false"))
+    run(load(small, RunConfig), tmp_path / "small.h5")
+    assert main(["analyse", str(tmp_path / "small.h5")]) == 0
+    assert "set fields = true in [output]" in capsys.readouterr().out
+    assert all(point.fields is None for point in analyse(tmp_path / "small.h5").points)
+
+
+def test_a_table_and_a_hard_wall_have_no_distribution_of_pressures(small: Path, tmp_path: Path) -> None:
+    text = small.read_text()
+    law = 'law = "lennard-jones-spline"\nadhesion_length = 0.005'
+    (tmp_path / "wall.txt").write_text("0.5 1.0\n1.0 0.0\n1.2 -0.01\n1.5 0.0\n")
+    for name, other in (("table", 'law = "table"\npath = "wall.txt"'), ("hard", 'law = "hard"')):
+        small.write_text(text.replace(law, other))
+        run(load(small, RunConfig), tmp_path / f"{name}.h5")
+        if name == "table":
+            (tmp_path / "wall.txt").unlink()
+        found = analyse(tmp_path / f"{name}.h5")
+        assert any("no distribution of pressures" in note for note in found.notes)
+        for point in found.points:
+            assert point.fields is not None
+            assert point.fields.pressures is None
+            assert point.fields.areas.repulsive == pytest.approx(point.numbers.area_rep, abs=1e-12)
+
+
+def test_points_that_failed_are_left_out(small: Path, tmp_path: Path) -> None:
+    small.write_text(small.read_text() + "\n[solver]\nmax_iterations = 2\n")
+    run(load(small, RunConfig), tmp_path / "small.h5")
+    found = analyse(tmp_path / "small.h5")
+    assert any("did not converge" in note for note in found.notes)
+    assert len(found.points) < 5
+    assert dataclasses.is_dataclass(found)
+
+
+def test_what_is_no_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["analyse", str(tmp_path / "none.h5")]) == 2
+    assert "no such file" in capsys.readouterr().err

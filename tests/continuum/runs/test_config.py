@@ -1,0 +1,200 @@
+"""Input files: every fault at once, with its place; what makes two runs the same."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from continuum.cli import main
+from continuum.runs.config import ConfigError, RunConfig, find, identity, load, resolved
+from tests.continuum.conftest import SMALL
+
+
+def faults(path: Path) -> str:
+    with pytest.raises(ConfigError) as caught:
+        load(path, RunConfig)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "key", "words"),
+    [
+        ("seed = 3", "sead = 3", 12, "surface.sead = 3", "did you mean seed"),
+        ("seed = 3", "seed = 1.5", 12, "surface.seed = 1.5", "whole number"),
+        ("seed = 3", 'seed = "3"', 12, 'surface.seed = "3"', "whole number"),
+        ("rms_slope = 0.1", "rms_slope = nan", 9, "surface.rms_slope = nan", "finite"),
+        ("rms_slope = 0.1", "rms_slope = inf", 9, "surface.rms_slope = inf", "finite"),
+        ("lambda_s = 6.0", "lambda_s = -6.0", 10, "surface.lambda_s = -6.0", "greater than 0"),
+        ("lambda_s = 6.0", "lambda_s = 1.9", 10, "surface.lambda_s = 1.9", "two spacings, 2 a0"),
+        ("lambda_L = 12.0", "lambda_L = 24.5", 11, "surface.lambda_L = 24.5", "at most the period, 24 a0"),
+        ("lambda_L = 12.0", "lambda_L = 5.0", 10, "surface.lambda_s = 6.0", "below lambda_L"),
+        ("period = [24, 30]", "period = [24, 29.5]", 4, "grid.period = [24, 29.5]", "whole number of a0"),
+        ("n = [24, 30]", "n = [25, 30]", 3, "grid.n = [25, 30]", "multiple of the period"),
+        ("n = [24, 30]", "n = [1, 30]", 3, "grid.n = [1, 30]", "from 2"),
+        ("hurst = 0.8", "hurst = 1.2", 8, "surface.hurst = 1.2", "less than 1"),
+        ("adhesion_length = 0.005", "range = 3.5", 16, "wall.range = 3.5", "at most 3 a0"),
+        ("adhesion_length = 0.005", "adhesion_length = 1", 16, "wall.adhesion_length = 1", "0.375"),
+        ("adhesion_length = 0.005", "adhesion_length = 0.1\nrange = 0.1", 16, "adhesion_length", "exactly one"),
+        ("adhesion_length = 0.005", "", 14, "wall.adhesion_length", "exactly one"),
+        ('kind = "self-affine"', 'kind = "selfaffine"', 7, 'surface.kind = "selfaffine"', 'mean "self-affine"'),
+        ('kind = "self-affine"', 'kind = "file"\npath = "no.npy"', 8, 'surface.path = "no.npy"', "existing file"),
+        (
+            'response = "half-space"',
+            'response = "crystal"\nc11 = 1\nc12 = 2\nc44 = 1',
+            21,
+            "substrate.c12 = 2",
+            "not stable",
+        ),
+        ('mean = "clamped"', "", 18, "substrate.mean", "required"),
+        ('mean = "clamped"', 'mean = "clampd"', 20, 'substrate.mean = "clampd"', '"clamped", "free"'),
+        ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n 1.8]", 24, "loading.targets", "decreasing"),
+        ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n nan]", 25, "targets[1] = nan", "finite"),
+        ("retract = true", 'retract = "yes"', 26, 'loading.retract = "yes"', "true or false"),
+        ("fields = true", "[output.fields]", 29, "output.fields", "true or false"),
+    ],
+)
+def test_a_fault_is_named_with_its_place(small: Path, old: str, new: str, line: int, key: str, words: str) -> None:
+    assert old in SMALL
+    small.write_text(SMALL.replace(old, new))
+    message = faults(small)
+    assert f"{small}:{line}: " in message
+    assert key in message
+    assert words in message
+    assert "allowed:" in message
+
+
+def test_all_faults_are_told_at_once(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = SMALL
+    for old, new in [
+        ("n = [24, 30]", "n = [24, 0]"),
+        ("hurst = 0.8", "hurst = -1"),
+        ("seed = 3", "seed = true"),
+        ("adhesion_length", "adhesion_lenght"),
+        ('control = "mean-gap"', 'control = "gap"'),
+        ("[output]", "[outputs]"),
+    ]:
+        text = text.replace(old, new)
+    small.write_text(text)
+    assert main(["run", str(small), "-o", str(small.parent / "out")]) == 2
+    error = capsys.readouterr().err
+    lines = [int(found) for found in re.findall(rf"^{re.escape(str(small))}:(\d+): ", error, re.MULTILINE)]
+    assert {3, 8, 12, 16, 23, 28} <= set(lines)
+    assert lines == sorted(lines)
+    assert "Traceback" not in error
+    assert list(small.parent.iterdir()) == [small]
+
+
+@pytest.mark.parametrize("text", ["[grid\n", "n = = 2", "\x00", "[a]\n[a]\n", "x = 1" * 3])
+def test_what_is_no_toml_is_said(small: Path, text: str) -> None:
+    small.write_text(text)
+    assert "TOML" in faults(small)
+
+
+def test_a_missing_or_foreign_file_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(tmp_path / "none.toml")]) == 2
+    assert f"{tmp_path / 'none.toml'}" in capsys.readouterr().err
+    assert main(["check", str(tmp_path)]) == 2
+    binary = tmp_path / "picture.png"
+    binary.write_bytes(bytes(range(256)))
+    assert main(["check", str(binary)]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+KEYS = re.findall(r"^(\w+) = ", SMALL, re.MULTILINE)
+garbage = st.one_of(
+    st.integers().map(str),
+    st.floats(allow_nan=False, allow_infinity=False).map(repr),
+    st.sampled_from(["nan", "-inf", "[]", "{}", '""', "true", "[[1, 2], 3]", "1979-05-27", "{a = {b = [nan]}}"]),
+    st.text(st.characters(blacklist_categories=("Cs", "Cc"), blacklist_characters="'"), max_size=8).map(
+        lambda text: f"'{text}'"
+    ),
+    st.lists(st.integers(-5, 70000), max_size=3).map(str),
+)
+
+
+@given(st.dictionaries(st.sampled_from(KEYS), garbage, min_size=1, max_size=4))
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whatever_the_values_a_file_is_valid_or_its_faults_are_told(small: Path, values: dict[str, str]) -> None:
+    text = SMALL.replace("[1.6, 1.4,\n           1.2]", "[1.6]")
+    for key, value in values.items():
+        text = re.sub(rf"^{key} = .*$", lambda _, k=key, v=value: f"{k} = {v}", text, flags=re.MULTILINE)
+    small.write_text(text, encoding="utf-8")
+    with contextlib.suppress(ConfigError):  # and nothing else
+        assert len(identity(load(small, RunConfig))) == 64
+    assert list(small.parent.iterdir()) == [small]
+
+
+def changed(small: Path, old: str, new: str) -> str:
+    assert old in SMALL
+    small.write_text(SMALL.replace(old, new))
+    return identity(load(small, RunConfig))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("[output]\nfields = true", "[output]\nfields = false"),
+        ("[output]\nfields = true", ""),
+        ("n = [24, 30]", "n = [24, 30]\nthreads = 2"),
+        ("period = [24, 30]\n", ""),
+        ("# a comment", "# another\n\n"),
+        ("hurst = 0.8\nrms_slope = 0.1", "rms_slope = 0.10\nhurst = 8e-1"),
+        ("[output]", "[solver]\ntolerance = 1e-6\n[output]"),
+    ],
+)
+def test_what_does_not_change_results_does_not_change_the_identity(small: Path, old: str, new: str) -> None:
+    before = identity(load(small, RunConfig))
+    assert changed(small, old, new) == before
+    moved = small.rename(small.with_name("other.toml"))
+    assert identity(load(moved, RunConfig)) == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("seed = 3", "seed = 4"),
+        ("hurst = 0.8", "hurst = 0.7"),
+        ("n = [24, 30]", "n = [48, 60]"),
+        ("0.005", "0.0050001"),
+        ('mean = "clamped"', "mean = 1.0"),
+        ('"mean-gap"', '"separation"'),
+        ("1.2]", "1.3]"),
+        ("retract = true", "retract = false"),
+        ("[output]", "[solver]\ntolerance = 1e-7\n[output]"),
+    ],
+)
+def test_what_changes_results_changes_the_identity(small: Path, old: str, new: str) -> None:
+    before = identity(load(small, RunConfig))
+    assert changed(small, old, new) != before
+
+
+def test_a_file_of_heights_counts_by_its_content(small: Path) -> None:
+    a, b = small.with_name("a.npy"), small.with_name("b.npy")
+    heights = np.random.default_rng(1).normal(size=(24, 30))
+    np.save(a, heights)
+    np.save(b, heights)
+    text = re.sub(r'kind = "self-affine".*?seed = 3', 'kind = "file"\npath = "a.npy"', SMALL, flags=re.DOTALL)
+    small.write_text(text)
+    first = identity(load(small, RunConfig))
+    assert "a.npy" in resolved(load(small, RunConfig))
+    small.write_text(text.replace("a.npy", "b.npy"))
+    assert identity(load(small, RunConfig)) == first
+    np.save(b, heights + 1e-9)
+    assert identity(load(small, RunConfig)) != first
+
+
+def test_inputs_of_the_package_are_found_from_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert find("inputs/smoke/adhesive.toml").is_file()
+    assert load("inputs/smoke/adhesive.toml", RunConfig).loading.retract
+    # A file of one's own of that name comes first.
+    own = tmp_path / "inputs" / "smoke" / "adhesive.toml"
+    own.parent.mkdir(parents=True)
+    own.write_text("")
+    assert find("inputs/smoke/adhesive.toml").resolve() == own

@@ -1,0 +1,269 @@
+"""Whole runs: stored, resumed as if nothing had happened, honest about what failed; the command."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from continuum.cli import main
+from continuum.files import store
+from continuum.model.walls import LennardJonesSpline
+from continuum.runs.build import estimate
+from continuum.runs.config import RunConfig, load
+from continuum.runs.run import OutputError, Step, run
+from tests.continuum.conftest import SMALL
+
+
+def content(path: Path) -> dict[str, np.ndarray]:
+    """Everything that must be reproducible: all but the journal."""
+    file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+    assert file.attributes["finished"]
+    return {n: d.values for n, d in file.datasets.items() if not n.startswith("journal/")}
+
+
+def same(a: Path, b: Path) -> None:
+    one, other = content(a), content(b)
+    assert one.keys() == other.keys()
+    for name, values in one.items():
+        np.testing.assert_array_equal(values, other[name], err_msg=name)
+
+
+def stop_after(points: int, error: type[BaseException]):
+    def progress(step: Step, done: int, total: int) -> None:
+        if done == points:
+            raise error
+
+    return progress
+
+
+@pytest.fixture
+def whole(small: Path) -> Path:
+    path = small.with_name("whole.h5")
+    assert run(load(small, RunConfig), path).converged
+    return path
+
+
+def test_a_result_holds_what_is_needed(small: Path, whole: Path) -> None:
+    file = store.read(whole, RunConfig.result_schema, RunConfig.result_version)
+    assert file.attributes["config"] == SMALL
+    assert file.attributes["seed"] == 3
+    assert file.attributes["realised_rms_slope"] == pytest.approx(0.1, rel=1e-12)
+    assert {"provenance/numpy", "provenance/stickiness", "journal/written"} <= set(file.attributes)
+    assert list(file["branch"]) == ["start", "approach", "approach", "retract", "retract"]
+    assert not any(name.startswith("restart/") for name in file.datasets)
+    # Maps, areas and loads belong to the stored gaps.
+    wall = 1 + float(file.attributes["wall_range"])
+    for i, gap in enumerate(file["gap"]):
+        masks = [store.unpack(file[name][i], 30) for name in ("repulsive", "attracted")]
+        clear = np.abs(gap - 1) > 1e-5  # gaps are stored in single precision
+        np.testing.assert_array_equal(masks[0][clear], (gap < 1)[clear])
+        assert file["area_rep"][i] == masks[0].mean()
+        assert file["area_att"][i] == masks[1].mean()
+        assert not (masks[1] & (gap > wall + 1e-5)).any()
+    np.testing.assert_allclose(file["load"], file["load_rep"] - file["load_att"], atol=1e-15)
+    with xarray.open_dataset(whole, engine="h5netcdf") as data:
+        assert data["gap"].dims == ("step", "x", "y")
+        assert data["load"].attrs["units"] == "E*"
+
+
+@pytest.mark.parametrize("points", [1, 2, 3, 4])
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
+    small: Path, whole: Path, points: int, error: type[BaseException]
+) -> None:
+    path = small.with_name("stopped.h5")
+    config = load(small, RunConfig)
+    with pytest.raises(error):
+        run(config, path, progress=stop_after(points, error))
+    file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+    assert not file.attributes["finished"]
+    assert file["step"].size == points
+    summary = run(config, path)
+    assert summary.resumed == points
+    same(path, whole)
+
+
+def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
+    path = small.with_name("killed.h5")
+    code = (
+        "import sys, time; from pathlib import Path\n"
+        "from continuum.runs.config import RunConfig, load; from continuum.runs.run import run\n"
+        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(0.5))"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])
+    for _ in range(600):
+        if path.exists():
+            break
+        time.sleep(0.1)
+    os.kill(process.pid, signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    assert not store.read(path, RunConfig.result_schema, RunConfig.result_version).attributes["finished"]
+    assert run(load(small, RunConfig), path).resumed >= 1
+    same(path, whole)
+    assert not list(small.parent.glob(".*.tmp"))
+
+
+def test_threads_do_not_change_results(small: Path, whole: Path) -> None:
+    small.write_text(SMALL.replace("period = [24, 30]", "period = [24, 30]\nthreads = 2"))
+    path = small.with_name("threads.h5")
+    run(load(small, RunConfig), path)
+    same(path, whole)
+
+
+def test_a_finished_run_is_not_done_again(small: Path, whole: Path) -> None:
+    before = whole.read_bytes()
+    summary = run(load(small, RunConfig), whole, progress=stop_after(1, AssertionError))
+    assert summary.converged
+    assert summary.resumed == 5
+    assert whole.read_bytes() == before
+
+
+def test_another_run_in_the_way_is_left_alone(small: Path, whole: Path) -> None:
+    before = whole.read_bytes()
+    small.write_text(SMALL.replace("seed = 3", "seed = 4"))
+    with pytest.raises(OutputError, match="another run"):
+        run(load(small, RunConfig), whole)
+    assert whole.read_bytes() == before
+    assert run(load(small, RunConfig), whole, force=True).resumed == 0
+
+
+def test_a_foreign_file_in_the_way_is_left_alone(small: Path) -> None:
+    path = small.with_name("thesis.h5")
+    path.write_text("years of work")
+    with pytest.raises(OutputError, match="in the way"):
+        run(load(small, RunConfig), path)
+    assert path.read_text() == "years of work"
+
+
+def test_points_that_did_not_converge_are_stored_and_told(
+    small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small.write_text(SMALL.replace("[output]", "[solver]\nmax_iterations = 4\n[output]"))
+    assert main(["run", str(small), "-o", str(tmp_path)]) == 1
+    out = capsys.readouterr().out
+    assert out.count("iteration limit") >= 1
+    file = store.read(tmp_path / "small.h5", RunConfig.result_schema, RunConfig.result_version)
+    failed = file["status"] == "ITERATION_LIMIT"
+    assert failed.any()
+    assert (file["residual"][failed] > file.attributes["tolerance"]).all()
+    assert main(["plot", str(tmp_path / "small.h5")]) == 0
+    assert (tmp_path / "small-area-and-load.png").stat().st_size > 10_000
+
+
+def test_the_command_runs_checks_and_draws(
+    small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "small.toml"]) == 0
+    out = capsys.readouterr().out
+    for words in ("24 x 30", "0.3464", "FFT pairs", "MiB"):
+        assert words in out
+    assert list(tmp_path.iterdir()) == [small]
+    assert main(["run", "small.toml"]) == 0
+    out = capsys.readouterr().out
+    for point in range(1, 6):  # no terminal: a line with the time for each point
+        assert f"small {point}/5  mean gap" in out
+    assert out.count("20") >= 5
+    assert main(["plot", "results/small.h5"]) == 0
+    for path in capsys.readouterr().out.split():
+        assert Path(path).stat().st_size > 10_000
+        assert Path(path).with_suffix(".pdf").stat().st_size > 5_000
+    assert main(["plot", "small.toml"]) == 2
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        'kind = "sine"\namplitude = 0.3\nwaves = [1, 2]',
+        'kind = "sphere"\nradius = 40.0',
+        'kind = "file"\npath = "heights.npy"',
+        'kind = "file"\npath = "heights.txt"',
+        'kind = "file"\npath = "heights.h5"\ndataset = "h"',
+    ],
+)
+def test_every_kind_of_surface_runs(small: Path, surface: str) -> None:
+    import h5py
+
+    heights = 0.3 * np.random.default_rng(2).normal(size=(24, 30))
+    np.save(small.with_name("heights.npy"), heights)
+    np.savetxt(small.with_name("heights.txt"), heights)
+    with h5py.File(small.with_name("heights.h5"), "w") as file:
+        file["h"] = heights
+    start = SMALL.index("kind =")
+    small.write_text(SMALL[:start] + surface + "\n" + SMALL[SMALL.index("\n[wall]") :])
+    summary = run(load(small, RunConfig), small.with_name("result.h5"))
+    assert summary.converged
+    assert any(step.load != 0 for step in summary.steps)
+
+
+@pytest.mark.parametrize(
+    ("table", "text"),
+    [
+        ("wall", 'law = "lennard-jones-9-3"\nadhesion_length = 0.005'),
+        ("wall", 'law = "lennard-jones-12-6"\nadhesion_length = 0.005'),
+        ("wall", 'law = "exponential"\nsurface_energy = 0.005\ndecay_length = 0.3\ncore_stiffness = 2.0'),
+        ("wall", 'law = "table"\npath = "wall.txt"'),
+        ("substrate", 'response = "layer"\ndepth = 10.0\npoisson = 0.5\nmean = "clamped"'),
+        ("substrate", 'response = "crystal"\nc11 = 1.03\nc12 = 0.515\nc44 = 0.515\nmean = "clamped"'),
+        ("substrate", 'response = "crystal"\nc11 = 1.03\nc12 = 0.515\nc44 = 0.515\ndepth = 8.0\nmean = 0.13'),
+    ],
+)
+def test_every_kind_of_wall_and_substrate_runs(small: Path, table: str, text: str) -> None:
+    law = LennardJonesSpline(0.3)
+    gap = np.linspace(0.7, 1.3, 200)
+    np.savetxt(small.with_name("wall.txt"), np.column_stack([gap, law.evaluate(gap).traction.round(15)]))
+    pieces = re.split(r"(?m)^(?=\[)", SMALL)
+    small.write_text("".join(f"[{table}]\n{text}\n\n" if p.startswith(f"[{table}]") else p for p in pieces))
+    summary = run(load(small, RunConfig), small.with_name("result.h5"))
+    assert summary.converged
+    assert any(step.load_att > 0 for step in summary.steps)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda p: np.save(p, np.ones((24, 29))), "shape"),
+        (lambda p: np.save(p, np.full((24, 30), np.nan)), "not finite"),
+        (lambda p: np.save(p, np.ones((24, 30))), "finite slope"),
+        (lambda p: np.save(p, np.ones((24, 30), dtype=complex)), "real numbers"),
+        (lambda p: np.save(p, np.array([[object()]]), allow_pickle=True), "npy"),
+        (lambda p: p.write_bytes(b"\x93NUMPY"), "npy"),
+    ],
+)
+def test_heights_that_are_none_are_told(small: Path, make, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    make(small.with_name("heights.npy"))
+    start = SMALL.index("kind =")
+    surface = 'kind = "file"\npath = "heights.npy"\n'
+    small.write_text(SMALL[:start] + surface + SMALL[SMALL.index("\n[wall]") :])
+    before = sorted(small.parent.iterdir())
+    assert main(["run", str(small), "-o", str(small.parent / "out")]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert f"{small}:" in error
+    assert sorted(small.parent.iterdir()) == before
+
+
+def test_a_run_that_no_memory_holds_is_refused_before_it_starts(
+    small: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small.write_text(SMALL.replace("n = [24, 30]\nperiod = [24, 30]", "n = 65536"))
+    assert main(["run", str(small), "-o", str(small.parent / "out")]) == 2
+    assert "GB" in capsys.readouterr().err
+    assert list(small.parent.iterdir()) == [small]
+
+
+@pytest.mark.parametrize("name", ["adhesive", "nonadhesive"])
+def test_the_estimate_of_the_cost_is_honest(name: str, tmp_path: Path) -> None:
+    config = load(f"inputs/smoke/{name}.toml", RunConfig)
+    found = sum(step.fft_pairs for step in run(config, tmp_path / "result.h5").steps)
+    # "To within a factor of about three" is what it says of itself.
+    assert found / 3 < estimate(config).fft_pairs < 3 * found
