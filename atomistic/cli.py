@@ -104,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _validate(parsed: argparse.Namespace) -> int:
     from atomistic.config import ValidateConfig
-    from atomistic.relax.substrate import substrate_of
+    from atomistic.relax.specimen import specimen_of
     from atomistic.show import report
     from atomistic.show.plot import draw_all
     from atomistic.validate import archive, budget
@@ -120,7 +120,7 @@ def _validate(parsed: argparse.Namespace) -> int:
         raise refuse(config, Fault((), "a positive number of --workers"))
     datasets = {} if parsed.force else archive.resume(path, config)
     todo = archive.remaining(config, {name: d.values for name, d in datasets.items()})
-    about = substrate_of(config).about() if todo else {}
+    about = specimen_of(config).about() if todo else {}
     parsed.output.mkdir(parents=True, exist_ok=True)
     total = len(units(config))
     done = total - len(todo)

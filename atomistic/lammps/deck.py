@@ -24,7 +24,8 @@ from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import POTENTIAL
 from continuum.model.grid import Real
-from continuum.model.walls import LennardJonesSpline, Tabulated
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import LennardJonesSpline
 
 __all__ = ["INPUTS", "OUTPUTS", "Deck", "read_slab", "read_wall_table", "render", "write_deck"]
 
@@ -217,10 +218,10 @@ def write_deck(directory: Path, deck: Deck) -> Path:
     return directory
 
 
-def read_wall_table(path: Path) -> Tabulated:
+def read_wall_table(path: Path) -> TabulatedWall:
     """The wall law of a ``wall.table``, as a cubic spline through its knots."""
     gap, _, traction = np.loadtxt(path, unpack=True)
-    return Tabulated(gap, traction)
+    return TabulatedWall(gap, traction)
 
 
 def read_slab(path: Path) -> Slab:
@@ -321,7 +322,7 @@ def _wall_table(wall: LennardJonesSpline) -> str:
     # Rounding leaves a traction of 1e-17 at the end of the range, where the law ends.
     traction = np.where(gap < 1.0 + wall.range, law.traction, 0.0)
     between = (gap[1:] + gap[:-1]) / 2
-    error = np.abs(Tabulated(gap, traction).evaluate(between).traction - wall.evaluate(between).traction).max()
+    error = np.abs(TabulatedWall(gap, traction).evaluate(between).traction - wall.evaluate(between).traction).max()
     text = io.StringIO()
     text.write(
         "# Wall law: energy and traction per area against gap; traction = -d energy/d gap,\n"

@@ -19,7 +19,7 @@ from atomistic.config import DeckConfig
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import Session, run_in_process
 from atomistic.lammps.result import LammpsError, Result
-from atomistic.relax.substrate import substrate_of
+from atomistic.relax.specimen import specimen_of
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
@@ -61,20 +61,20 @@ def deck_of(config: DeckConfig) -> Deck:
     continuum.solve.smooth.NotConvergedError
         If the lattice model has no equilibrium at this separation.
     ConfigError, PotentialError, LammpsError
-        See :func:`~atomistic.relax.substrate.substrate_of`.
+        See :func:`~atomistic.relax.specimen.specimen_of`.
     """
-    substrate = substrate_of(config)
-    slab, response = substrate.slab, substrate.response
+    specimen = specimen_of(config)
+    slab, response = specimen.slab, specimen.response
     grid, surface = slab.grid, config.surface
     spectrum = SelfAffine(surface.hurst, surface.rms_slope, surface.lambda_s, surface.lambda_L)
     heights = spectrum.synthesise(grid, np.random.default_rng(surface.seed))
-    wall = LennardJonesSpline.from_adhesion_length(config.wall.adhesion_length)
+    wall = LennardJonesSpline(adhesion_length=config.wall.adhesion_length)
     settings = minimise.Settings(config.solver.tolerance * surface.rms_slope)
     problem = ContactProblem(grid, wall, heights, response)
-    gap = loading.solve(problem, "separation", config.separation, settings).solution.require().points
+    gap = loading.solve(problem, "separation", config.separation, settings).solution.require().gap
     tolerance = config.solver.force_tolerance * surface.rms_slope
     start = lattice_start(response, wall, gap)
-    return Deck(slab, substrate.model, wall, heights, config.separation, start, tolerance, rise=response.rise)
+    return Deck(slab, specimen.model, wall, heights, config.separation, start, tolerance, rise=response.rise)
 
 
 def relax(

@@ -32,7 +32,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Springs
 from atomistic.response.force_constants import ForceConstants, measure_force_constants, spring_force_constants
 from continuum.model.grid import Complex, Grid, Real
-from continuum.model.substrates import Tabulated
+from continuum.model.substrates import TabulatedSubstrate
 
 __all__ = ["LatticeResponse", "require_room"]
 
@@ -232,9 +232,9 @@ class LatticeResponse:
             raise ValueError(msg)
         return np.array(self.stiffness_q)
 
-    def tabulated(self, source: str) -> Tabulated:
+    def tabulated(self, source: str) -> TabulatedSubstrate:
         """K_q as a table for :mod:`continuum`, which asks not where it comes from."""
-        return Tabulated(self.stiffness_q, self.slab.grid.lengths, source)
+        return TabulatedSubstrate(self.stiffness_q, self.slab.grid.lengths, source)
 
     @property
     def kept(self) -> float:

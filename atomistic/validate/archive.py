@@ -97,7 +97,7 @@ def datasets_of(results: Sequence[UnitResult]) -> dict[str, Dataset]:
     ):
         values = [[getattr(s.rungs[rung].contact, name) for _, s in states] for rung in rungs]
         data[name] = Dataset(np.array(values), ("rung", "state"), units_, what)
-    walls = [LennardJonesSpline.from_adhesion_length(r.unit.adhesion_length) for r, _ in states]
+    walls = [LennardJonesSpline(adhesion_length=r.unit.adhesion_length) for r, _ in states]
     fields = ("rung", "state", "x", "y")
     data["gap"] = Dataset(np.array([[s.rungs[rung].gap for _, s in states] for rung in rungs]), fields, "a0", "gap")
     data["traction"] = Dataset(

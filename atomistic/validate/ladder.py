@@ -32,7 +32,7 @@ from continuum.measure.contact import Contact, contact_map, measure
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Response
+from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
 from continuum.model.walls import Wall
 from continuum.path.loading import Branch, State, follow, solve
 from continuum.solve.smooth import Settings
@@ -58,7 +58,7 @@ CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "latt
 RUNGS: tuple[RungName, ...] = (*CONTINUUM_RUNGS, "atoms", "spring-lattice", "spring-atoms")
 
 
-def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConstants) -> Response:
+def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConstants) -> Substrate:
     """Elastic response of a continuum rung over the slab of the lattice, whose crystal has these constants."""
     if name == "half-space":
         return HalfSpace("clamped")
@@ -91,7 +91,7 @@ class Rung:
 
 def rung_of(problem: ContactProblem, name: RungName, state: State) -> Rung:
     """A continuum state as a rung; raises :class:`continuum.solve.smooth.NotConvergedError` if it is none."""
-    gap = state.solution.require().points
+    gap = state.solution.require().gap
     traction = problem.wall.evaluate(gap).traction
     return Rung(name, state.separation, gap, traction, measure(problem.grid, problem.wall, gap))
 

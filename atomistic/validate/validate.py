@@ -23,7 +23,7 @@ from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import runner
 from atomistic.lammps.result import Result
 from atomistic.relax.relax import lattice_start, relax
-from atomistic.relax.substrate import Substrate, substrate_of
+from atomistic.relax.specimen import Specimen, specimen_of
 from atomistic.validate.ladder import (
     CONTINUUM_RUNGS,
     Difference,
@@ -179,7 +179,7 @@ def validate(
     ConfigError
         If an input asks for the states beside a jump, and there is none.
     """
-    substrate_of(config)  # measured once, and read by all
+    specimen_of(config)  # measured once, and read by all
     try:
         yield from _results(config, todo, workers, decks, lmp_command)
     except NoJumpError as error:
@@ -215,14 +215,14 @@ def validate_unit(
     NoJumpError
         If the states beside a jump are asked for, and there is none.
     """
-    substrate = substrate_of(config)
-    lattice, grid = substrate.response, substrate.slab.grid
-    springs = None if isinstance(substrate.model, Springs) else substrate.springs()
+    specimen = specimen_of(config)
+    lattice, grid = specimen.response, specimen.slab.grid
+    springs = None if isinstance(specimen.model, Springs) else specimen.springs()
     spectrum = SelfAffine(config.surface.hurst, unit.rms_slope, unit.lambda_s, unit.lambda_L)
     heights = spectrum.synthesise(grid, np.random.default_rng(unit.seed))
-    wall = LennardJonesSpline.from_adhesion_length(unit.adhesion_length)
+    wall = LennardJonesSpline(adhesion_length=unit.adhesion_length)
     problems: dict[RungName, ContactProblem] = {
-        name: ContactProblem(grid, wall, heights, response_of(name, lattice, substrate.model.elastic_constants))
+        name: ContactProblem(grid, wall, heights, response_of(name, lattice, specimen.model.elastic_constants))
         for name in CONTINUUM_RUNGS
     }
     if springs is not None:
@@ -234,7 +234,7 @@ def validate_unit(
         state = solve(problems[name], "mean-gap", mean_gap, settings, start)
         return rung_of(problems[name], name, state)
 
-    def on_atoms(name: RungName, of: Substrate, linear: Rung, label: str) -> tuple[Rung, Result]:
+    def on_atoms(name: RungName, of: Specimen, linear: Rung, label: str) -> tuple[Rung, Result]:
         deck = Deck(
             of.slab,
             of.model,
@@ -261,7 +261,7 @@ def validate_unit(
         began = time.perf_counter()
         label = f"{unit.case}-h{unit.rms_slope:g}-seed{unit.seed}-a{area:g}-{branch}"
         rungs["lattice"] = reference
-        rungs["atoms"], found = on_atoms("atoms", substrate, reference, label)
+        rungs["atoms"], found = on_atoms("atoms", specimen, reference, label)
         seconds = time.perf_counter() - began
         steps = dict(STEPS)
         if springs is not None:

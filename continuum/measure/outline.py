@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 
 from continuum.model.grid import Grid, Real
-from continuum.model.walls import HardWall, Wall
+from continuum.model.walls import Wall
 from continuum.theory import paper as theory
 
 __all__ = [
@@ -230,7 +230,7 @@ class Areas:
     contour: float
     """Area inside the line gap = zero_gap, which lies between points where linear interpolation puts it.
 
-    Not a number under a hard wall, where the gap does not cross zero.
+    NaN where the gap does not cross it: in contact with a hard wall it is zero.
     """
     interior: float
     """Cells of A_rep with four neighbours in it: a lower bound."""
@@ -248,7 +248,8 @@ def areas(grid: Grid, wall: Wall, gap: Real) -> Areas:
     inside = wall.touches(gap)
     rim, outer = outline(grid, inside), outline(grid, ~inside)
     within = np.count_nonzero(gap < wall.zero_gap + wall.range) if wall.range > 0 else rim.cells
-    contour = np.nan if isinstance(wall, HardWall) else _contour(inside, gap, wall.zero_gap, rim.cells)
+    crosses = bool((gap[inside] < wall.zero_gap).all())
+    contour = _contour(inside, gap, wall.zero_gap, rim.cells) if crosses else np.nan
     counts = (
         rim.cells,
         within - rim.cells,

@@ -17,8 +17,8 @@ from functools import cached_property
 
 import numpy as np
 
-from continuum.model import substrates as greens
 from continuum.model.grid import Complex, Grid, Real
+from continuum.model.substrates import Substrate
 from continuum.model.walls import Wall
 
 __all__ = ["ContactProblem"]
@@ -33,7 +33,7 @@ class ContactProblem:
     grid : the points of the surface.
     wall : the law between wall and surface.
     heights : of the wall, shape ``grid.shape``, in a0.
-    response : elastic response of the substrate, with its mean mode.
+    substrate : its elastic response, with the mean mode.
 
     Raises
     ------
@@ -44,7 +44,7 @@ class ContactProblem:
     grid: Grid
     wall: Wall
     heights: Real
-    response: greens.Response
+    substrate: Substrate
 
     def __post_init__(self) -> None:
         """Refuse heights that are none."""
@@ -64,7 +64,7 @@ class ContactProblem:
     @cached_property
     def stiffness_q(self) -> Real:
         """K_q over the half spectrum, in E*/a0; infinite at q = 0 where the mean is clamped."""
-        return self.response.stiffness(self.grid)
+        return self.substrate.stiffness(self.grid)
 
     @property
     def mean_stiffness(self) -> float:

@@ -14,14 +14,14 @@ import numpy as np
 from continuum.model.cubic import THICK, CubicConstants, directional_contact_modulus, surface_stiffness
 from continuum.model.grid import Grid, Real
 
-__all__ = ["CubicLayer", "HalfSpace", "Layer", "MeanMode", "Response", "Tabulated"]
+__all__ = ["CubicLayer", "HalfSpace", "Layer", "MeanMode", "Substrate", "TabulatedSubstrate"]
 
 MeanMode = float | Literal["clamped", "free"]
 """Stiffness of the mean displacement: a number in E*/a0, "clamped" (infinite) or "free" (zero)."""
 
 
-class Response(Protocol):
-    """The interface of an elastic response."""
+class Substrate(Protocol):
+    """What every substrate offers."""
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum of the grid, in E*/a0; infinite at q = 0 where the mean is clamped."""
@@ -156,7 +156,7 @@ class CubicLayer:
 
 
 @dataclass(frozen=True, eq=False)
-class Tabulated:
+class TabulatedSubstrate:
     """A response measured elsewhere, on one grid: K_q over its half spectrum, q = 0 included.
 
     Parameters

@@ -8,13 +8,12 @@ stiffness below ``core``: finite everywhere, and exact for every state whose sma
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from continuum.model import laws
@@ -22,12 +21,12 @@ from continuum.model.grid import Real
 from continuum.model.laws import Law
 from continuum.theory import paper as theory
 
-__all__ = ["Exponential", "HardWall", "InversePowers", "LennardJonesSpline", "Response", "Tabulated", "Wall"]
+__all__ = ["Exponential", "HardWall", "Interaction", "InversePowers", "LennardJonesSpline", "Wall"]
 
 _CORE = 0.7
 
 
-class Response(NamedTuple):
+class Interaction(NamedTuple):
     """What the wall does to the surface at each point, per area."""
 
     energy: Real
@@ -44,8 +43,8 @@ class Wall:
     if TYPE_CHECKING:  # fields in one law, derived in another: a property here would hide the field
 
         @property
-        def law(self) -> Law:
-            """The law as compiled code takes it."""
+        def law(self) -> Law | None:
+            """The law as compiled code takes it; None for a wall that only bounds the gap."""
 
         @property
         def zero_gap(self) -> float:
@@ -59,9 +58,26 @@ class Wall:
         def core(self) -> float:
             """Gap below which the law is continued with constant stiffness."""
 
-    def evaluate(self, gap: Real) -> Response:
-        """Energy, traction and stiffness per area at each gap."""
-        return Response(*laws.evaluate(self.law, gap))
+    bound: ClassVar[float] = -np.inf
+    """Gap below which no point can go, in a0; none for a law."""
+
+    @property
+    def reach(self) -> float:
+        """Gap beyond which the wall does nothing, in a0; infinite if there is none."""
+        return self.zero_gap if self.law is None else self.law.reach
+
+    def evaluate(self, gap: Real) -> Interaction:
+        """Energy, traction and stiffness per area at each gap.
+
+        Raises
+        ------
+        TypeError
+            If the wall has no law, as a hard wall: no traction belongs to a gap.
+        """
+        if self.law is None:
+            msg = "a hard wall has no traction as a function of the gap: take that of the solution"
+            raise TypeError(msg)
+        return Interaction(*laws.evaluate(self.law, gap))
 
     def energy(self, gap: Real) -> Real:
         """Energy per area at each gap, in E* a0."""
@@ -81,7 +97,7 @@ class Wall:
         """Effective range of the attraction, Eq. (deltar); 0 without attraction."""
         if self.work_of_adhesion <= 0:
             return 0.0
-        cutoff = self.law.reach - self.zero_gap
+        cutoff = self.reach - self.zero_gap
         return theory.effective_range(lambda x: -float(self.evaluate(np.array(self.zero_gap + x)).traction), cutoff)
 
     @property
@@ -98,7 +114,7 @@ class Wall:
         return self._largest(lambda gap: -self.evaluate(gap).stiffness)
 
     def _largest(self, values: Callable[[Real], Real]) -> float:
-        end = min(self.law.reach, self.zero_gap + 20.0)
+        end = min(self.reach, self.zero_gap + 20.0)
         gaps = np.linspace(self.zero_gap, end, 20001)
         i = int(np.argmax(values(gaps)))
         bounds = gaps[max(i - 1, 0)], gaps[min(i + 1, gaps.size - 1)]
@@ -113,6 +129,13 @@ def _positive(**values: float) -> None:
             raise ValueError(msg)
 
 
+def _not_negative(**values: float) -> None:
+    for name, value in values.items():
+        if not (np.isfinite(value) and value >= 0):
+            msg = f"the {name.replace('_', ' ')} of a wall is a finite number, zero or positive, got {value}"
+            raise ValueError(msg)
+
+
 def _core(core: float) -> None:
     if not 0 < core < 1:
         msg = f"the core of a wall lies between 0 and a0, got {core}"
@@ -123,34 +146,18 @@ def _core(core: float) -> None:
 class HardWall(Wall):
     """Non-overlap, no adhesion: gap >= 0, traction >= 0, and one of them zero at each point.
 
-    The wall only constrains: its traction is not a function of the gap but what holds the surface,
-    :func:`continuum.path.loading.traction`.  Contact is where the gap is exactly zero.
+    It has no law: its traction is not a function of the gap but what holds the surface, as the solution says.  Contact
+    is where the gap is exactly zero.
     """
 
+    law: ClassVar[None] = None
     zero_gap: ClassVar[float] = 0.0
     range: ClassVar[float] = 0.0
     core: ClassVar[float] = -np.inf
+    bound: ClassVar[float] = 0.0
     work_of_adhesion: ClassVar[float] = 0.0
     largest_tension: ClassVar[float] = 0.0
     largest_softening: ClassVar[float] = 0.0
-
-    @property
-    def law(self) -> Law:
-        """Refused: see :meth:`evaluate`."""
-        msg = (
-            "a hard wall has no traction as a function of the gap: take the solution's, continuum.path.loading.traction"
-        )
-        raise TypeError(msg)
-
-    def evaluate(self, gap: Real) -> Response:
-        """Refused, since no traction belongs to a gap.
-
-        Raises
-        ------
-        TypeError
-            Always.
-        """
-        return super().evaluate(gap)
 
     def energy(self, gap: Real) -> Real:
         """Zero, infinite where the surface would overlap."""
@@ -180,24 +187,25 @@ class LennardJonesSpline(Wall):
     range : Δr, distance from the minimum at a0 to the cut-off, in a0; 0 for no adhesion.
     minimum_stiffness : k/a0², stiffness per area at the minimum, in E*/a0 (the paper's is 1/2).
     core : gap below which the traction continues linearly, in a0.
+    adhesion_length : l_a = w/E*, in a0, instead of the range: with the paper's stiffness l_a = Δr²/(24 a0).
     """
 
-    range: float
+    range: float = field(default=np.nan)
     minimum_stiffness: float = 0.5
     core: float = _CORE
+    adhesion_length: InitVar[float | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, adhesion_length: float | None) -> None:
         """Refuse what has no meaning."""
-        if not (np.isfinite(self.range) and self.range >= 0):
-            msg = f"the range of a wall is a finite number, zero or positive, got {self.range}"
-            raise ValueError(msg)
         _positive(minimum_stiffness=self.minimum_stiffness)
         _core(self.core)
-
-    @classmethod
-    def from_adhesion_length(cls, adhesion_length: float) -> LennardJonesSpline:
-        """The paper's family: k = E* a0/2 and l_a = w/E* = Δr²/(24 a0)."""
-        return cls(range=float(np.sqrt(24 * adhesion_length)))
+        if (adhesion_length is None) == np.isnan(self.range):
+            msg = "this wall has a range or an adhesion length: give one of the two (0 for no adhesion)"
+            raise ValueError(msg)
+        if adhesion_length is not None:
+            _not_negative(adhesion_length=adhesion_length)
+            object.__setattr__(self, "range", float(np.sqrt(12 * adhesion_length / self.minimum_stiffness)))
+        _not_negative(range=self.range)
 
     @cached_property
     def law(self) -> Law:
@@ -238,24 +246,27 @@ class InversePowers(Wall):
     powers : (m, n) of the energy, m > n > 1.
     minimum_stiffness : k/a0², stiffness per area at the minimum, in E*/a0.
     core : gap below which the traction continues linearly, in a0.
+    adhesion_length : l_a = w/E*, in a0, instead of the stiffness, which follows from it: l_a = k/(m n E*).
     """
 
     powers: tuple[int, int]
-    minimum_stiffness: float
+    minimum_stiffness: float = field(default=np.nan)
     core: float = _CORE
+    adhesion_length: InitVar[float | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, adhesion_length: float | None) -> None:
         """Refuse what has no meaning."""
         if not self.powers[0] > self.powers[1] > 1:
             msg = f"the powers of a wall fall and exceed 1: repulsion, then attraction; got {self.powers}"
             raise ValueError(msg)
-        _positive(minimum_stiffness=self.minimum_stiffness)
         _core(self.core)
-
-    @classmethod
-    def from_adhesion_length(cls, powers: tuple[int, int], adhesion_length: float) -> InversePowers:
-        """The law of a given w = l_a E*: here the stiffness follows, as the range cannot."""
-        return cls(powers, adhesion_length * powers[0] * powers[1])
+        if (adhesion_length is None) == np.isnan(self.minimum_stiffness):
+            msg = "this wall has a stiffness or an adhesion length: give one of the two"
+            raise ValueError(msg)
+        if adhesion_length is not None:
+            _positive(adhesion_length=adhesion_length)
+            object.__setattr__(self, "minimum_stiffness", adhesion_length * self.powers[0] * self.powers[1])
+        _positive(minimum_stiffness=self.minimum_stiffness)
 
     @cached_property
     def law(self) -> Law:
@@ -329,72 +340,3 @@ class Exponential(Wall):
     def largest_softening(self) -> float:
         """γ/ρ², in E*/a0, where the core ends."""
         return self.surface_energy / self.decay_length**2
-
-
-@dataclass(frozen=True, eq=False)
-class Tabulated(Wall):
-    """A law given as a table of traction against gap: a cubic spline through the knots.
-
-    The energy is the spline's integral, zero at the last knot, so that energy, traction and stiffness belong
-    to one another exactly.  Below the first knot the traction continues linearly, beyond the last it is zero.
-
-    Parameters
-    ----------
-    gap : increasing knots, in a0, at least four.
-    traction : traction at each knot, in E*, compression positive; zero at the last knot.
-
-    Raises
-    ------
-    ValueError
-        If the table is not increasing, not finite, not repulsive at its first knot or not zero at its last.
-    """
-
-    gap: Real
-    traction: Real
-
-    def __post_init__(self) -> None:
-        """Refuse tables that are no wall."""
-        gap, traction = (np.array(a, dtype=np.float64) for a in (self.gap, self.traction))
-        if gap.ndim != 1 or gap.shape != traction.shape or gap.size < 4:
-            msg = f"a wall table is two columns of at least 4 rows, got {gap.shape} and {traction.shape}"
-            raise ValueError(msg)
-        if not (np.isfinite(gap).all() and np.isfinite(traction).all()):
-            msg = "a wall table holds finite numbers only"
-            raise ValueError(msg)
-        if not (np.diff(gap) > 0).all():
-            msg = "the gaps of a wall table increase from row to row"
-            raise ValueError(msg)
-        if not (traction[0] > 0 and abs(traction[-1]) <= 1e-12 * np.abs(traction).max()):
-            msg = "a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
-            raise ValueError(msg)
-        for name, values in (("gap", gap), ("traction", traction)):
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
-
-    @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self.gap, self.traction)
-
-    @cached_property
-    def law(self) -> Law:
-        """The law as compiled code takes it."""
-        integral = self._spline.antiderivative()
-        energy = float(integral(self.gap[-1])) - integral(self.gap[:-1])
-        parts = (np.array([self.gap.size - 1.0]), self.gap, energy, self._spline.c.T.ravel())
-        return Law(laws.TABLE, np.concatenate(parts), float(self.gap[-1]))
-
-    @cached_property
-    def zero_gap(self) -> float:
-        """First gap at which the traction vanishes: the sign change, or where a repulsive law ends."""
-        roots = self._spline.roots(extrapolate=False)
-        return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
-
-    @property
-    def range(self) -> float:
-        """From ``zero_gap`` to the last knot, in a0."""
-        return float(self.gap[-1]) - self.zero_gap
-
-    @property
-    def core(self) -> float:
-        """The first knot, in a0."""
-        return float(self.gap[0])

@@ -49,7 +49,7 @@ class _Work:
         self.size, self.pairs, self.solves, self.slope = size, 0.0, 0, np.nan
 
     def add(self, state: State) -> State:
-        self.pairs += state.solution.fft_pairs * state.solution.points.size / self.size
+        self.pairs += state.solution.fft_pairs * state.solution.gap.size / self.size
         self.solves += 1
         return state
 

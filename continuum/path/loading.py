@@ -3,7 +3,7 @@
 Control is by separation, mean gap, mean pressure or repulsive area.  Two models with different mean compliance are
 compared at equal mean gap: there the mean mode takes no part, and the separation follows from the mean pressure P as
 ``separation = mean gap - mean height - P/K_0`` (no value where the mean is free).  At given mean pressure the mean is
-free and a uniform force presses: one solve as well.  The state of a given area is that of :mod:`continuum.path.area`.
+free and a uniform pressure presses: one solve as well.  A given area is searched for: :mod:`continuum.path.area`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 from continuum.measure.contact import Contact
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
-from continuum.model.walls import HardWall
 from continuum.path.area import find_area
 from continuum.path.state import (
     Branch,
@@ -31,12 +30,11 @@ from continuum.path.state import (
     kept,
     numbers,
     state_of,
-    traction,
 )
-from continuum.solve.hard import Pressed, constrain
+from continuum.solve.hard import constrain
 from continuum.solve.smooth import Settings, Solution, Status, Work, minimise
 
-__all__ = ["Branch", "Control", "Search", "State", "follow", "solve", "traction"]
+__all__ = ["Branch", "Control", "Search", "State", "follow", "solve"]
 
 STRETCH = 50
 """Under tension a solve is looked at after so many iterations."""
@@ -79,23 +77,22 @@ def solve(
             return replace(rest, target=target)
         pulled = solve(problem, control, target, settings, rest.gap, branch)
         return replace(pulled, search_pairs=rest.solution.fft_pairs, search_solves=1)
-    lift, mean, force = target, problem.mean_stiffness, 0.0
+    lift, mean, pressure = target, problem.mean_stiffness, 0.0
     if control == "mean-gap":
         # The mean displacement is given; which separation and base belong to it is found afterwards.
         lift, mean = target - problem.mean_height, np.inf
     elif control == "mean-pressure":
         # The mean displacement is free, and counted from first touch.
-        lift, mean, force = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
-    if isinstance(problem.wall, HardWall) and mean == 0 and force <= 0:
-        return gone(problem, target, branch) if force < 0 else _touching(problem, lift, branch)
-    solution: Solution
-    if force < 0 and mean == 0:
-        solution = _pull(problem, lift, start, settings, force)
-        if not _may_hold(problem, solution.points, -force):
+        lift, mean, pressure = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
+    if pressure < 0 and problem.wall.largest_tension == 0:
+        return gone(problem, target, branch)
+    if pressure < 0 and mean == 0:
+        solution = _pull(problem, lift, start, settings, pressure)
+        if not _may_hold(problem, solution.gap, -pressure):
             return gone(problem, target, branch, solution)
     else:
-        solution = _minimise(problem, lift, mean, force, start, settings)
-    if solution.status.ok and solution.points.min() < problem.wall.core:
+        solution = _minimise(problem, lift, mean, pressure, start, settings)
+    if solution.status.ok and solution.gap.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     return state_of(problem, control, target, branch, solution)
 
@@ -107,23 +104,17 @@ def _at_mean_gap(
 
 
 def _minimise(
-    problem: ContactProblem, lift: float, mean: float, force: float, start: Real | None, settings: Settings
+    problem: ContactProblem, lift: float, mean: float, pressure: float, start: Real | None, settings: Settings
 ) -> Solution:
-    grid, stiffness_q, wall, heights = problem.grid, problem.stiffness_q, problem.wall, problem.heights
-    posed = {"force": force, "lift": lift, "mean_stiffness": mean}
-    if isinstance(wall, HardWall):
+    """Where the solver is chosen: by whether the wall has a law, or only a bound."""
+    grid, stiffness_q, law, heights = problem.grid, problem.stiffness_q, problem.wall.law, problem.heights
+    posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
+    if law is None:
         return constrain(grid, stiffness_q, heights, start, settings, **posed)
-    return minimise(grid, stiffness_q, wall.law, heights, start, settings, **posed)
+    return minimise(grid, stiffness_q, law, heights, start, settings, **posed)
 
 
-def _touching(problem: ContactProblem, lift: float, branch: Branch) -> State:
-    """A hard wall without load: the undeformed surface at first touch."""
-    gap = np.maximum(problem.heights + lift, np.finfo(np.float64).tiny)
-    solution = Pressed(gap, Status.CONVERGED, 0.0, 0, traction=np.broadcast_to(0.0, gap.shape))
-    return state_of(problem, "mean-pressure", 0.0, branch, solution)
-
-
-def _pull(problem: ContactProblem, lift: float, start: Real | None, settings: Settings, force: float) -> Solution:
+def _pull(problem: ContactProblem, lift: float, start: Real | None, settings: Settings, pressure: float) -> Solution:
     """Minimise under a tension, by stretches: a surface that has left the wall would fly on to the last iteration.
 
     What a coarser grid does not hold this one may.
@@ -132,12 +123,12 @@ def _pull(problem: ContactProblem, lift: float, start: Real | None, settings: Se
     while True:
         left = settings.max_iterations - (done.iterations if done else 0)
         stretch = replace(settings, max_iterations=min(left, STRETCH), warm_grids=0)
-        last = _minimise(problem, lift, 0.0, force, start, stretch)
+        last = _minimise(problem, lift, 0.0, pressure, start, stretch)
         done = last if done is None else _joined(done, last)
         ended = last.status is not Status.ITERATION_LIMIT or done.iterations >= settings.max_iterations
-        if ended or not _may_hold(problem, last.points, -force):
+        if ended or not _may_hold(problem, last.gap, -pressure):
             return done
-        start = last.points
+        start = last.gap
 
 
 def _joined(first: Solution, second: Solution) -> Solution:
@@ -163,7 +154,7 @@ def _may_hold(problem: ContactProblem, gap: Real, tension: float) -> bool:
     nearest = float(gap.min())
     if not np.isfinite(nearest):
         return not np.isposinf(nearest)  # a failure of another kind
-    end = max(nearest, min(problem.wall.law.reach, nearest + 20.0))
+    end = max(nearest, min(problem.wall.reach, nearest + 20.0))
     return -float(problem.wall.evaluate(np.linspace(nearest, end, 2001)).traction.min()) >= tension
 
 

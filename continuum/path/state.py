@@ -11,8 +11,6 @@ import numpy as np
 from continuum.measure.contact import Contact, measure
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
-from continuum.model.walls import HardWall, Wall
-from continuum.solve.hard import Pressed
 from continuum.solve.smooth import Solution, Status
 
 __all__ = [
@@ -30,7 +28,6 @@ __all__ = [
     "kept",
     "numbers",
     "state_of",
-    "traction",
 ]
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
@@ -133,7 +130,12 @@ class State:
     @property
     def gap(self) -> Real:
         """Height of the wall above the deformed surface, shape ``grid.shape``, in a0."""
-        return self.solution.points
+        return self.solution.gap
+
+    @property
+    def traction(self) -> Real:
+        """Of the wall on the surface, compression positive, shape ``grid.shape``, in E*; NaN where it is not known."""
+        return self.solution.traction
 
     @property
     def status(self) -> Status | Outcome:
@@ -149,12 +151,9 @@ def state_of(
     A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown, not numbers.
     """
     if not isinstance(solution, Solution):
-        solution = Solution(solution, Status.CONVERGED, 0.0, 0)
-    pressure = solution.traction if isinstance(solution, Pressed) else None
-    if pressure is None and isinstance(problem.wall, HardWall):
-        pressure = np.broadcast_to(np.nan, problem.grid.shape)
-    contact = measure(problem.grid, problem.wall, solution.points, pressure)
-    mean_gap = problem.grid.mean(solution.points)
+        solution = Solution(solution, Status.CONVERGED, 0.0, 0, by=problem.wall.law)
+    contact = measure(problem.grid, problem.wall, solution.gap, solution.bound_traction)
+    mean_gap = problem.grid.mean(solution.gap)
     separation = target
     if control != "separation":
         k = problem.mean_stiffness
@@ -162,28 +161,24 @@ def state_of(
     return State(control, target, branch, separation, mean_gap, contact, solution)
 
 
-def traction(wall: Wall, solution: Solution) -> Real:
-    """Traction of the wall on the surface at each point, in E*: of its law, or what a hard wall carries."""
-    return solution.traction if isinstance(solution, Pressed) else wall.evaluate(solution.points).traction
-
-
 def kept(state: State) -> State:
     """What a path keeps of a state: its numbers, and of its fields the gap only."""
-    solution = Solution(state.gap, state.solution.status, state.solution.residual, state.solution.iterations)
+    found = state.solution
+    solution = Solution(found.gap, found.status, found.residual, found.iterations, by=found.kept_by)
     return replace(state, solution=solution, outcome=None, beyond=None, events=())
 
 
 def numbers(state: State) -> State:
     """A state without its fields."""
     nothing = np.broadcast_to(np.nan, state.gap.shape)
-    return replace(kept(state), solution=replace(kept(state).solution, points=nothing))
+    return replace(kept(state), solution=replace(kept(state).solution, gap=nothing))
 
 
 def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> State:
     """The state of a surface that has left the wall under tension: no contact, no load, an infinite gap."""
     nothing = Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf)
     solution = solution or Solution(problem.heights, Status.CONVERGED, -target, 0)
-    solution = replace(solution, points=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
+    solution = replace(solution, gap=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
     return State("mean-pressure", target, branch, np.inf, np.inf, nothing, solution, Outcome.PULLED_OFF)
 
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from continuum.files.arrays import read_numbers, read_text
-from continuum.model import substrates as greens
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
+from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
 from continuum.model.surface import Moments, SelfAffine, moments, sine, sphere
-from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Tabulated, Wall
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.runs.config import (
     CrystalTable,
     ExponentialWall,
@@ -33,7 +34,7 @@ from continuum.runs.config import (
 )
 from continuum.solve.smooth import Settings
 
-__all__ = ["Estimate", "System", "build", "estimate", "wall_of"]
+__all__ = ["Cost", "System", "build", "estimate", "wall_of"]
 
 # Peak memory of a run in bytes: the libraries, and per grid point; seen: 83 with a law (4096²), 110 with a hard wall.
 _BYTES, _BYTES_PER_POINT = 2.5e8, 115
@@ -45,7 +46,7 @@ _DECADES = 6.0  # for which these hold; pairs grow linearly with the decades of 
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Cost:
     """What a run will take, to within a factor of about three."""
 
     memory: int
@@ -76,7 +77,7 @@ class System:
         return self.problem.grid
 
 
-def estimate(config: RunConfig) -> Estimate:
+def estimate(config: RunConfig) -> Cost:
     """Memory and transforms of a run, from its configuration alone."""
     nx, ny = config.grid.n
     size, points = nx * ny, config.loading.points
@@ -90,7 +91,7 @@ def estimate(config: RunConfig) -> Estimate:
     per_point = min(pairs * max(decades, 1.0) / _DECADES, config.solver.max_iterations + 3)
     searches = sum(len(targets) for control, targets in config.loading.legs if control == "repulsive-area")
     solves = points + _SEARCH * searches
-    return Estimate(int(_BYTES + size * _BYTES_PER_POINT + kept), points, round(per_point * solves))
+    return Cost(int(_BYTES + size * _BYTES_PER_POINT + kept), points, round(per_point * solves))
 
 
 def build(config: RunConfig) -> System:
@@ -128,18 +129,17 @@ def build(config: RunConfig) -> System:
     solver = config.solver
     settings = Settings(solver.tolerance * realised.rms_slope, solver.max_iterations, solver.shift)
     problem = ContactProblem(grid, wall, heights, _response(config))
-    if isinstance(wall, HardWall):
-        _check_mean_gaps(config, problem)
+    _check_mean_gaps(config, problem)
     shortest = config.surface.lambda_s if isinstance(config.surface, SelfAffineSurface) else None
     warned = tuple(unresolved(problem, realised.rms_slope, shortest))
     return System(config, problem, realised, expected, settings, warned)
 
 
 def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:
-    """Refuse targets that no state under a hard wall has."""
-    held = {"mean-gap": 0.0}
+    """Refuse targets that no state has, where the wall bounds the gap."""
+    held = {"mean-gap": problem.wall.bound}
     if np.isinf(problem.mean_stiffness):
-        held["separation"] = -problem.mean_height
+        held["separation"] = problem.wall.bound - problem.mean_height
     for place, (control, targets) in zip(("loading", "loading.retraction"), config.loading.legs, strict=False):
         if control in held and min(targets) <= held[control]:
             expected = f"values above {held[control]:g} a0, a positive mean gap"
@@ -166,14 +166,14 @@ def _usable(error: Exception) -> str:
     return f"what can be used; here: {error}"
 
 
-def _response(config: RunConfig) -> greens.Response:
+def _response(config: RunConfig) -> Substrate:
     substrate = config.substrate
     if isinstance(substrate, LayerTable):
-        return greens.Layer(substrate.depth, substrate.poisson, substrate.mean)
+        return Layer(substrate.depth, substrate.poisson, substrate.mean)
     if isinstance(substrate, CrystalTable):
         constants = CubicConstants(substrate.c11, substrate.c12, substrate.c44)
-        return greens.CubicLayer(substrate.depth or np.inf, constants, substrate.mean)
-    return greens.HalfSpace(substrate.mean)
+        return CubicLayer(substrate.depth or np.inf, constants, substrate.mean)
+    return HalfSpace(substrate.mean)
 
 
 def wall_of(config: RunConfig) -> Wall:
@@ -190,7 +190,7 @@ def wall_of(config: RunConfig) -> Wall:
         if columns.shape[1] != 2:
             msg = f"{table.path} has {columns.shape[1]} columns, a wall has 2: gap and traction"
             raise ValueError(msg)
-        return Tabulated(columns[:, 0], columns[:, 1])
+        return TabulatedWall(columns[:, 0], columns[:, 1])
     if isinstance(table, RigidWall):
         return HardWall()
     if isinstance(table, InversePowersWall):
@@ -200,7 +200,7 @@ def wall_of(config: RunConfig) -> Wall:
         return Exponential(table.surface_energy, table.decay_length, table.core_stiffness)
     if table.range is not None:
         return LennardJonesSpline(table.range, core=table.core)
-    spline = LennardJonesSpline.from_adhesion_length(table.adhesion_length or 0.0)
+    spline = LennardJonesSpline(adhesion_length=table.adhesion_length or 0.0)
     return LennardJonesSpline(spline.range, core=table.core)
 
 

@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from continuum.solve.cpu import pressing
 from continuum.solve.cpu.levels import SMALLEST, memory, sum_over
 from continuum.solve.solution import Iteration, Settings, Solution, Status, Work
 
-__all__ = ["Pressed", "constrain"]
+__all__ = ["constrain"]
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
 """Of the start on the grids of n/2, n/4, ... points, in units of the tolerance asked for."""
@@ -52,20 +51,6 @@ ROUNDING = 1e-13
 """A rise of the energy by this part of its size is none."""
 
 
-@dataclass(frozen=True, eq=False)
-class Pressed(Solution):
-    """A solution with its pressure.  ``points`` is exactly zero where ``traction`` is positive and positive elsewhere.
-
-    ``residual`` is the root-mean-square of K e, e being what closing the contact and lifting the overlaps exactly adds
-    to u: the traction by which a surface that fulfils the bound, with this pressure, misses its equilibrium.
-    """
-
-    traction: Real = field(kw_only=True, repr=False)
-    """Pressure p >= 0 at each point, in E*."""
-    gap_error: float = field(kw_only=True, default=0.0)
-    """Largest |e|, in a0."""
-
-
 def constrain(
     grid: Grid,
     stiffness_q: Real,
@@ -73,10 +58,10 @@ def constrain(
     start: Real | None,
     settings: Settings,
     *,
-    force: float = 0.0,
+    pressure: float = 0.0,
     lift: float = 0.0,
     mean_stiffness: float | None = None,
-) -> Pressed:
+) -> Solution:
     """Minimise ½ <u, K u> - F <u> over u with z = offset + lift - u >= 0 at each point.
 
     Parameters
@@ -86,41 +71,52 @@ def constrain(
     offset, lift : z at u = 0, an array of shape ``grid.shape`` and a number, in a0.
     start : z at the start, same shape, from which contact and pressure are guessed; None starts on coarser grids.
     settings : when to stop; of it tolerance and iterations are used.
-    force : F, a uniform force per area along u, in E*; of no effect where the mean of u is held.
+    pressure : F, a uniform pressure along u, in E*; of no effect where the mean of u is held.
     mean_stiffness : K at q = 0 instead of that of ``stiffness_q``.  Infinite holds the mean of u at zero; with none,
         the mean pressure is F.
+
+    Returns
+    -------
+    Solution
+        Its gap is exactly zero where its traction is positive, and positive elsewhere.  Its residual is the
+        root-mean-square of K e, e being what closing the contact and lifting the overlaps exactly adds to u: the
+        traction by which a surface that fulfils the bound, with this traction, misses its equilibrium.
 
     Raises
     ------
     ValueError
-        If no state exists: F <= 0 without mean stiffness (a hard wall cannot pull), or a held mean that overlaps.
+        If no state exists: F < 0 without mean stiffness (a hard wall cannot pull), or a held mean that overlaps.
     """
     began = time.perf_counter()
     if not np.isfinite(offset).all() or (start is not None and not np.isfinite(start).all()):
         gap = offset if start is None else start
-        return Pressed(gap, Status.NON_FINITE, np.inf, 0, traction=np.zeros(grid.shape))
+        return Solution(gap, Status.NON_FINITE, np.inf, 0, by=np.zeros(grid.shape))
     if mean_stiffness is None:
         mean_stiffness = float(stiffness_q[0, 0])
     stiffness_q = stiffness_q.copy()
     stiffness_q[0, 0] = mean_stiffness
     offset = offset + lift
-    if mean_stiffness == 0 and not force > 0:
-        msg = f"a hard wall without adhesion only pushes: give a positive mean pressure, not {force:g}"
+    if mean_stiffness == 0 and not pressure >= 0:
+        msg = f"a hard wall only pushes: give a mean pressure of zero or more, not {pressure:g}"
         raise ValueError(msg)
+    if mean_stiffness == 0 and pressure == 0:
+        # First touch of the undeformed surface.
+        gap = np.maximum(offset - offset.min(), np.finfo(np.float64).tiny)
+        return Solution(gap, Status.CONVERGED, 0.0, 0, by=np.broadcast_to(0.0, grid.shape))
     if np.isinf(mean_stiffness) and not grid.mean(offset) > 0:
         msg = f"a hard wall leaves no surface at a mean gap of {grid.mean(offset):g} a0: it has to be positive"
         raise ValueError(msg)
     if np.isfinite(mean_stiffness) and mean_stiffness > 0:
-        offset -= force / mean_stiffness
-    face = _Face(grid, stiffness_q, offset, force)
+        offset -= pressure / mean_stiffness
+    face = _Face(grid, stiffness_q, offset, pressure)
     coarse: tuple[Work, ...] = ()
     if start is not None:
         face.guess(start)
     else:
         coarse = face.cascade(settings, COARSE_TOLERANCES)
     status, residual, error = face.solve(settings)
-    gap, pressure = face.settled()
-    return Pressed(
+    gap, traction = face.settled()
+    return Solution(
         gap,
         status,
         residual,
@@ -128,7 +124,7 @@ def constrain(
         (face.work_done, *coarse),
         time.perf_counter() - began,
         tuple(face.history),
-        traction=pressure,
+        by=traction,
         gap_error=error,
     )
 
@@ -136,8 +132,8 @@ def constrain(
 class _Face:
     """The dual problem on one grid: pressure p, gap z without its level, and what the iteration needs."""
 
-    def __init__(self, grid: Grid, stiffness_q: Real, offset: Real, force: float) -> None:
-        self.grid, self.stiffness_q, self.offset, self.force = grid, stiffness_q, offset, force
+    def __init__(self, grid: Grid, stiffness_q: Real, offset: Real, pressure: float) -> None:
+        self.grid, self.stiffness_q, self.offset, self.pressure = grid, stiffness_q, offset, pressure
         self.G = np.divide(1.0, stiffness_q, out=np.zeros_like(stiffness_q), where=stiffness_q > 0)
         self.mean_stiffness = float(stiffness_q[0, 0])
         self.bordered = bool(np.isfinite(self.mean_stiffness))
@@ -170,7 +166,7 @@ class _Face:
             # The mean is held by an unknown pressure: there is none where the gap is wide.
             traction -= traction[start >= self.grid.mean(start)].mean()
         elif self.loaded:
-            traction += self.force
+            traction += self.pressure
         beyond = start - max(float(start.min()), 0.0)
         self.p[...] = np.where(traction > self.K.max() * beyond, np.maximum(traction, 0.0), 0.0)
         self._carry_the_load(float(self.p.sum()))
@@ -185,7 +181,7 @@ class _Face:
         cut = np.r_[: rows // 2, self.grid.shape[0] - rows // 2 : self.grid.shape[0]]
         offset = self.offset[::2, ::2]
         offset = offset + (self.grid.mean(self.offset) - coarser.mean(offset))
-        below = _Face(coarser, self.stiffness_q[cut, :columns], offset, self.force)
+        below = _Face(coarser, self.stiffness_q[cut, :columns], offset, self.pressure)
         work = below.cascade(settings, factors[1:])
         below.descend(settings.tolerance * factors[0], COARSE_ITERATIONS)
         self._carry_the_load(float(self._sweep(pressing.spread, below.p, self.p)[0]))
@@ -194,9 +190,9 @@ class _Face:
     def _carry_the_load(self, total: float) -> None:
         """Scale p to the mean pressure, if that is given; where there is no p, that of flat surfaces."""
         if not np.isfinite(total) or (self.bordered and total <= 0):
-            self.p[...] = self.force if self.loaded else max(0.0, -self.mean_stiffness * self.grid.mean(self.offset))
+            self.p[...] = self.pressure if self.loaded else max(0.0, -self.mean_stiffness * self.grid.mean(self.offset))
         elif self.loaded:
-            self.p *= self.force * self.grid.size / total
+            self.p *= self.pressure * self.grid.size / total
 
     # --- the iteration -------------------------------------------------------------------------------------
 

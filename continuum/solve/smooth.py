@@ -59,7 +59,7 @@ def minimise(
     start: Real | None,
     settings: Settings,
     *,
-    force: float = 0.0,
+    pressure: float = 0.0,
     lift: float = 0.0,
     mean_stiffness: float | None = None,
 ) -> Solution:
@@ -73,17 +73,17 @@ def minimise(
     offset, lift : z at u = 0, an array of shape ``grid.shape`` and a number, in a0.
     start : z at the start, shape ``grid.shape``; None starts on a cascade of coarser grids, from u = 0 on the coarsest.
     settings : when to stop.
-    force : F, a uniform force per area along u, in E*; of no effect where the mean of u is held.
+    pressure : F, a uniform pressure along u, in E*; of no effect where the mean of u is held.
     mean_stiffness : K at q = 0 instead of that of ``stiffness_q``; infinite holds the mean of u at zero.
     """
     began = time.perf_counter()
     points = offset if start is None else start
     # A sum is finite only if all its terms are, and needs no memory.
     if not np.isfinite(points.sum() + offset.sum() + lift):
-        return Solution(points, Status.NON_FINITE, np.inf, 0)
+        return Solution(points, Status.NON_FINITE, np.inf, 0, by=law)
     mean_stiffness = float(stiffness_q[0, 0]) if mean_stiffness is None else mean_stiffness
     level = Level(grid, stiffness_q, mean_stiffness, len(COARSE_TOLERANCES))
-    problem = _Problem(law, settings, force, lift)
+    problem = _Problem(law, settings, pressure, lift)
     offset = np.ascontiguousarray(offset)
     history: list[Iteration] = []
     status = _solve(level, problem, offset, start, 0, history)
@@ -103,7 +103,7 @@ def minimise(
         status = Status.CONVERGED
     work = tuple(each.done for each in level.chain if each.transforms)
     seconds = time.perf_counter() - began
-    return Solution(level.gap, status, residual, len(history) - 1, work, seconds, tuple(history))
+    return Solution(level.gap, status, residual, len(history) - 1, work, seconds, tuple(history), by=law)
 
 
 class _Problem(NamedTuple):
@@ -111,7 +111,7 @@ class _Problem(NamedTuple):
 
     law: Law
     settings: Settings
-    force: float
+    pressure: float
     lift: float
 
     @property
@@ -136,7 +136,7 @@ def _elastic(level: Level, problem: _Problem) -> None:
     """Gradient without the traction of the wall, from the spectrum of the displacement: K u - F."""
     np.multiply(level.K, level.work_q, out=level.g_q)
     if not level.held:
-        level.g_q[0, 0] -= problem.force
+        level.g_q[0, 0] -= problem.pressure
 
 
 def _solve(

@@ -6,7 +6,10 @@ import enum
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
 from continuum.model.grid import Real
+from continuum.model.laws import Law, evaluate
 from continuum.solve.cpu.levels import Work
 
 __all__ = ["Iteration", "NotConvergedError", "Settings", "Solution", "Status", "Work"]
@@ -66,8 +69,8 @@ class Iteration(NamedTuple):
 class Solution:
     """What a solve found, and how."""
 
-    points: Real = field(repr=False)
-    """Gap z = offset - u at each point."""
+    gap: Real = field(repr=False)
+    """z = offset - u at each point; exactly zero where a bound holds it."""
     status: Status
     residual: float
     """Root-mean-square gradient of the final state, computed afresh, in E*."""
@@ -77,11 +80,32 @@ class Solution:
     """On each grid, the finest first."""
     seconds: float = field(default=0.0, compare=False)
     history: tuple[Iteration, ...] = field(repr=False, default=())
+    by: Law | Real | None = field(repr=False, default=None)
+    """What presses: a law, from which the traction follows at each gap, or the traction itself; None if not known."""
+    gap_error: float = 0.0
+    """Largest amount by which the gap had to be mended to fulfil its bound exactly, in a0."""
+
+    @property
+    def traction(self) -> Real:
+        """Of the wall on the surface, in E*, compression positive; NaN if unknown.  A law's is made anew each time."""
+        if isinstance(self.by, Law):
+            return evaluate(self.by, self.gap)[1]
+        return np.broadcast_to(np.nan, self.gap.shape) if self.by is None else self.by
+
+    @property
+    def bound_traction(self) -> Real | None:
+        """The traction where it does not follow from the gap by a law; else None."""
+        return None if isinstance(self.by, Law) else self.traction
+
+    @property
+    def kept_by(self) -> Law | None:
+        """What presses, as long as that is no field."""
+        return self.by if isinstance(self.by, Law) else None
 
     @property
     def fft_pairs(self) -> float:
         """Transforms of all grids, halved and weighted by their numbers of points."""
-        return sum(w.fft_pairs * w.shape[0] * w.shape[1] for w in self.work) / self.points.size
+        return sum(w.fft_pairs * w.shape[0] * w.shape[1] for w in self.work) / self.gap.size
 
     @property
     def sweeps(self) -> int:

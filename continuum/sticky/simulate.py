@@ -15,7 +15,8 @@ from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import moments
-from continuum.model.walls import LennardJonesSpline, Tabulated
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.path.state import Outcome
 from continuum.solve.smooth import NotConvergedError, Settings
@@ -56,7 +57,7 @@ class Simulation:
     """Whether the area jumped past 1 %."""
     gap: Real = field(repr=False)
     """In units of Δr, over ``grid``."""
-    wall: Tabulated = field(repr=False)
+    wall: TabulatedWall = field(repr=False)
     grid: Grid
     """In units of Δr."""
     shape: tuple[int, int]
@@ -71,7 +72,7 @@ class Simulation:
         return self.load < 0
 
 
-def spline_wall(adhesion_length: float, core_stiffness: float, depth: float) -> Tabulated:
+def spline_wall(adhesion_length: float, core_stiffness: float, depth: float) -> TabulatedWall:
     """The paper's attraction of a given l_a and an effective range of 1, on a linear core of a stiffness of its own.
 
     In the paper's law repulsion and attraction are equally stiff at the minimum, which ties w to the range and E*.
@@ -91,7 +92,7 @@ def spline_wall(adhesion_length: float, core_stiffness: float, depth: float) -> 
     attraction = law.evaluate(law.zero_gap + outside).traction
     attraction[0] = attraction[-1] = 0.0
     repulsion = -max(core_stiffness, law.minimum_stiffness) * inside
-    return Tabulated(np.concatenate([inside, outside]), np.concatenate([repulsion, attraction]))
+    return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([repulsion, attraction]))
 
 
 def simulate(topography: Topography, interface: Interface, threads: int = 1) -> Simulation:

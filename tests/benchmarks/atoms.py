@@ -16,7 +16,7 @@ from atomistic.crystal.interatomic import LennardJones, Potential, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.deck import Deck
 from atomistic.relax.relax import lattice_start, relax
-from atomistic.relax.substrate import Substrate
+from atomistic.relax.specimen import Specimen
 from atomistic.response.material import model_of
 from continuum.measure.contact import measure
 from continuum.model.grid import Grid
@@ -46,10 +46,10 @@ def equilibrium(n: int, crystal: str, adhesion_length: float, alone: bool) -> di
     n : surface atoms a side; the slab is as deep.
     alone : whether LAMMPS' minimisers go the same way too.
     """
-    substrate = Substrate.of_model(model_of(_potential(crystal)), Grid.square(n), float(n))
-    response, grid = substrate.response, substrate.slab.grid
+    specimen = Specimen.of_model(model_of(_potential(crystal)), Grid.square(n), float(n))
+    response, grid = specimen.response, specimen.slab.grid
     heights = SelfAffine(0.8, SLOPE, 8.0, n / 2).synthesise(grid, np.random.default_rng(2))
-    wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
+    wall = LennardJonesSpline(adhesion_length=adhesion_length)
     problem = ContactProblem(grid, wall, heights, response)
     low, high = 1 - 6 * heights.std(), 1 - heights.min() + wall.range
     for _ in range(14):
@@ -57,7 +57,7 @@ def equilibrium(n: int, crystal: str, adhesion_length: float, alone: bool) -> di
         state = solve(problem, "separation", separation, Settings(1e-9 * SLOPE))
         low, high = (low, separation) if measure(grid, wall, state.gap).area_rep < AREA else (separation, high)
     start = lattice_start(response, wall, state.gap)
-    deck = Deck(substrate.slab, substrate.model, wall, heights, separation, start, 1e-8 * SLOPE, rise=response.rise)
+    deck = Deck(specimen.slab, specimen.model, wall, heights, separation, start, 1e-8 * SLOPE, rise=response.rise)
 
     def timed(**way: Any) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
@@ -66,5 +66,5 @@ def equilibrium(n: int, crystal: str, adhesion_length: float, alone: bool) -> di
             seconds = time.process_time() - began
         return {"evaluations": found.evaluations, "cpu": seconds, "load": found.load, "force": found.largest_force}
 
-    result: dict[str, Any] = {"atoms": substrate.slab.size, "ours": timed(response=response)}
+    result: dict[str, Any] = {"atoms": specimen.slab.size, "ours": timed(response=response)}
     return result | ({"lammps": timed()} if alone else {})

@@ -73,7 +73,7 @@ class Rough:
 
     def problem(self, adhesion_length: float, heights: Real | None = None) -> ContactProblem:
         """Under the paper's law, on an incompressible half-space; heights that are at hand need not be made again."""
-        wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
+        wall = LennardJonesSpline(adhesion_length=adhesion_length)
         return ContactProblem(self.grid, wall, self.heights() if heights is None else heights, HalfSpace("clamped"))
 
     def coarse(self, adhesion_length: float, factor: int = 4) -> ContactProblem:
@@ -83,4 +83,4 @@ class Rough:
         grid = Grid((m, m), fine.grid.lengths)
         heights_q = grid.empty_q()
         restrict(fine.grid.forward(fine.heights), heights_q)
-        return ContactProblem(grid, fine.wall, grid.inverse(heights_q), fine.response)
+        return ContactProblem(grid, fine.wall, grid.inverse(heights_q), fine.substrate)

@@ -21,7 +21,7 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.walls import HardWall, Wall
 from continuum.path.loading import State, solve
 from continuum.solve import smooth as minimise
-from continuum.solve.hard import Pressed, constrain
+from continuum.solve.hard import constrain
 from continuum.solve.smooth import NEAR, Settings, Solution
 from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, Rough
 
@@ -147,9 +147,9 @@ def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[s
 def hard_wall(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -> dict[str, Any]:
     """The hard wall at `PRESSURE` from a cold start; the time runs from the heights to the state."""
 
-    def cold(rough: Rough, heights: Real) -> Pressed:
+    def cold(rough: Rough, heights: Real) -> Solution:
         problem = ContactProblem(rough.grid, HardWall(), heights, HalfSpace("free"))
-        return constrain(rough.grid, problem.stiffness_q, problem.heights, None, Settings(tolerance), force=PRESSURE)
+        return constrain(rough.grid, problem.stiffness_q, problem.heights, None, Settings(tolerance), pressure=PRESSURE)
 
     small, rough = Rough(128, 1, lambda_s), Rough(n, seed, lambda_s)
     cold(small, small.heights())
@@ -261,7 +261,7 @@ def iteration(n: int, seed: int, adhesion_length: float, mean_gap: float) -> dic
     done, before = many.work[0], few.work[0]
     transforms = (done.fft_seconds - before.fft_seconds) / count
     outside = (many.seconds - few.seconds) / count - transforms
-    near, lines = _near(many.points, problem.wall.law.reach), (done.sweeps - before.sweeps) / count
+    near, lines = _near(many.gap, problem.wall.law.reach), (done.sweeps - before.sweeps) / count
     arrays = sum(ARRAYS_MOVED.values()) + near * (1 + 2 * lines)
     return {
         "pair_ms": 1e3 * pair,

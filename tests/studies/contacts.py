@@ -35,7 +35,7 @@ class Rough:
 
     @property
     def wall(self) -> Wall:
-        return HardWall() if self.hard else LennardJonesSpline.from_adhesion_length(self.adhesion_length)
+        return HardWall() if self.hard else LennardJonesSpline(adhesion_length=self.adhesion_length)
 
 
 @dataclass(frozen=True, eq=False)

@@ -236,7 +236,7 @@ def pull_off() -> None:
     for length, colour in ((0.005, COLOURS[0.005]), (0.05, COLOURS[0.05])):
         grid = Grid.square(256)
         heights = SelfAffine(0.8, 0.1, 16.0, 128.0).synthesise(grid, np.random.default_rng(1))
-        m, wall = moments(grid, heights), LennardJonesSpline.from_adhesion_length(length)
+        m, wall = moments(grid, heights), LennardJonesSpline(adhesion_length=length)
         problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
         peaks, forces = [], []
         for deepest in (3.0, 2.4, 1.8, 1.4, 1.1, 0.97):
@@ -297,8 +297,8 @@ def hertz() -> None:
             middle = grid.lengths[0] / 2 + rng.random(2)
             heights = ((x - middle[0]) ** 2 + (y - middle[1]) ** 2) / (2 * radius)
             pressure = 4 * a**3 / (3 * radius) / grid.area
-            state = constrain(grid, stiffness_q, heights, None, Settings(1e-7), force=pressure)
-            got, exact = areas(grid, HardWall(), state.points), np.pi * a**2 / grid.area
+            state = constrain(grid, stiffness_q, heights, None, Settings(1e-7), pressure=pressure)
+            got, exact = areas(grid, HardWall(), state.gap), np.pi * a**2 / grid.area
             found.append([got.repulsive, got.corrected, got.interior, got.dilated, got.uncertainty])
         mean, scatter = np.mean(found, axis=0) / exact, np.std(found, axis=0) / exact
         rows.append(

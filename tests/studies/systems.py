@@ -58,7 +58,7 @@ def followed(system: System) -> dict[str, Any]:
     spectrum = SelfAffine(system.hurst, system.rms_slope, system.lambda_s, system.n / 2)
     heights = spectrum.synthesise(grid, np.random.default_rng(system.seed))
     heights.flags.writeable = False
-    wall = LennardJonesSpline.from_adhesion_length(system.adhesion_length)
+    wall = LennardJonesSpline(adhesion_length=system.adhesion_length)
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
     found = moments(grid, heights)
     states = []

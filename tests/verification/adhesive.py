@@ -20,7 +20,8 @@ from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import sine, sphere
-from continuum.model.walls import LennardJonesSpline, Tabulated, Wall
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.path.loading import State, follow, solve
 from continuum.solve.smooth import Settings
 from continuum.theory.smooth import DMT, JKR, AdhesiveWave, MaugisDugdale
@@ -75,7 +76,7 @@ def images_shift(grid: Grid, traction: Real) -> float:
 # --- spheres -----------------------------------------------------------------------------------------------
 
 
-def dugdale_law(work: float, distance: float, core: float, edge: float) -> Tabulated:
+def dugdale_law(work: float, distance: float, core: float, edge: float) -> TabulatedWall:
     """Nearly Maugis and Dugdale's law: a constant tension up to ``distance``, steps smooth over ``edge`` x distance.
 
     The core takes a pressure ``core`` per gap of -1, and its stiffness within 0.02 distance.
@@ -91,7 +92,7 @@ def dugdale_law(work: float, distance: float, core: float, edge: float) -> Tabul
     rise, fall = edge * distance / 2, edge * distance
     tension = step(z / rise) * (1 - step((z - distance + fall / 2) / fall))
     unit = np.trapezoid(tension, z)
-    return Tabulated(z, np.append(repulsion[:-1] - work / unit * tension[:-1], 0.0))
+    return TabulatedWall(z, np.append(repulsion[:-1] - work / unit * tension[:-1], 0.0))
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ import pytest
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import INPUTS, Deck, read_slab, read_wall_table, render, write_deck
-from continuum.model.walls import LennardJonesSpline, Tabulated
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import LennardJonesSpline
 
 SLAB = Slab((4, 5), mobile=3)
-ADHESIVE = LennardJonesSpline.from_adhesion_length(0.005)
+ADHESIVE = LennardJonesSpline(adhesion_length=0.005)
 
 
 def make_deck(**changes) -> Deck:
@@ -107,7 +108,7 @@ MOVED_BASE = np.ones((4, 4, 5, 3))
         ({"tolerance": float("nan")}, ValueError, "tolerance"),
         ({"evaluations": 0}, ValueError, "evaluations"),
         ({"evaluations": 1.5}, ValueError, "evaluations"),
-        ({"wall": Tabulated(np.linspace(0.7, 1, 5), np.linspace(1, 0, 5))}, TypeError, "Tabulated"),
+        ({"wall": TabulatedWall(np.linspace(0.7, 1, 5), np.linspace(1, 0, 5))}, TypeError, "TabulatedWall"),
     ],
 )
 def test_a_deck_that_makes_no_sense_is_refused(changes, error, message):

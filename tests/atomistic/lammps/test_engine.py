@@ -17,8 +17,8 @@ from continuum.solve.smooth import NotConvergedError
 
 SPRINGS = Springs.reduced()
 WALLS = {
-    "adhesive": LennardJonesSpline.from_adhesion_length(0.005),
-    "long range": LennardJonesSpline.from_adhesion_length(0.05),
+    "adhesive": LennardJonesSpline(adhesion_length=0.005),
+    "long range": LennardJonesSpline(adhesion_length=0.05),
     "non-adhesive": LennardJonesSpline(0.0),
 }
 NO_RELAXATION = 1e9

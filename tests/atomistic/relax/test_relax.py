@@ -78,7 +78,7 @@ def contact(
     """A rough wall at about the repulsive area wanted, in equilibrium with the lattice response."""
     grid, lattice = Grid.square(n), response(n, name)
     heights = SelfAffine(0.8, slope, 8.0, float(n)).synthesise(grid, np.random.default_rng(3))
-    wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
+    wall = LennardJonesSpline(adhesion_length=adhesion_length)
     problem = ContactProblem(grid, wall, heights, lattice)
     low, high = 1 - 6 * np.std(heights), 1 - heights.min() + wall.range
     for _ in range(12):
@@ -105,7 +105,7 @@ def test_the_lattice_start_is_the_lattice_equilibrium():
 @pytest.mark.parametrize("slope", [0.1, 0.001])
 def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
     problem, _, deck = contact(slope=slope, adhesion_length=adhesion_length)
-    lattice = problem.response
+    lattice = problem.substrate
     assert isinstance(lattice, LatticeResponse)
     # Ten times below what is asked of every equilibrium: forces of 1e-8 h' on all atoms can add up to
     # more than 1e-8 N_rep.
@@ -130,7 +130,7 @@ def test_the_difference_to_the_lattice_is_geometric(tmp_path):
     loads, displacements, slopes = [], [], (0.01, 0.0025)
     for slope in slopes:
         problem, state, deck = contact(slope=slope)
-        lattice = problem.response
+        lattice = problem.substrate
         assert isinstance(lattice, LatticeResponse)
         atoms = relax(deck, tmp_path, lattice).require()
         linear = problem.wall.evaluate(state.gap).traction.sum()
@@ -171,15 +171,15 @@ def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_pat
     # The best state is kept, not the last.
     assert min(stopped.largest_forces) <= stopped.largest_forces[0]
     result = relax(deck, tmp_path, wrong).require()
-    assert isinstance(problem.response, LatticeResponse)
-    expected = relax(deck, tmp_path, problem.response).require()
+    assert isinstance(problem.substrate, LatticeResponse)
+    expected = relax(deck, tmp_path, problem.substrate).require()
     assert result.load == pytest.approx(expected.load, rel=1e-8)
 
 
 @pytest.mark.parametrize(("name", "adhesion_length"), [("lj", 0.005), ("Ni_u3.eam", 0.0)])
 def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhesion_length):
     problem, state, deck = contact(slope=0.05, adhesion_length=adhesion_length, name=name)
-    lattice = problem.response
+    lattice = problem.substrate
     assert isinstance(lattice, LatticeResponse)
     deck = replace(deck, tolerance=1e-9 * 0.05)
     fast = relax(deck, tmp_path, lattice).require()
@@ -202,7 +202,7 @@ def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path, name):
     rise = deck.rise[0]
     assert np.sign(rise) == (1 if name == "lj" else -1)
     assert abs(rise) > 4 * np.std(deck.heights)
-    lattice = problem.response
+    lattice = problem.substrate
     assert isinstance(lattice, LatticeResponse)
     atoms = relax(deck, tmp_path, lattice).require()
     linear = problem.wall.evaluate(state.gap).traction.sum()

@@ -8,7 +8,7 @@ from atomistic.response.force_constants import ForceConstants, spring_force_cons
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
 from continuum.model.grid import Grid
-from continuum.model.substrates import Tabulated
+from continuum.model.substrates import TabulatedSubstrate
 
 SPRINGS = Springs.reduced()
 
@@ -163,7 +163,7 @@ def test_a_long_chain_keeps_few_matrices_and_no_digit_less():
 def test_a_table_for_the_continuum_is_the_stiffness():
     response = LatticeResponse.of_springs(Slab((8, 6), 5), SPRINGS)
     table = response.tabulated("springs")
-    assert isinstance(table, Tabulated)
+    assert isinstance(table, TabulatedSubstrate)
     assert (table.stiffness(Grid((8, 6), (8.0, 6.0))) == response.stiffness_q).all()
 
 

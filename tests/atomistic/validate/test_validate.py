@@ -109,7 +109,7 @@ def contact(adhesion_length: float = 0.0, slope: float = 0.1, depth: float = 12.
     grid = Grid.square(24)
     lattice = LatticeResponse.of_springs(Slab.of_depth(grid, depth), Springs.reduced())
     heights = SelfAffine(0.8, slope, 8.0, 24.0).synthesise(grid, np.random.default_rng(2))
-    return ContactProblem(grid, LennardJonesSpline.from_adhesion_length(adhesion_length), heights, lattice)
+    return ContactProblem(grid, LennardJonesSpline(adhesion_length=adhesion_length), heights, lattice)
 
 
 # --- the ladder --------------------------------------------------------------------------------------------
@@ -144,7 +144,7 @@ def test_atoms_are_in_equilibrium_with_what_they_carry(results: list[UnitResult]
         for state in result.states:
             assert state.largest_force <= 1e-8 * result.unit.rms_slope
             atoms = state.rungs["atoms"]
-            wall = LennardJonesSpline.from_adhesion_length(result.unit.adhesion_length)
+            wall = LennardJonesSpline(adhesion_length=result.unit.adhesion_length)
             # Tractions as LAMMPS computed them are the law at the gaps as LAMMPS found them.
             np.testing.assert_allclose(atoms.traction, wall.evaluate(atoms.gap).traction, atol=1e-13)
 

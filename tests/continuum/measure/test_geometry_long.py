@@ -81,7 +81,7 @@ from continuum.measure.profile import gap_distribution, gap_profile, pressure_di
 from continuum.model.walls import LennardJonesSpline
 
 gap = np.load(sys.argv[1])
-grid, wall = Grid.square(gap.shape[0]), LennardJonesSpline.from_adhesion_length(0.005)
+grid, wall = Grid.square(gap.shape[0]), LennardJonesSpline(adhesion_length=0.005)
 inside = gap < wall.zero_gap
 wall.evaluate(gap[:1])  # compiled or read from the cache once
 counting = []

@@ -214,7 +214,7 @@ def test_a_size_distribution_counts_every_patch(areas: list[float], per_decade: 
 def test_the_numbers_of_a_contact_belong_together(seed: int) -> None:
     grid = Grid.square(48)
     heights = SelfAffine(0.8, 0.1, 8.0, 24.0).synthesise(grid, np.random.default_rng(seed))
-    wall = LennardJonesSpline.from_adhesion_length(0.005)
+    wall = LennardJonesSpline(adhesion_length=0.005)
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
     state = solve(problem, "mean-gap", 1 + 1.5 * heights.std(), Settings(1e-7))
     contact, repulsive = measure(grid, wall, state.gap), contact_map(wall, state.gap) == REPULSIVE
@@ -233,7 +233,7 @@ def test_the_numbers_of_a_contact_belong_together(seed: int) -> None:
 
 def test_without_contact_there_is_no_kappa() -> None:
     grid = Grid.square(8)
-    wall = LennardJonesSpline.from_adhesion_length(0.005)
+    wall = LennardJonesSpline(adhesion_length=0.005)
     m = characterise(grid, measure(grid, wall, np.full((8, 8), 9.0)), np.zeros((8, 8), dtype=bool), 0.1)
     assert np.isnan([m.kappa, m.kappa_rep, m.kappa_att, m.diameter, m.chord, m.pressure_rep]).all()
     assert m.load == m.perimeter == 0

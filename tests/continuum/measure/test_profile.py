@@ -22,7 +22,7 @@ from continuum.theory.paper import attraction_width
 from continuum.theory.paper import gap_profile as predicted_gap
 from continuum.theory.smooth import Hertz, Westergaard
 
-WALL = LennardJonesSpline.from_adhesion_length(0.005)
+WALL = LennardJonesSpline(adhesion_length=0.005)
 
 
 def distance(grid: Grid, centre: tuple[float, float]) -> np.ndarray:
@@ -66,8 +66,8 @@ def test_the_correction_removes_most_of_the_bias_of_a_hard_contact() -> None:
         heights = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / (2 * radius)
         pressure = 4 * a**3 / (3 * radius) / grid.area
         assert Hertz(radius, pressure * grid.area).contact_radius == pytest.approx(a)
-        found = constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(1e-7), force=pressure)
-        measured = areas(grid, HardWall(), found.points)
+        found = constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(1e-7), pressure=pressure)
+        measured = areas(grid, HardWall(), found.gap)
         assert np.isnan(measured.contour)
         exact = np.pi * a**2 / grid.area
         assert measured.interior < exact < measured.dilated
@@ -131,10 +131,10 @@ def test_the_gap_outside_a_cylinder_rises_with_exponent_three_halves() -> None:
     wave = Westergaard(20.0, 8192.0, 0.02 * np.pi * 20 / 8192)
     heights = sine(grid, wave.amplitude, (1, 0))
     stiffness_q = HalfSpace("free").stiffness(grid)
-    found = constrain(grid, stiffness_q, heights, None, Settings(1e-9), force=wave.mean_pressure)
+    found = constrain(grid, stiffness_q, heights, None, Settings(1e-9), pressure=wave.mean_pressure)
     a, radius = wave.half_width, (8192 / (2 * np.pi)) ** 2 / wave.amplitude
     assert 300 < a < 400
-    profile = gap_profile(grid, found.points, found.points <= 0, 100.0, 0.0)
+    profile = gap_profile(grid, found.gap, found.gap <= 0, 100.0, 0.0)
     window = (profile.distance > 10) & (profile.distance < 0.1 * a)
     x, gap = profile.distance[window], profile.gap[window]
     exponent = np.polyfit(np.log(x), np.log(gap), 1)[0]
@@ -185,8 +185,8 @@ def test_hertz_pressures_are_uniform_in_their_square() -> None:
     pressure = 4 * a**3 / (3 * radius) / grid.area
     stiffness_q = HalfSpace("free").stiffness(grid)
     heights = sphere(grid, radius)
-    found = constrain(grid, stiffness_q, heights, None, Settings(1e-7), force=pressure)
-    p = pressure_distribution(grid, HardWall(), found.points, found.traction, bins=10)
+    found = constrain(grid, stiffness_q, heights, None, Settings(1e-7), pressure=pressure)
+    p = pressure_distribution(grid, HardWall(), found.gap, found.traction, bins=10)
     share = p.density * np.diff(p.edges) / np.sum(p.density * np.diff(p.edges))
     # Images at four radii take a few per cent of the load; the lowest bin holds the cut cells of the edge.
     np.testing.assert_allclose(share[2:-1], (2 * np.arange(10) + 1)[2:-1] / 100, rtol=0.15)

@@ -8,9 +8,9 @@ import pytest
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Response, Tabulated
+from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate, TabulatedSubstrate
+from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
-from continuum.model.walls import Tabulated as TabulatedWall
 
 GRIDS = [Grid((8, 8), (8.0, 8.0)), Grid((7, 9), (7.0, 11.0)), Grid((10, 5), (5.0, 5.0))]
 
@@ -36,7 +36,7 @@ RESPONSES = {
     "layer": lambda grid: Layer(5.0, 0.3, Layer(5.0, 0.3, "free").compressive_stiffness),
     "crystal": lambda grid: CubicLayer(4.0, CubicConstants(1.2, 0.6, 0.5), 0.3),
     "incompressible layer": lambda grid: Layer(5.0, 0.5, "clamped"),
-    "table": lambda grid: Tabulated(1.0 + grid.wavenumber**2, grid.lengths, "test"),
+    "table": lambda grid: TabulatedSubstrate(1.0 + grid.wavenumber**2, grid.lengths, "test"),
 }
 
 
@@ -52,7 +52,7 @@ def wall(request: pytest.FixtureRequest) -> Wall:
 
 @pytest.fixture(params=RESPONSES.values(), ids=RESPONSES.keys())
 def problem(request: pytest.FixtureRequest, grid: Grid, wall: Wall, rng: np.random.Generator) -> ContactProblem:
-    response: Response = request.param(grid)
+    response: Substrate = request.param(grid)
     return ContactProblem(grid, wall, 0.2 * rng.normal(size=grid.shape), response)
 
 

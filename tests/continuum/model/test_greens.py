@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid
-from continuum.model.substrates import CubicLayer, HalfSpace, Layer, MeanMode, Tabulated
+from continuum.model.substrates import CubicLayer, HalfSpace, Layer, MeanMode, TabulatedSubstrate
 
 
 def bonded_layer(q: float, depth: float, nu: float) -> float:
@@ -112,13 +112,13 @@ def test_a_mean_mode_that_is_none_is_refused(mean: MeanMode) -> None:
 
 def test_a_table_serves_its_own_grid_only() -> None:
     grid = Grid((6, 7), (6.0, 7.0))
-    table = Tabulated(HalfSpace(0.1).stiffness(grid), grid.lengths, "half-space")
+    table = TabulatedSubstrate(HalfSpace(0.1).stiffness(grid), grid.lengths, "half-space")
     np.testing.assert_array_equal(table.stiffness(grid), HalfSpace(0.1).stiffness(grid))
     for other in (Grid((6, 7), (6.0, 7.1)), Grid((7, 6), (6.0, 7.0))):
         with pytest.raises(ValueError, match="table holds"):
             table.stiffness(other)
     with pytest.raises(ValueError, match="positive finite"):
-        Tabulated(-HalfSpace(0.1).stiffness(grid), grid.lengths, "negative")
+        TabulatedSubstrate(-HalfSpace(0.1).stiffness(grid), grid.lengths, "negative")
 
 
 @pytest.mark.parametrize(("depth", "nu"), [(0.0, 0.3), (-1.0, 0.3), (1.0, 0.51), (1.0, -1.0)])

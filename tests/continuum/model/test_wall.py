@@ -11,20 +11,21 @@ from hypothesis import strategies as st
 from scipy.integrate import simpson
 from scipy.special import gamma
 
-from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Tabulated, Wall
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.theory import paper as theory
 
 RANGES = [0.10954, 0.34641, 1.09545]
 
 
-def table_of(wall: LennardJonesSpline, knots: int) -> Tabulated:
+def table_of(wall: LennardJonesSpline, knots: int) -> TabulatedWall:
     gap = np.linspace(wall.core, 1 + wall.range, knots)
-    return Tabulated(gap, wall.evaluate(gap).traction)
+    return TabulatedWall(gap, wall.evaluate(gap).traction)
 
 
 @pytest.mark.parametrize(("adhesion_length", "range_"), list(zip([0.0005, 0.005, 0.05], RANGES, strict=True)))
 def test_adhesion_lengths_of_the_paper(adhesion_length: float, range_: float) -> None:
-    wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
+    wall = LennardJonesSpline(adhesion_length=adhesion_length)
     assert wall.range == pytest.approx(range_, abs=5e-6)  # the digits printed in DESIGN.md
     assert wall.work_of_adhesion == pytest.approx(adhesion_length, rel=1e-14)
     assert theory.spline_adhesion_length(wall.range) == pytest.approx(adhesion_length, rel=1e-14)
@@ -114,7 +115,7 @@ def test_a_table_converges_to_the_law_it_samples() -> None:
 )
 def test_a_table_that_is_no_wall_is_refused(gap: list[float], traction: list[float], fault: str) -> None:
     with pytest.raises(ValueError, match=fault):
-        Tabulated(np.array(gap), np.array(traction))
+        TabulatedWall(np.array(gap), np.array(traction))
 
 
 @pytest.mark.parametrize("bad", [{"range": -0.1}, {"range": np.nan}, {"range": 0.1, "core": 1.2}])
@@ -124,8 +125,8 @@ def test_a_law_that_is_none_is_refused(bad: dict[str, float]) -> None:
 
 
 UNTRUNCATED: dict[str, Wall] = {
-    "9-3": InversePowers.from_adhesion_length((9, 3), 0.005),
-    "12-6": InversePowers.from_adhesion_length((12, 6), 0.005),
+    "9-3": InversePowers((9, 3), adhesion_length=0.005),
+    "12-6": InversePowers((12, 6), adhesion_length=0.005),
     "exponential": Exponential(0.005, 0.3, 2.0),
 }
 

@@ -42,7 +42,7 @@ def test_pull_off_falls_from_dmt_to_jkr() -> None:
 def test_a_wave_jumps_to_full_contact_without_load_above_johnsons_alpha(alpha: float) -> None:
     # Zero load: the mean is free.  From first touch the contact grows to Johnson's, or through, above α = 0.570.
     wave, problem = wave_problem(alpha, 512.0, 256, PAPER_LAW)
-    problem = replace(problem, response=HalfSpace("free"))
+    problem = replace(problem, substrate=HalfSpace("free"))
     state = solve(problem, "separation", 0.0, Settings(1e-8), start=problem.heights + 1.0)
     assert state.status.ok
     assert abs(state.mean_pressure) < 1e-6 * wave.full_pressure

@@ -22,7 +22,8 @@ from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace, MeanMode
 from continuum.model.surface import SelfAffine, moments, sine, sphere
-from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Tabulated, Wall
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Event, Outcome, Search, State
 from continuum.runs.config import RunConfig, load
@@ -51,7 +52,7 @@ def jumps(states: Sequence[State]) -> list[Event]:
 
 @pytest.mark.parametrize("mean", ["clamped", "free", 0.03])
 @pytest.mark.parametrize(
-    "wall", [LennardJonesSpline(0.0), LennardJonesSpline(0.3464), InversePowers.from_adhesion_length((9, 3), 0.005)]
+    "wall", [LennardJonesSpline(0.0), LennardJonesSpline(0.3464), InversePowers((9, 3), adhesion_length=0.005)]
 )
 def test_control_by_pressure_is_control_by_mean_gap_at_the_same_state(wall: Wall, mean: MeanMode) -> None:
     problem = rough(128, wall, mean=mean)
@@ -105,7 +106,7 @@ def test_without_adhesion_no_tension_is_held() -> None:
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.005, 0.05]), st.floats(0.004, 0.3), st.sampled_from([0.01, 0.1]))
 @settings(max_examples=20)
 def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, target: float, tolerance: float) -> None:
-    problem = rough(64, LennardJonesSpline.from_adhesion_length(length), seed)
+    problem = rough(64, LennardJonesSpline(adhesion_length=length), seed)
     # Half the area on the approach, then the target, then back.
     search = Search(area_tolerance=tolerance)
     states = list(follow(problem, "repulsive-area", [target / 2, target, target / 2], Settings(1e-7), (), search))
@@ -142,10 +143,10 @@ def test_a_search_begins_on_coarser_grids_and_says_what_it_took() -> None:
 ANY_WALL: list[Wall] = [
     LennardJonesSpline(0.0),
     LennardJonesSpline(0.3464),
-    InversePowers.from_adhesion_length((9, 3), 0.005),
-    InversePowers.from_adhesion_length((12, 6), 0.005),
+    InversePowers((9, 3), adhesion_length=0.005),
+    InversePowers((12, 6), adhesion_length=0.005),
     Exponential(0.005, 0.3, 5.0),
-    Tabulated(tuple(TABLE), tuple(LennardJonesSpline(0.3464).evaluate(TABLE).traction)),
+    TabulatedWall(tuple(TABLE), tuple(LennardJonesSpline(0.3464).evaluate(TABLE).traction)),
     HardWall(),
 ]
 
@@ -235,7 +236,7 @@ def test_flats_on_stiff_springs_do_not_snap() -> None:
 def test_a_bracket_holds_the_jump_that_a_fine_path_finds() -> None:
     grid = Grid((64, 8), (64.0, 8.0))
     heights = sine(grid, 1.0, (1, 0))
-    problem = ContactProblem(grid, LennardJonesSpline.from_adhesion_length(0.05), heights, HalfSpace("clamped"))
+    problem = ContactProblem(grid, LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
     fine = 0.005
     ends = (3.2, 2.2)
     down = np.round(np.arange(ends[0], ends[1] - fine / 2, -fine), 6).tolist()
@@ -261,7 +262,7 @@ def test_a_bracket_holds_the_jump_that_a_fine_path_finds() -> None:
 
 def test_a_sphere_comes_off_between_jkr_and_dmt() -> None:
     # Maugis' λ = σ0 (9R/(2π w E*²))^(1/3) = 1.5: P between 1.5 π w R (JKR) and 2 π w R (DMT), nearer to the first.
-    grid, wall, radius = Grid.square(96, 1.5), LennardJonesSpline.from_adhesion_length(0.05), 200.0
+    grid, wall, radius = Grid.square(96, 1.5), LennardJonesSpline(adhesion_length=0.05), 200.0
     problem = ContactProblem(grid, wall, sphere(grid, radius), HalfSpace("clamped"))
     scale = np.pi * wall.work_of_adhesion * radius / grid.area
     tensions = []
@@ -448,9 +449,9 @@ def _points(result: Path) -> int:
 @pytest.mark.parametrize(
     ("cut", "slope", "wall", "words"),
     [
-        (8.0, 0.1, LennardJonesSpline.from_adhesion_length(0.005), []),
+        (8.0, 0.1, LennardJonesSpline(adhesion_length=0.005), []),
         (3.0, 0.1, LennardJonesSpline(0.0), ["shortest wavelength"]),
-        (8.0, 0.3, LennardJonesSpline.from_adhesion_length(0.0005), ["attracts over 0.11"]),
+        (8.0, 0.3, LennardJonesSpline(adhesion_length=0.0005), ["attracts over 0.11"]),
         (8.0, 0.1, Exponential(0.2, 0.4, 5.0), ["softens"]),  # γ/ρ² = 1.25: waves above 2.5 a0 snap in
     ],
 )

@@ -10,8 +10,9 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
-from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Tabulated, Wall
-from continuum.path.loading import solve, traction
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.path.loading import solve
 from continuum.solve.smooth import Settings, Status
 
 SHAPES = [(97, 64), (128, 128), (132, 160), (192, 132), (256, 192)]
@@ -21,15 +22,15 @@ LAWS = 7
 
 def any_wall(kind: int, length: float) -> Wall:
     """A wall of each kind, with a work of adhesion near ``length``."""
-    spline = LennardJonesSpline.from_adhesion_length(length)
+    spline = LennardJonesSpline(adhesion_length=length)
     gap = np.linspace(0.7, 2.5, 200)
     return [
         LennardJonesSpline(0.0),
         spline,
-        InversePowers.from_adhesion_length((9, 3), length),
-        InversePowers.from_adhesion_length((12, 6), length),
+        InversePowers((9, 3), adhesion_length=length),
+        InversePowers((12, 6), adhesion_length=length),
         Exponential(length, 0.3, 5.0),
-        Tabulated(tuple(gap), tuple(spline.evaluate(gap).traction)),
+        TabulatedWall(tuple(gap), tuple(spline.evaluate(gap).traction)),
         HardWall(),
     ][kind]
 
@@ -57,7 +58,7 @@ def solve_any(seed: int, kind: int) -> Status:
     if state.status.ok:
         # Computed here, not by the solver; twice the tolerance is for the rounding of g on the way (see `minimise`).
         displacement = problem.displacement(state.gap, separation)
-        pressing = traction(wall, state.solution)
+        pressing = state.traction
         missing = grid.forward(pressing)
         held = np.isinf(problem.mean_stiffness)
         stiffness_q = problem.stiffness_q.copy()

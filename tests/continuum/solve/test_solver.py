@@ -13,7 +13,8 @@ from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine, sine, sphere
-from continuum.model.walls import LennardJonesSpline, Tabulated
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import Control, State, follow, solve
 from continuum.solve.smooth import NotConvergedError, Settings, Status, minimise
 from continuum.theory.smooth import Hertz, Westergaard
@@ -26,7 +27,7 @@ def rough(
 ) -> ContactProblem:
     grid = Grid.square(n)
     heights = SelfAffine(0.8, slope, 8.0, n / 2).synthesise(grid, np.random.default_rng(seed))
-    wall = LennardJonesSpline.from_adhesion_length(adhesion_length)
+    wall = LennardJonesSpline(adhesion_length=adhesion_length)
     return ContactProblem(grid, wall, heights, response or HalfSpace("clamped"))
 
 
@@ -132,7 +133,7 @@ def test_whatever_the_system_a_converged_state_is_an_equilibrium(
     grid = Grid(shape, (32.0, 32.0))
     rng = np.random.default_rng(seed)
     heights = SelfAffine(0.8, 0.1, 6.0, 16.0).synthesise(grid, rng)
-    wall = LennardJonesSpline.from_adhesion_length(float(rng.choice([0, 0.0005, 0.005, 0.05])))
+    wall = LennardJonesSpline(adhesion_length=float(rng.choice([0, 0.0005, 0.005, 0.05])))
     response = Layer(20.0, float(rng.uniform(0, 0.5)), float(rng.choice([0.02, 0.2])))
     problem = ContactProblem(grid, wall, heights, response)
     start = rng.normal(size=shape) if seed % 2 else None
@@ -155,7 +156,7 @@ def test_coarser_grids_save_work_and_change_nothing() -> None:
     grid = Grid((257, 257), (256.0, 256.0))
     assert grid.coarser is None
     heights = SelfAffine(0.8, 0.1, 8.0, 128.0).synthesise(grid, np.random.default_rng(1))
-    alone = solve(ContactProblem(grid, problem.wall, heights, problem.response), "mean-gap", target, TIGHT)
+    alone = solve(ContactProblem(grid, problem.wall, heights, problem.substrate), "mean-gap", target, TIGHT)
     assert alone.mean_pressure == pytest.approx(cascade.mean_pressure, rel=0.02)  # points lie elsewhere
     assert cascade.solution.iterations < alone.solution.iterations / 2
 
@@ -233,11 +234,11 @@ def test_units_do_not_matter() -> None:
     problem = rough()
     target = 0.8 * touching(problem)
     gap = np.linspace(0.7, 1 + problem.wall.range, 401)
-    base = Tabulated(gap, problem.wall.evaluate(gap).traction)
+    base = TabulatedWall(gap, problem.wall.evaluate(gap).traction)
     results = []
     for s, e in ((1.0, 1.0), (0.37, 8.9)):
         grid = Grid(problem.grid.shape, (64 * s, 64 * s))
-        wall = Tabulated(s * base.gap, e * base.traction)
+        wall = TabulatedWall(s * base.gap, e * base.traction)
         scaled = ContactProblem(grid, wall, s * problem.heights, HalfSpace("clamped", contact_modulus=e))
         state = solve(scaled, "separation", s * target, Settings(1e-10 * e, shift=0.01 * e / s))
         contact = measure(grid, wall, state.gap)
@@ -255,7 +256,7 @@ def test_translation_and_exchange_of_axes_do_not_matter() -> None:
 
     def solved(heights: Real) -> Real:
         return solve(
-            ContactProblem(problem.grid, problem.wall, heights, problem.response), "separation", target, TIGHT
+            ContactProblem(problem.grid, problem.wall, heights, problem.substrate), "separation", target, TIGHT
         ).gap
 
     np.testing.assert_allclose(
@@ -349,7 +350,7 @@ def test_a_start_that_is_not_finite_is_said() -> None:
 def test_an_energy_that_does_not_belong_to_its_traction_is_said() -> None:
     grid = Grid.square(16)
     gap = np.linspace(0.7, 1.3, 61)
-    law = Tabulated(gap, LennardJonesSpline(0.3).evaluate(gap).traction).law
+    law = TabulatedWall(gap, LennardJonesSpline(0.3).evaluate(gap).traction).law
     # The energies of the pieces, upside down: a step from one piece to the next that should lower it raises it.
     lying = law.parameters.copy()
     lying[62:122] = -20 * lying[62:122]

@@ -15,11 +15,11 @@ from continuum.files.store import Attribute
 from continuum.model.grid import Grid
 from continuum.runs.config import Fault, refuse
 
-__all__ = ["Substrate", "substrate_of"]
+__all__ = ["Specimen", "specimen_of"]
 
 
 @dataclass(frozen=True, eq=False)
-class Substrate:
+class Specimen:
     """A slab of a crystal and its response."""
 
     model: Model
@@ -31,7 +31,7 @@ class Substrate:
         return self.response.slab
 
     @classmethod
-    def of_model(cls, model: Model, grid: Grid, depth: float) -> Substrate:
+    def of_model(cls, model: Model, grid: Grid, depth: float) -> Specimen:
         """The slab under a grid, on a base as thick as forces reach; a response that must be measured is kept on disk.
 
         Raises
@@ -45,7 +45,7 @@ class Substrate:
             return cls(model, LatticeResponse.of_springs(slab, model))
         return cls(model, stored_response(slab, model, default_folder()))
 
-    def springs(self) -> Substrate:
+    def springs(self) -> Specimen:
         """The same slab of springs, which answer to nothing but geometry."""
         return self.of_model(Springs.reduced(), self.slab.grid, self.slab.depth)
 
@@ -70,7 +70,7 @@ class Substrate:
 
 
 @lru_cache(maxsize=1)
-def substrate_of(config: ValidateConfig | DeckConfig) -> Substrate:
+def specimen_of(config: ValidateConfig | DeckConfig) -> Specimen:
     """The substrate of an input.
 
     Raises
@@ -84,7 +84,7 @@ def substrate_of(config: ValidateConfig | DeckConfig) -> Substrate:
     """
     model = model_of(config.interatomic.potential())
     try:
-        return Substrate.of_model(model, Grid.square(config.slab.n), config.slab.depth)
+        return Specimen.of_model(model, Grid.square(config.slab.n), config.slab.depth)
     except ValueError as error:
         cause = "a cell made for springs, which reach one layer only"
         raise refuse(config, Fault(("slab",), str(error), cause)) from None

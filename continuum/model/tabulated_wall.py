@@ -1,0 +1,85 @@
+"""A wall law of your own: a table of traction against gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from continuum.model import laws
+from continuum.model.grid import Real
+from continuum.model.laws import Law
+from continuum.model.walls import Wall
+
+__all__ = ["TabulatedWall"]
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedWall(Wall):
+    """A law given as a table of traction against gap: a cubic spline through the knots.
+
+    The energy is the spline's integral, zero at the last knot, so that energy, traction and stiffness belong
+    to one another exactly.  Below the first knot the traction continues linearly, beyond the last it is zero.
+
+    Parameters
+    ----------
+    gap : increasing knots, in a0, at least four.
+    traction : traction at each knot, in E*, compression positive; zero at the last knot.
+
+    Raises
+    ------
+    ValueError
+        If the table is not increasing, not finite, not repulsive at its first knot or not zero at its last.
+    """
+
+    gap: Real
+    traction: Real
+
+    def __post_init__(self) -> None:
+        """Refuse tables that are no wall."""
+        gap, traction = (np.array(a, dtype=np.float64) for a in (self.gap, self.traction))
+        if gap.ndim != 1 or gap.shape != traction.shape or gap.size < 4:
+            msg = f"a wall table is two columns of at least 4 rows, got {gap.shape} and {traction.shape}"
+            raise ValueError(msg)
+        if not (np.isfinite(gap).all() and np.isfinite(traction).all()):
+            msg = "a wall table holds finite numbers only"
+            raise ValueError(msg)
+        if not (np.diff(gap) > 0).all():
+            msg = "the gaps of a wall table increase from row to row"
+            raise ValueError(msg)
+        if not (traction[0] > 0 and abs(traction[-1]) <= 1e-12 * np.abs(traction).max()):
+            msg = "a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
+            raise ValueError(msg)
+        for name, values in (("gap", gap), ("traction", traction)):
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self.gap, self.traction)
+
+    @cached_property
+    def law(self) -> Law:
+        """The law as compiled code takes it."""
+        integral = self._spline.antiderivative()
+        energy = float(integral(self.gap[-1])) - integral(self.gap[:-1])
+        parts = (np.array([self.gap.size - 1.0]), self.gap, energy, self._spline.c.T.ravel())
+        return Law(laws.TABLE, np.concatenate(parts), float(self.gap[-1]))
+
+    @cached_property
+    def zero_gap(self) -> float:
+        """First gap at which the traction vanishes: the sign change, or where a repulsive law ends."""
+        roots = self._spline.roots(extrapolate=False)
+        return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
+
+    @property
+    def range(self) -> float:
+        """From ``zero_gap`` to the last knot, in a0."""
+        return float(self.gap[-1]) - self.zero_gap
+
+    @property
+    def core(self) -> float:
+        """The first knot, in a0."""
+        return float(self.gap[0])
