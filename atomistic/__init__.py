@@ -8,3 +8,69 @@ positive in compression.
 Arrays over the atoms of a slab have the shape (layers, nx, ny) or (layers, nx, ny, 3): layer 0 is the
 surface, and atom [0, i, j] is the point [i, j] of the grid.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from atomistic.crystal.crystal import Slab
+    from atomistic.crystal.interatomic import LennardJones, Springs
+    from atomistic.crystal.potentials import EmbeddedAtom, PotentialError
+    from atomistic.front.commands import (
+        Deck,
+        DeckResult,
+        Elastic,
+        Validation,
+        deck,
+        doctor,
+        elastic,
+        read,
+        run_deck,
+        validate,
+    )
+    from atomistic.lammps.result import LammpsError
+    from atomistic.response.lattice import LatticeResponse
+
+_WHERE = {
+    "front.commands": (
+        "Deck", "DeckResult", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate",
+    ),
+    "crystal.crystal": ("Slab",),
+    "crystal.interatomic": ("LennardJones", "Springs"),
+    "crystal.potentials": ("EmbeddedAtom", "PotentialError"),
+    "lammps.result": ("LammpsError",),
+    "response.lattice": ("LatticeResponse",),
+}  # fmt: skip
+# Read when they are asked for: `atomistic --help` needs none of them.
+_MODULES = {name: module for module, names in _WHERE.items() for name in names}
+
+__all__ = [
+    "Deck",
+    "DeckResult",
+    "Elastic",
+    "EmbeddedAtom",
+    "LammpsError",
+    "LatticeResponse",
+    "LennardJones",
+    "PotentialError",
+    "Slab",
+    "Springs",
+    "Validation",
+    "deck",
+    "doctor",
+    "elastic",
+    "read",
+    "run_deck",
+    "validate",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULES:
+        msg = f"module 'atomistic' has no attribute {name!r}"
+        raise AttributeError(msg)
+    return getattr(import_module(f"atomistic.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -11,9 +11,14 @@ from pydantic_core import PydanticCustomError
 
 from atomistic.crystal.interatomic import LennardJones, Potential, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from continuum.runs.config import Document, Fault, Positive, Table, check
+from continuum.files.tables import Document, Fault, Positive, Table, check
+from continuum.runs.surfaces import SelfAffineSurface, SelfAffineTable, SineSurface, SurfaceTable
+from continuum.runs.tables import ToleranceTable, Unit
+from continuum.runs.walls import LARGEST_RANGE, SplineWall, WallTable
 
 __all__ = [
+    "AtomsSolverTable",
+    "BoundTable",
     "CaseTable",
     "DeckConfig",
     "ElasticConfig",
@@ -22,18 +27,14 @@ __all__ = [
     "Interatomic",
     "LennardJonesTable",
     "SlabTable",
-    "SolverTable",
     "SpringsTable",
-    "SurfaceTable",
-    "ToleranceTable",
+    "SurfacesTable",
     "ValidateConfig",
 ]
 
-_LARGEST_RANGE = 3.0
-_Fraction = Annotated[float, Field(gt=0, lt=1)]
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 
-Quantity = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
+Compared = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
 
 
 class SpringsTable(Table):
@@ -44,7 +45,7 @@ class SpringsTable(Table):
 
     def potential(self) -> Potential:
         """Springs of the mean contact modulus 1."""
-        return Springs.reduced()
+        return Springs()
 
 
 class LennardJonesTable(Table):
@@ -129,30 +130,28 @@ class SlabTable(Table):
     """from the surface plane to the frozen base, in a0, rounded to whole layers"""
 
 
-class SurfaceTable(Table):
-    """The rough wall: self-affine, rescaled to each slope of a case."""
+class SurfacesTable(SelfAffineTable):
+    """The rough walls: self-affine, rescaled to each slope of a case."""
 
-    hurst: _Fraction
-    """Hurst exponent H"""
-    lambda_s: Positive
-    """shortest wavelength, in a0"""
-    lambda_L: Positive
-    """roll-off wavelength, in a0"""
     seeds: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(min_length=1)]
     """one surface for each"""
 
+    def with_wavelengths(self, lambda_s: float, lambda_L: float) -> SelfAffineTable:
+        """The same spectrum between other wavelengths."""
+        return self.model_copy(update={"lambda_s": lambda_s, "lambda_L": lambda_L})
 
-class ToleranceTable(Table):
+
+class BoundTable(Table):
     """A bound on the difference of two rungs: coefficient times rms_slope to a power."""
 
-    quantity: Quantity
+    quantity: Compared
     """what differs between lattice response and atoms: "load" relative to N_rep, "gross_load" relative to
     N_rep + N_att, "displacement" (largest, in a0), areas relative to A0"""
     coefficient: Positive
     """bound = coefficient x rms_slope^power"""
     power: Annotated[float, Field(ge=0, le=4)] = 0.0
     """0 for a bound that does not depend on the slope"""
-    areas: tuple[_Fraction, ...] = ()
+    areas: tuple[Unit, ...] = ()
     """areas of the case that it holds for; all if left out"""
     reason: Annotated[str, Field(min_length=10)]
     """why the bound is what it is, in words"""
@@ -186,22 +185,22 @@ class CaseTable(Table):
     """roll-off wavelength of this case, in a0; that of [surface] if left out"""
     rms_slopes: _Slopes
     """h'_rms of each run"""
-    areas: Annotated[tuple[_Fraction, ...], Field(min_length=1)]
+    areas: Annotated[tuple[Unit, ...], Field(min_length=1)]
     """repulsive area fractions at which the rungs are compared"""
     branches: Annotated[tuple[Literal["approach", "retract"], ...], Field(min_length=1)] = ("approach",)
     """branches of the loading path on which states are taken"""
     jump: bool = False
     """whether to take the states beside the jump-in, too: before and after it, and the retraction past it"""
-    tolerance: tuple[ToleranceTable, ...] = ()
+    tolerance: tuple[BoundTable, ...] = ()
     exponent: tuple[ExponentTable, ...] = ()
 
     @check
     def _the_range_is_atomic(self) -> Iterator[Fault]:
-        largest = _LARGEST_RANGE**2 / 24
+        largest = LARGEST_RANGE**2 / 24
         if self.adhesion_length > largest:
             yield Fault(
                 ("adhesion_length",),
-                f"at most {largest:g}: beyond a range of sqrt(24 l_a) = {_LARGEST_RANGE:g} a0 "
+                f"at most {largest:g}: beyond a range of sqrt(24 l_a) = {LARGEST_RANGE:g} a0 "
                 "the tension exceeds the strength of crystals",
                 "an adhesion length in other units than a0",
             )
@@ -218,10 +217,10 @@ class CaseTable(Table):
                 yield Fault(("exponent", i, "slopes"), allowed, f"{slope} is not run")
 
 
-class SolverTable(Table):
+class AtomsSolverTable(ToleranceTable):
     """When an equilibrium is one."""
 
-    tolerance: Positive = 1e-9
+    tolerance: Unit = 1e-9
     """largest rms residual of the continuum rungs, relative to rms_slope E*"""
     force_tolerance: Annotated[float, Field(gt=0, le=1e-8)] = 1e-8
     """largest force left on an atom, relative to rms_slope E* a0²"""
@@ -236,9 +235,9 @@ class ValidateConfig(Document):
     interatomic: Interatomic
     """what holds the atoms together"""
     slab: SlabTable
-    surface: SurfaceTable
+    surface: SurfacesTable
     case: Annotated[tuple[CaseTable, ...], Field(min_length=1)]
-    solver: SolverTable = SolverTable()
+    solver: AtomsSolverTable = AtomsSolverTable()
 
     @check
     def _fits(self) -> Iterator[Fault]:
@@ -264,28 +263,6 @@ class ValidateConfig(Document):
                 yield Fault(("case", i, "name"), "a name of its own", "a case copied and not renamed")
 
 
-class DeckSurfaceTable(Table):
-    """The rough wall: self-affine, rescaled to the slope."""
-
-    hurst: _Fraction
-    """Hurst exponent H"""
-    rms_slope: Annotated[float, Field(gt=0, le=1)]
-    """h'_rms"""
-    lambda_s: Positive
-    """shortest wavelength, in a0"""
-    lambda_L: Positive
-    """roll-off wavelength, in a0"""
-    seed: Annotated[int, Field(ge=0)]
-    """of the random numbers"""
-
-
-class DeckWallTable(Table):
-    """The law between wall and surface: the paper's, with k = E* a0/2."""
-
-    adhesion_length: Annotated[float, Field(ge=0, le=_LARGEST_RANGE**2 / 24)]
-    """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
-
-
 class DeckConfig(Document):
     """Input of ``atomistic deck``."""
 
@@ -295,22 +272,32 @@ class DeckConfig(Document):
     interatomic: Interatomic
     """what holds the atoms together"""
     slab: SlabTable
-    surface: DeckSurfaceTable
-    wall: DeckWallTable
+    surface: SurfaceTable
+    """heights of the rigid wall above each surface atom"""
+    wall: WallTable
+    """law between wall and surface"""
     separation: float
     """height of the wall's mean plane above the undeformed surface, in a0"""
-    solver: SolverTable = SolverTable()
+    solver: AtomsSolverTable = AtomsSolverTable()
 
     @check
     def _fits(self) -> Iterator[Fault]:
-        yield from _misfits(self.slab, self.surface)
+        if isinstance(self.surface, SelfAffineTable):
+            yield from _misfits(self.slab, self.surface)
+        if isinstance(self.surface, SineSurface) and max(self.surface.waves) > self.slab.n // 2:
+            yield Fault(("surface", "waves"), f"at most half the surface atoms of a side, {self.slab.n // 2}")
+
+    @check
+    def _native(self) -> Iterator[Fault]:
+        if not isinstance(self.wall, SplineWall):
+            yield Fault(("wall", "law"), '"lennard-jones-spline", the law that a deck has formulas for')
 
 
-def _misfits(slab: SlabTable, surface: SurfaceTable | DeckSurfaceTable) -> Iterator[Fault]:
+def _misfits(slab: SlabTable, surface: SelfAffineTable) -> Iterator[Fault]:
     """Wavelengths that the surface atoms cannot show or the period cannot hold."""
     if surface.lambda_s < 2:
         yield Fault(("surface", "lambda_s"), "at least 2, two spacings of atoms", "a length in other units")
     if surface.lambda_L > slab.n:
         yield Fault(("surface", "lambda_L"), f"at most the period, slab.n = {slab.n}")
-    if surface.lambda_L < surface.lambda_s:
+    if surface.lambda_L < surface.lambda_s and not isinstance(surface, SelfAffineSurface):  # which looks by itself
         yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {surface.lambda_s}")

@@ -1,7 +1,11 @@
 """Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.
 
 The model is that of L. Pastewka and M. O. Robbins, "When are rough surfaces sticky?", PNAS 111, 3298 (2014),
-called "the paper" throughout.  Equations are cited by the labels of its source, e.g. Eq. (eqkappa).
+called "the paper" throughout.  Equations are cited by their printed numbers, those of its supplement as Eq. (S-1).
+
+What a person calls stands in ``continuum.__all__``: a contact of your own is a :class:`Contact`, pressed to a
+:class:`State` or along a :class:`Path`; :func:`run` follows an input file, :func:`predict` asks every theory about a
+measured map.  The rooms behind are short modules; each room's docstring says what lives there.
 
 Conventions (stated here once; everything else refers to this page)
 --------------------------------------------------------------------
@@ -21,7 +25,7 @@ Totals
 Fourier transforms
     ``field(x) = sum_q field_q exp(i q x)``, so that the q = 0 component is the mean.  The suffix ``_q`` marks
     a field over wavevectors, stored as the half spectrum of a real FFT, shape (nx, ny // 2 + 1); no suffix
-    marks a field over the grid, shape (nx, ny).  :class:`continuum.model.grid.Grid` has the only transforms.
+    marks a field over the grid, shape (nx, ny).  :class:`continuum.model.grid.Grid` has the only ones.
 Elastic response
     ``traction_q = -K_q displacement_q`` with K_q = 1/G_zz(q): lateral tractions vanish.  For an isotropic
     half-space K_q = E* |q|/2.
@@ -36,4 +40,77 @@ Random numbers
     gives one surface on every grid that resolves it.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from continuum.files.store import StoreError
+    from continuum.files.tables import ConfigError
+    from continuum.front.commands import Analysis, Prediction, Result, analyse, check, examples, plot, predict, run
+    from continuum.front.contact import Contact, Path, State
+    from continuum.model.grid import Grid
+    from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
+    from continuum.model.surface import SelfAffine, moments, sine, sphere
+    from continuum.model.tabulated_wall import TabulatedWall
+    from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
+    from continuum.solve.solution import NotConvergedError
+
 __version__ = "0.1.0"
+
+_WHERE = {
+    "front.contact": ("Contact", "Path", "State"),
+    "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"),
+    "model.grid": ("Grid",),
+    "model.surface": ("SelfAffine", "moments", "sine", "sphere"),
+    "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline"),
+    "model.tabulated_wall": ("TabulatedWall",),
+    "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "TabulatedSubstrate"),
+    "files.tables": ("ConfigError",),
+    "files.store": ("StoreError",),
+    "solve.solution": ("NotConvergedError",),
+}
+# Read when they are asked for: `continuum --help` needs none of them.
+_MODULES = {name: module for module, names in _WHERE.items() for name in names}
+
+__all__ = [
+    "Analysis",
+    "ConfigError",
+    "Contact",
+    "CubicLayer",
+    "Exponential",
+    "Grid",
+    "HalfSpace",
+    "HardWall",
+    "InversePowers",
+    "Layer",
+    "LennardJonesSpline",
+    "NotConvergedError",
+    "Path",
+    "Prediction",
+    "Result",
+    "SelfAffine",
+    "State",
+    "StoreError",
+    "TabulatedSubstrate",
+    "TabulatedWall",
+    "analyse",
+    "check",
+    "examples",
+    "moments",
+    "plot",
+    "predict",
+    "run",
+    "sine",
+    "sphere",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULES:
+        msg = f"module 'continuum' has no attribute {name!r}"
+        raise AttributeError(msg)
+    return getattr(import_module(f"continuum.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

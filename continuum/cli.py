@@ -6,12 +6,8 @@ import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import continuum
-
-if TYPE_CHECKING:
-    from continuum.path.state import Event
 
 __all__ = ["main"]
 
@@ -106,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parsed = _parser().parse_args(arguments)
     from continuum.files.store import StoreError
-    from continuum.runs.config import ConfigError
+    from continuum.files.tables import ConfigError
     from continuum.runs.run import OutputError
     from continuum.show.console import exit_code
     from continuum.sticky.materials import InterfaceError
@@ -119,177 +115,88 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _check(parsed: argparse.Namespace) -> int:
-    from continuum.runs.build import build, estimate
-    from continuum.runs.config import RunConfig, identity, load
-    from continuum.show.console import OK, show_table, warn
+    from continuum.front.commands import check
+    from continuum.show.console import OK, show, warn
 
-    config = load(parsed.file, RunConfig)
-    system, cost = build(config), estimate(config)
-    grid, wall, real = system.grid, system.problem.wall, system.realised
-    rows = [
-        ["points", f"{grid.shape[0]} x {grid.shape[1]}", ""],
-        ["period", f"{grid.lengths[0]:g} x {grid.lengths[1]:g}", "a0"],
-        ["spacing", f"{grid.spacing[0]:g} x {grid.spacing[1]:g}", "a0"],
-    ]
-    for name, symbol, unit in (
-        ("rms_height", "h_rms", "a0"),
-        ("rms_slope", "h'_rms", ""),
-        ("rms_curvature", "h''_rms = sqrt(<(laplacian h)²>)", "1/a0"),
-    ):
-        rows.append([symbol, f"{getattr(real, name):.6g}", unit])
-        if system.expected is not None:
-            rows.append([f"{symbol}, mean of the ensemble", f"{getattr(system.expected, name):.6g}", unit])
-    rows += [
-        [
-            "d_rep = 4 h'_rms/h''_rms, expected contact diameter",
-            f"{4 * real.rms_slope / real.rms_curvature:.4g}",
-            "a0",
-        ],
-        ["work of adhesion w (in reduced units: l_a)", f"{wall.work_of_adhesion:.4g}", "E* a0"],
-        ["range of attraction", f"{wall.range:.4g}", "a0"],
-        ["residual tolerance, rms", f"{system.settings.tolerance:.3g}", "E*"],
-        ["points of the path", f"{cost.points}", ""],
-        ["memory, about", f"{cost.memory / 2**20:.4g}", "MiB"],
-        ["cost, about", f"{cost.fft_pairs}", "FFT pairs"],
-        ["identity", identity(config)[:16], ""],
-    ]
-    show_table(f"{parsed.file}: valid", ["quantity", "value", "unit"], rows)
-    warn(system.warnings)
+    found = check(parsed.file)
+    show(found.sheet)
+    warn(found.warnings)
     return OK
 
 
 def _run(parsed: argparse.Namespace) -> int:
-    from continuum.runs.config import RunConfig, load
-    from continuum.runs.run import Step, run
-    from continuum.show.console import NOT_CONVERGED, OK, progress, show_table, warn
+    from continuum.files.tables import load
+    from continuum.front.commands import run
+    from continuum.runs.config import RunConfig
+    from continuum.runs.record import Point
+    from continuum.show.console import NOT_CONVERGED, OK, progress, show, warn
+    from continuum.show.runs import progress_line
 
     config = load(parsed.file, RunConfig)
-    path = parsed.output / f"{Path(parsed.file).stem}.h5"
     with progress(config.loading.points, Path(parsed.file).stem) as report:
         since = time.monotonic()
 
-        def after(step: Step, done: int, total: int) -> None:
+        def after(point: Point, done: int, total: int) -> None:
             nonlocal since
             seconds, since = time.monotonic() - since, time.monotonic()
-            place = f"mean gap {step.mean_gap:.4g} a0, separation {step.separation:.4g} a0, A_rep {step.area_rep:.4g}"
-            work = f"residual {step.residual:.1e}, {step.fft_pairs + step.search_pairs:.0f} pairs, {seconds:.1f} s"
-            report(done, f"{place}, N {step.load:.4g} E*, {work}, {_words(step.status)}")
+            report(done, progress_line(point, seconds))
 
-        summary = run(config, path, force=parsed.force, progress=after, warn=warn)
-    rows = [
-        [
-            str(i),
-            step.branch,
-            f"{step.mean_gap:.5g}",
-            f"{step.separation:.5g}",
-            f"{step.area_rep:.4g}",
-            f"{step.area_att:.4g}",
-            f"{step.load:.4e}",
-            f"{step.load_rep:.4e}",
-            f"{step.residual:.1e}",
-            f"{step.fft_pairs:.0f}",
-            f"{step.search_pairs:.0f}",
-            _words(step.status),
-        ]
-        for i, step in enumerate(summary.steps)
-    ]
-    head = ["step", "branch", "mean gap", "separation", "A_rep/A0", "A_att/A0", "N/(E* A0)", "N_rep/(E* A0)",
-            "residual", "FFT pairs", "search", "status"]  # fmt: skip
-    caption = f"{summary.path}" + (f"   ({summary.resumed} points were stored before)" if summary.resumed else "")
-    show_table("lengths in a0, pressures in E*", head, rows, caption)
-    if summary.events:
-        head = ["before step", "jump", "of", "from", "to", "mean gap", "", "A_rep/A0", "", "N/(E* A0)", ""]
-        show_table("jumps: both sides of each", head, [_jump(*passed) for passed in summary.events])
-    failed = [(i, step) for i, step in enumerate(summary.steps) if not step.converged]
-    for i, step in failed:
-        print(f"step {i}, {step.control} {step.target:g}: {step.meaning}")
+        result = run(config, parsed.output, force=parsed.force, progress=after, warn=warn)
+    for sheet in result.sheets():
+        show(sheet)
+    failed = [(i, point) for i, point in enumerate(result.points) if not point.converged]
+    for i, point in failed:
+        print(f"step {i}, {point.control} {point.target:g}: {point.meaning}")
     return NOT_CONVERGED if failed else OK
 
 
-def _words(status: str) -> str:
-    return status.lower().replace("_", " ")
-
-
-def _jump(step: int, event: Event) -> list[str]:
-    """One jump as cells of a table."""
-    before, after = event.before, event.after
-    cells = [str(step), event.kind, event.control, f"{before.value:.6g}", f"{after.value:.6g}"]
-    cells += [f"{value:.5g}" for value in (before.mean_gap, after.mean_gap, before.area_rep, after.area_rep)]
-    return [*cells, f"{before.load:.4e}", f"{after.load:.4e}"]
-
-
 def _plot(parsed: argparse.Namespace) -> int:
+    from continuum.front.commands import plot
     from continuum.show.console import OK
-    from continuum.show.plot import draw_all
 
-    for path in draw_all(parsed.result, parsed.output):
+    for path in plot(parsed.result, parsed.output):
         print(path)
     return OK
 
 
 def _analyse(parsed: argparse.Namespace) -> int:
-    from continuum.runs.analysis import analyse, summary, tables
-    from continuum.show.console import OK, show_table
-    from continuum.show.plot import draw_analysis
+    from continuum.front.commands import analyse
+    from continuum.show.console import OK, show
 
     for path in parsed.results:
         found = analyse(path)
-        for title, head, rows in tables(found):
-            show_table(f"{path}: {title}", head, rows)
-        show_table("theory and adhesion", ["quantity", "value", "unit"], summary(found))
+        for sheet in found.sheets():
+            show(sheet)
         for note in found.notes:
             print(f"note: {note}")
-        for figure in draw_analysis(found, parsed.output):
+        for figure in found.plot(parsed.output):
             print(figure)
     return OK
 
 
 def _predict(parsed: argparse.Namespace) -> int:
-    from continuum.runs.run import OutputError
-    from continuum.show import report
-    from continuum.show.console import NOT_CONVERGED, OK, show_table
-    from continuum.solve.smooth import NotConvergedError
-    from continuum.sticky import materials
-    from continuum.sticky.predict import predict
-    from continuum.sticky.simulate import UnresolvedError, simulate
-    from continuum.sticky.topography import detrend, opposed, read_all
+    from continuum.front.commands import predict
+    from continuum.show.console import NOT_CONVERGED, OK, show
 
-    maps = read_all(
-        parsed.files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=parsed.part,
-        periodic=parsed.periodic,
+    found = predict(
+        *parsed.files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=parsed.part,
+        periodic=parsed.periodic, detrend=parsed.detrend, material=parsed.material, modulus=parsed.modulus,
+        poisson=parsed.poisson, contact_modulus=parsed.estar, work=parsed.work, range=parsed.range,
+        spacing=parsed.spacing, solve=parsed.solve, threads=parsed.threads,
     )  # fmt: skip
-    interface = materials.parse(
-        material=parsed.material, modulus=parsed.modulus, poisson=parsed.poisson, contact_modulus=parsed.estar,
-        work=parsed.work, range=parsed.range, spacing=parsed.spacing,
-    )  # fmt: skip
-    topographies = [detrend(topography, parsed.detrend) for topography in maps]
-    prediction, simulation, code = predict(topographies, interface), None, OK
-    if parsed.solve:
-        whole = topographies[0] if len(topographies) == 1 else opposed(*topographies)
-        try:
-            simulation = simulate(whole, interface, parsed.threads)
-        except (UnresolvedError, NotConvergedError) as error:
-            prediction, code = prediction.doubted(f"not solved: {error}"), NOT_CONVERGED
-    for sheet in report.sheets(prediction, simulation):
-        show_table(sheet.title, sheet.head, sheet.rows)
-    print(report.summary(prediction, simulation))
-    for warning in (*prediction.warnings, *(simulation.warnings if simulation else ())):
-        print(f"warning: {warning}")
-    name = "-".join([*(path.stem for path in parsed.files), "predict"])
-    try:
-        parsed.output.mkdir(parents=True, exist_ok=True)
-        written = report.write(prediction, parsed.output, name, simulation)
-    except OSError as error:
-        msg = f"{parsed.output}: the report cannot be written there: {error}"
-        raise OutputError(msg) from error
-    for path in written:
+    for sheet in found.sheets():
+        show(sheet)
+    print(found.sentence)
+    for doubt in found.doubts:
+        print(f"warning: {doubt}")
+    for path in found.write(parsed.output, "-".join([*(path.stem for path in parsed.files), "predict"])):
         print(path)
-    return code
+    return NOT_CONVERGED if found.unsolved else OK
 
 
 def _examples(parsed: argparse.Namespace) -> int:
+    from continuum.front.commands import examples
     from continuum.show.console import OK
-    from continuum.sticky.examples import as_markdown
 
-    print(as_markdown(), end="")
+    print(examples(), end="")
     return OK

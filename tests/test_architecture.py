@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
-from continuum.runs.config import RunConfig, load
+from continuum.files.tables import load
+from continuum.runs.config import RunConfig
 from continuum.runs.run import run
 
 ROOT = Path(__file__).parent.parent
@@ -51,7 +52,8 @@ CONTINUUM = {
     "runs": "path files",
     "sticky": "runs",
     "show": "sticky",
-    "cli": "show",
+    "front": "show",
+    "cli": "front",
 }
 ATOMISTIC = {
     "crystal": "",
@@ -59,9 +61,10 @@ ATOMISTIC = {
     "config": "crystal",
     "response": "lammps config",
     "relax": "response",
-    "validate": "relax",
-    "show": "validate",
-    "cli": "show",
+    "ladder": "relax",
+    "show": "ladder",
+    "front": "show",
+    "cli": "front",
 }
 
 
@@ -102,13 +105,11 @@ def test_every_room_says_what_lives_there_and_there_are_at_most_ten(package: str
     [
         ("h5py", {"continuum.files.store"}),
         ("lammps", {"atomistic.lammps.engine"}),
-        ("matplotlib", {"continuum.show.plot", "continuum.show.report", "atomistic.show.plot"}),
+        # The front door names the type of a figure.
+        ("matplotlib", {"continuum.show", "atomistic.show", "continuum.front.contact"}),
         ("SurfaceTopography", {"continuum.sticky.topography"}),
         ("argparse", {"continuum.cli", "atomistic.cli"}),
-        (
-            "pydantic",
-            {"continuum.files.tables", "continuum.runs.config", "continuum.runs.schedule", "atomistic.config"},
-        ),
+        ("pydantic", {"continuum.files.tables", "continuum.runs", "atomistic.config"}),
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.grid"}),
         ("numba", {"continuum.model.laws"}),
@@ -117,7 +118,12 @@ def test_every_room_says_what_lives_there_and_there_are_at_most_ten(package: str
     ],
 )
 def test_a_library_is_imported_where_it_belongs_only(library: str, allowed: set[str]) -> None:
-    assert {name(p) for p in MODULES if library in map(top, imports(p))} == allowed
+    places = {name(p) for p in MODULES if library in map(top, imports(p))}
+    assert all(any(place == one or place.startswith(one + ".") for one in allowed) for place in places), places
+    assert all(any(place == one or place.startswith(one + ".") for place in places) for one in allowed), allowed
+
+
+LONG = {"gradient", "find_area", "_descend", "constrain"}
 
 
 @pytest.mark.parametrize("path", [p for p in MODULES if not p.stem.startswith("__")], ids=name)
@@ -126,7 +132,11 @@ def test_a_module_says_what_it_offers_and_stays_short(path: Path) -> None:
     assert module.__doc__
     assert sorted(module.__all__, key=str) == sorted(set(module.__all__), key=str)
     assert all(hasattr(module, public) for public in module.__all__)
-    assert len(path.read_text().splitlines()) <= 400, "split it along the physics"
+    text = path.read_text()
+    assert len(text.splitlines()) <= 400, "split it along the physics"
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            assert node.end_lineno - node.lineno < 60 or node.name in LONG, f"{node.name}: split it, or say why not"
 
 
 @pytest.mark.parametrize("path", INPUTS, ids=lambda p: f"{p.parent.name}/{p.name}")
@@ -144,7 +154,7 @@ def test_every_input_loads_and_says_what_it_is_for(path: Path) -> None:
 def test_every_smoke_input_runs_and_converges(path: Path, tmp_path: Path) -> None:
     summary = run(load(path, RunConfig), tmp_path / "result.h5")
     assert summary.converged
-    assert max(step.area_rep for step in summary.steps) > 0.01
+    assert max(step.area_rep for step in summary.points) > 0.01
 
 
 @pytest.mark.parametrize("package", ["continuum", "atomistic"])

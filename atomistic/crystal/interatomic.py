@@ -2,8 +2,8 @@
 
 A :class:`Potential` is a frozen set of parameters in the units that LAMMPS is given.  With the fcc crystal that it
 holds at zero pressure it is a :class:`Model`, in units of a0 and E*: springs are one by themselves, all others become
-one by measuring that crystal (:func:`atomistic.response.material.measure`).  The other modules ask for the members of
-these two and no more, so that a further potential is one more class here.
+one by measuring that crystal (:func:`atomistic.response.material.measure_crystal`).  The other modules ask for the
+members of these two and no more, so that a further potential is one more class here.
 """
 
 from __future__ import annotations
@@ -103,10 +103,10 @@ class Springs:
 
     Parameters
     ----------
-    stiffness : k_s, in E* a0.  :meth:`reduced` gives the one for which the mean E*(100) is 1.
+    stiffness : k_s, in E* a0; the one for which the mean E*(100) is 1 if not given.
     """
 
-    stiffness: float
+    stiffness: float = None  # type: ignore[assignment]  # a number as soon as it is made
 
     units: Literal["lj"] = field(default="lj", init=False)
     atom_style: Literal["bond"] = field(default="bond", init=False)
@@ -119,14 +119,11 @@ class Springs:
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
+        if self.stiffness is None:
+            object.__setattr__(self, "stiffness", 1 / contact_modulus(Springs(1.0).elastic_constants))
         if not (np.isfinite(self.stiffness) and self.stiffness > 0):
             msg = f"the stiffness of a spring is a positive finite number, got {self.stiffness}"
             raise ValueError(msg)
-
-    @classmethod
-    def reduced(cls) -> Springs:
-        """The springs whose (100) surface has the mean contact modulus 1."""
-        return cls(1 / contact_modulus(cls(1.0).elastic_constants))
 
     @property
     def lattice_constant(self) -> float:

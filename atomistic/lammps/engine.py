@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.lammps.deck import OUTPUTS, read_slab
-from atomistic.lammps.result import LammpsError, Result, read_result, tail
+from atomistic.lammps.result import DeckResult, LammpsError, read_result, tail
 from continuum.model.grid import Real
 
 __all__ = [
@@ -57,7 +57,7 @@ _REMEDY = (
 )
 
 
-def run_in_process(directory: Path, timeout: float | None = None) -> Result:
+def run_in_process(directory: Path, timeout: float | None = None) -> DeckResult:
     """Run the deck of a directory with the LAMMPS library in this process, on one core.
 
     Parameters
@@ -78,7 +78,9 @@ def run_in_process(directory: Path, timeout: float | None = None) -> Result:
     return read_result(directory)
 
 
-def run_command(directory: Path, command: str | None = None, ranks: int = 1, timeout: float | None = None) -> Result:
+def run_command(
+    directory: Path, command: str | None = None, ranks: int = 1, timeout: float | None = None
+) -> DeckResult:
     """Run the deck of a directory with an ``lmp`` of its own process.
 
     Parameters
@@ -135,7 +137,7 @@ def run_command(directory: Path, command: str | None = None, ranks: int = 1, tim
     return read_result(directory)
 
 
-def runner(command: str | None) -> Callable[[Path], Result]:
+def runner(command: str | None) -> Callable[[Path], DeckResult]:
     """How to run a deck: by the command of a site, or in this process if there is none."""
     if command is None:
         return run_in_process

@@ -17,14 +17,14 @@ from atomistic.lammps.deck import read_slab
 from continuum.model.grid import Real
 from continuum.solve.smooth import NotConvergedError
 
-__all__ = ["LammpsError", "Result", "Status", "read_result", "tail"]
+__all__ = ["DeckResult", "DeckStatus", "LammpsError", "read_result", "tail"]
 
 
 class LammpsError(RuntimeError):
     """LAMMPS could not be loaded or started, or it failed: the message says where and what helps."""
 
 
-class Status(enum.Enum):
+class DeckStatus(enum.Enum):
     """What a run has found.  Each failure names its usual cause and what helps."""
 
     CONVERGED = "converged"
@@ -35,11 +35,11 @@ class Status(enum.Enum):
     @property
     def ok(self) -> bool:
         """Whether the state is an equilibrium of the problem as posed."""
-        return self is Status.CONVERGED
+        return self is DeckStatus.CONVERGED
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class DeckResult:
     """The last state of a run.  Arrays are in the order of :class:`atomistic.crystal.crystal.Slab`."""
 
     slab: Slab
@@ -90,17 +90,17 @@ class Result:
         return float(np.sqrt(largest))
 
     @property
-    def status(self) -> Status:
+    def status(self) -> DeckStatus:
         """Whether this is an equilibrium."""
         if not self.largest_force <= self.tolerance:
-            return Status.FORCES_LEFT
+            return DeckStatus.FORCES_LEFT
         if self.smallest_gap < self.core:
-            return Status.BELOW_CORE
+            return DeckStatus.BELOW_CORE
         if not self.distortion < 0.5:
-            return Status.DISTORTED
-        return Status.CONVERGED
+            return DeckStatus.DISTORTED
+        return DeckStatus.CONVERGED
 
-    def require(self) -> Result:
+    def require(self) -> DeckResult:
         """The result itself, if it is an equilibrium.
 
         Raises
@@ -118,7 +118,7 @@ class Result:
         return self
 
 
-def read_result(directory: Path) -> Result:
+def read_result(directory: Path) -> DeckResult:
     """What a run of a deck has left in its directory, however it was run.
 
     Raises
@@ -144,7 +144,7 @@ def read_result(directory: Path) -> Result:
     sites = (slab.layers, *slab.shape, 3)
     version = int(numbers.pop("lammps_version"))
     length, force = numbers.pop("length_unit"), numbers.pop("force_unit")
-    return Result(
+    return DeckResult(
         slab=slab,
         evaluations=evaluations,
         lammps_version=version,

@@ -15,20 +15,22 @@ from pathlib import Path
 
 import numpy as np
 
-from atomistic.config import DeckConfig
+from atomistic.config import AtomsSolverTable, DeckConfig
+from atomistic.crystal.interatomic import Potential, Springs
 from atomistic.lammps.deck import Deck, write_deck
 from atomistic.lammps.engine import Session, run_in_process
-from atomistic.lammps.result import LammpsError, Result
-from atomistic.relax.specimen import specimen_of
+from atomistic.lammps.result import DeckResult, LammpsError
+from atomistic.relax.specimen import Specimen, specimen_of
 from atomistic.response.lattice import LatticeResponse
+from atomistic.response.material import model_of
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
-from continuum.model.surface import SelfAffine
+from continuum.model.surface import moments
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.path import loading
-from continuum.solve import smooth as minimise
+from continuum.solve.solution import Settings
 
-__all__ = ["Iterated", "apply_wall", "deck_of", "iterate", "lattice_start", "relax"]
+__all__ = ["Iterated", "apply_wall", "deck_of", "deck_under", "iterate", "lattice_start", "relax"]
 
 _DEPTH = 8
 """States that are mixed."""
@@ -64,25 +66,51 @@ def deck_of(config: DeckConfig) -> Deck:
         See :func:`~atomistic.relax.specimen.specimen_of`.
     """
     specimen = specimen_of(config)
+    heights = config.surface.build(specimen.slab.grid)
+    return _started(specimen, config.wall.build(), heights, config.separation, config.solver)
+
+
+def _started(specimen: Specimen, wall: Wall, heights: Real, separation: float, solver: AtomsSolverTable) -> Deck:
+    """A deck that starts from the lattice solution."""
     slab, response = specimen.slab, specimen.response
-    grid, surface = slab.grid, config.surface
-    spectrum = SelfAffine(surface.hurst, surface.rms_slope, surface.lambda_s, surface.lambda_L)
-    heights = spectrum.synthesise(grid, np.random.default_rng(surface.seed))
-    wall = LennardJonesSpline(adhesion_length=config.wall.adhesion_length)
-    settings = minimise.Settings(config.solver.tolerance * surface.rms_slope)
-    problem = ContactProblem(grid, wall, heights, response)
-    gap = loading.solve(problem, "separation", config.separation, settings).solution.require().gap
-    tolerance = config.solver.force_tolerance * surface.rms_slope
-    start = lattice_start(response, wall, gap)
-    return Deck(slab, specimen.model, wall, heights, config.separation, start, tolerance, rise=response.rise)
+    if not isinstance(wall, LennardJonesSpline):
+        msg = f"a deck has formulas for LennardJonesSpline only, got {type(wall).__name__}"
+        raise TypeError(msg)
+    slope = moments(slab.grid, heights).rms_slope
+    problem = ContactProblem(slab.grid, wall, heights, response)
+    state = loading.solve(problem, "separation", separation, solver.build(slope))
+    start = lattice_start(response, wall, state.solution.require().gap)
+    tolerance = solver.force_tolerance * slope
+    return Deck(slab, specimen.model, wall, heights, separation, start, tolerance, rise=response.rise)
+
+
+def deck_under(contact: ContactProblem, model: Potential | None, separation: float, depth: float | None = None) -> Deck:
+    """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
+
+    Parameters
+    ----------
+    contact : on a grid with one point for each surface atom; its substrate is replaced by the atoms.
+    model : what holds these together; springs if None.
+    separation, depth : of the wall and of the slab, in a0; the slab is as deep as it is wide if None.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the grid has not one point for each atom, or the deck has no formula for the law.
+    NotConvergedError, PotentialError, LammpsError
+        As :func:`deck_of`.
+    """
+    grid, wall, heights = contact.grid, contact.wall, contact.heights
+    specimen = Specimen.of_model(model_of(model or Springs()), grid, max(grid.lengths) if depth is None else depth)
+    return _started(specimen, wall, heights, separation, AtomsSolverTable())
 
 
 def relax(
     deck: Deck,
     directory: Path,
     response: LatticeResponse | None = None,
-    run: Callable[[Path], Result] = run_in_process,
-) -> Result:
+    run: Callable[[Path], DeckResult] = run_in_process,
+) -> DeckResult:
     """Equilibrium of a deck, which is written to a directory and run there.
 
     Parameters
@@ -96,7 +124,7 @@ def relax(
 
     Returns
     -------
-    Result
+    DeckResult
         The last state, an equilibrium or not: look at its status, or ask ``require()``.
 
     Raises
@@ -159,7 +187,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
     limit : evaluations of the forces at most.
     """
     wall, separation, mobile = deck.wall, deck.separation, deck.slab.mobile
-    settings = minimise.Settings(tolerance=deck.tolerance / 1000)
+    settings = Settings(tolerance=deck.tolerance / 1000)
     u = best = deck.start
     gap = separation + deck.heights - u[0, ..., 2]
     w = (u - lattice_start(response, wall, gap))[:mobile]

@@ -12,8 +12,8 @@ from atomistic.response.cache import default_folder, response_key, stored_respon
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
 from continuum.files.store import Attribute
+from continuum.files.tables import Fault, refuse
 from continuum.model.grid import Grid
-from continuum.runs.config import Fault, refuse
 
 __all__ = ["Specimen", "specimen_of"]
 
@@ -47,7 +47,7 @@ class Specimen:
 
     def springs(self) -> Specimen:
         """The same slab of springs, which answer to nothing but geometry."""
-        return self.of_model(Springs.reduced(), self.slab.grid, self.slab.depth)
+        return self.of_model(Springs(), self.slab.grid, self.slab.depth)
 
     def about(self) -> dict[str, Attribute]:
         """What it is, for storage beside results: lengths and energies in LAMMPS' units of the model."""

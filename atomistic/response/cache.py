@@ -19,8 +19,9 @@ from atomistic.response.lattice import LatticeResponse
 from continuum.files import store
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Dataset, StoreError
+from continuum.model.grid import Grid
 
-__all__ = ["default_folder", "response_key", "response_path", "stored_response"]
+__all__ = ["default_folder", "response_key", "response_path", "slab_response", "stored_response"]
 
 SCHEMA, VERSION = "stickiness/lattice-response", 1
 """The version is raised whenever what is measured, or its layout, changes."""
@@ -77,6 +78,17 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
         store.remove_stale(path)
         _write(path, response, model, key)
     return response
+
+
+def slab_response(model: Model, n: int) -> LatticeResponse:
+    """The response of a slab of n x n surface atoms, n a0 deep, from the folder of this user or measured.
+
+    Raises
+    ------
+    ValueError, LammpsError
+        See :func:`stored_response`.
+    """
+    return stored_response(Slab.of_depth(Grid.square(n), float(n), model.reach), model, default_folder())
 
 
 def _write(path: Path, response: LatticeResponse, model: Model, key: str) -> None:

@@ -22,7 +22,7 @@ from atomistic.lammps.cell import Cell
 from continuum.model.grid import Real
 from continuum.units import Units
 
-__all__ = ["STEP", "Crystal", "Material", "measure", "model_of"]
+__all__ = ["STEP", "Crystal", "CrystalModel", "measure_crystal", "model_of"]
 
 STEP = 1e-5
 """Strain, or displacement in a0, of all finite differences.
@@ -64,7 +64,7 @@ class Crystal:
 
 
 @dataclass(frozen=True)
-class Material:
+class CrystalModel:
     """A potential and its crystal, in units of a0 and E*: a :class:`~atomistic.crystal.interatomic.Model`."""
 
     potential: Potential
@@ -180,10 +180,10 @@ def model_of(potential: Potential) -> Model:
     LammpsError
         If LAMMPS fails.
     """
-    return potential if isinstance(potential, Springs) else Material(potential, measure(potential))
+    return potential if isinstance(potential, Springs) else CrystalModel(potential, measure_crystal(potential))
 
 
-def measure(potential: Potential) -> Crystal:
+def measure_crystal(potential: Potential) -> Crystal:
     """The fcc crystal of a potential of pairs or embedded atoms.
 
     Raises

@@ -43,6 +43,7 @@ __all__ = [
     "load",
     "refuse",
     "resolved",
+    "restored",
 ]
 
 _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
@@ -73,6 +74,12 @@ class Table(BaseModel):
     def _checks(cls) -> Iterator[Callable[[Self], Iterator[Fault]]]:
         for base in reversed(cls.__mro__):
             yield from (method for method in vars(base).values() if getattr(method, "_is_check", False))
+
+    @property
+    def origin(self) -> str:
+        """The key that says where the values come from: the file that is read, else the kind of table."""
+        fields = type(self).model_fields
+        return "path" if "path" in fields else next((name for name in fields if _is_kind(fields[name])), "")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -140,7 +147,14 @@ def identity(config: Document) -> str:
     return hashlib.sha256(_canonical(content).encode()).hexdigest()
 
 
+def restored(model: type[_Document], text: str) -> _Document:
+    """A configuration from what :func:`resolved` made of it; of a file only the name is known."""
+    return model.model_validate(_frozen(json.loads(text)), context={"restored": True})
+
+
 def _existing(value: object, info: ValidationInfo) -> Path:
+    if isinstance(value, dict) and (info.context or {}).get("restored"):
+        return Path(str(value.get("name")))
     if isinstance(value, str):
         path = Path(str((info.context or {}).get("folder", "."))) / value
     elif isinstance(value, Path):
@@ -325,9 +339,14 @@ def _tables_in(annotation: Any) -> Iterator[type[Table]]:
 def _fits(table: type[Table], data: Mapping[str, Any]) -> bool:
     """Whether the first key that takes fixed names, which by convention is the kind, has one of them."""
     for name, field in table.model_fields.items():
-        if get_origin(field.annotation) is Literal:
+        if _is_kind(field):
             return data.get(name) in get_args(field.annotation)
     return False
+
+
+def _is_kind(field: FieldInfo) -> bool:
+    """Whether a key takes fixed names: the first such is by convention the kind of its table."""
+    return get_origin(field.annotation) is Literal
 
 
 def _contradictions(

@@ -6,14 +6,36 @@ jump shows as a steep piece, and an extreme is that of the points, so that its e
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from continuum.model.grid import Real
 
-__all__ = ["Adhesion", "Curve", "adhesion", "normal_stiffness"]
+__all__ = ["Adhesion", "Curve", "OnPath", "adhesion", "normal_stiffness"]
+
+
+class OnPath(Protocol):
+    """What a curve asks of a point of a path."""
+
+    @property
+    def mean_gap(self) -> float:
+        """In a0."""
+
+    @property
+    def separation(self) -> float:
+        """In a0; NaN where the mean displacement is free."""
+
+    @property
+    def load(self) -> float:
+        """Per A0, in E*."""
+
+    @property
+    def branch(self) -> str:
+        """Direction from which it was reached: "retract" on the way back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,10 +44,17 @@ class Curve:
 
     mean_gap: Real
     separation: Real
-    """Not numbers where the mean displacement of the substrate is free."""
+    """NaN where the mean displacement of the substrate is free."""
     load: Real
     retracting: NDArray[np.bool_]
     """False on approach."""
+
+    @classmethod
+    def of(cls, points: Sequence[OnPath]) -> Curve:
+        """The curve of equilibria, in their order."""
+        columns = [(point.mean_gap, point.separation, point.load) for point in points]
+        mean_gap, separation, load = np.array(columns, dtype=np.float64).reshape(-1, 3).T
+        return cls(mean_gap, separation, load, np.array([point.branch == "retract" for point in points], dtype=bool))
 
     def branches(self) -> list[NDArray[np.intp]]:
         """Indices of the points of each stretch in one direction; the turning point belongs to both its stretches."""

@@ -16,7 +16,7 @@ from scipy import ndimage, sparse
 
 from continuum.model.grid import Grid, Real
 from continuum.model.walls import Wall
-from continuum.theory import paper as theory
+from continuum.theory import paper
 
 __all__ = [
     "EDGE_SHARE",
@@ -81,7 +81,7 @@ class Outline:
         # A line at θ to the x axis has max(|cos θ|/dx, |sin θ|/dy) cells per length: on average (2/π)/(that of a
         # square cell), with the side below for the square.
         side = np.sqrt(2) * dx * dy / np.hypot(dx, dy)
-        factor = theory.PERIMETER_FACTOR_PAPER if correction == "paper" else theory.PERIMETER_FACTOR
+        factor = paper.PERIMETER_FACTOR_PAPER if correction == "paper" else paper.PERIMETER_FACTOR
         return float(factor * side * self.perimeter_cells)
 
     def diameter(self, correction: Correction = "paper") -> float:

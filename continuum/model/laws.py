@@ -112,7 +112,7 @@ def _inverse_powers(gap: Real, p: Real, response: Real) -> None:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _spline(z: float, p: Real) -> tuple[float, float, float]:
-    """The paper's Eq. (potential), p = (k, core, range, work of adhesion).
+    """The paper's Eq. (S-6), p = (k, core, range, work of adhesion).
 
     Both pieces are computed and one is chosen: without branches the loops over it vectorise.
     """

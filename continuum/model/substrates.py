@@ -47,11 +47,11 @@ class HalfSpace:
 
     Parameters
     ----------
-    mean : the mean mode; see :data:`MeanMode`.
+    mean : the mean mode; see :data:`MeanMode`.  "clamped" is the paper's: an incompressible substrate on a rigid base.
     contact_modulus : E*, 1 in reduced units.
     """
 
-    mean: MeanMode
+    mean: MeanMode = "clamped"
     contact_modulus: float = 1.0
 
     def stiffness(self, grid: Grid) -> Real:

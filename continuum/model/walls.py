@@ -19,7 +19,7 @@ from scipy.optimize import minimize_scalar
 from continuum.model import laws
 from continuum.model.grid import Real
 from continuum.model.laws import Law
-from continuum.theory import paper as theory
+from continuum.theory import paper
 
 __all__ = ["Exponential", "HardWall", "Interaction", "InversePowers", "LennardJonesSpline", "Wall"]
 
@@ -94,11 +94,11 @@ class Wall:
 
     @cached_property
     def effective_range(self) -> float:
-        """Effective range of the attraction, Eq. (deltar); 0 without attraction."""
+        """Effective range of the attraction, Eq. (S-5); 0 without attraction."""
         if self.work_of_adhesion <= 0:
             return 0.0
         cutoff = self.reach - self.zero_gap
-        return theory.effective_range(lambda x: -float(self.evaluate(np.array(self.zero_gap + x)).traction), cutoff)
+        return paper.effective_range(lambda x: -float(self.evaluate(np.array(self.zero_gap + x)).traction), cutoff)
 
     @property
     def largest_tension(self) -> float:
@@ -170,7 +170,7 @@ class HardWall(Wall):
 
 @dataclass(frozen=True)
 class LennardJonesSpline(Wall):
-    """The paper's law, Eq. (potential): repulsive 9-3 core, cubic-spline attraction of finite range.
+    """The paper's law, Eq. (S-6): repulsive 9-3 core, cubic-spline attraction of finite range.
 
     With z the gap, x = z - a0, k the stiffness at the minimum and r the range::
 

@@ -96,7 +96,7 @@ def find_area(
         return work.add(at(problem, mean_gap, settings, start, branch))
 
     def met(state: State) -> bool:
-        return abs(state.contact.area_rep - target) <= allowed
+        return abs(state.totals.area_rep - target) <= allowed
 
     def done(state: State, outcome: Outcome | None = None, beyond: State | None = None) -> State:
         events = () if beyond is None else (event("mean-gap", branch, state, beyond),)
@@ -135,8 +135,8 @@ def find_area(
         before = known[0]
         if met(before) and now == settings:
             return done(before)
-        sign = 1.0 if before.contact.area_rep < target else -1.0
-        if after is not None and (after.contact.area_rep - target) * sign < 0:
+        sign = 1.0 if before.totals.area_rep < target else -1.0
+        if after is not None and (after.totals.area_rep - target) * sign < 0:
             after = None
         closed = False
         if after is None:
@@ -148,7 +148,7 @@ def find_area(
                 mean_gap = max(mean_gap, (before.mean_gap + problem.wall.zero_gap) / 2)
         else:
             old, width = width, abs(before.mean_gap - after.mean_gap)
-            wider, span = span, abs(before.contact.area_rep - after.contact.area_rep)
+            wider, span = span, abs(before.totals.area_rep - after.totals.area_rep)
             # As for all jumps: the change of the area no longer shrinks with the bracket.
             closed = width <= search.area_resolution * (1.0 if span > 0.75 * wider else 1 / 16)
             slow += width > old / 2
@@ -160,13 +160,13 @@ def find_area(
         else:
             state = trial(mean_gap, now, before.gap, near=misled or after is not None)
             if closed:
-                if state.status.ok and not met(state) and (state.contact.area_rep - target) * sign > 0:
+                if state.status.ok and not met(state) and (state.totals.area_rep - target) * sign > 0:
                     return done(before, Outcome.JUMPED_OVER, state)
                 after, misled = None, True  # by a looser trial, or one over coarser grids, or from another start
         if not state.status.ok:
             return done(state)
-        if closed or met(state) or met(before) or (target - state.contact.area_rep) * sign > 0:
-            stalled = state.contact.area_rep == before.contact.area_rep
+        if closed or met(state) or met(before) or (target - state.totals.area_rep) * sign > 0:
+            stalled = state.totals.area_rep == before.totals.area_rep
             if state.mean_gap != before.mean_gap:
                 work.slope = _slope(before, state, size)
             known[:] = [state]
@@ -183,12 +183,12 @@ def _loosened(settings: Settings) -> Settings:
 def _beyond(older: State, last: State, target: float, branch: Branch) -> bool:
     """Whether the path has jumped over the target before, from the last state to the older one."""
     same = (older.branch == "retract") == (branch == "retract")
-    return same and (older.contact.area_rep - target) * (last.contact.area_rep - target) < 0
+    return same and (older.totals.area_rep - target) * (last.totals.area_rep - target) < 0
 
 
 def _log(state: State, size: int) -> float:
     """Logarithm of the area, of half a point where there is none."""
-    return float(np.log(max(state.contact.area_rep, 0.5 / size)))
+    return float(np.log(max(state.totals.area_rep, 0.5 / size)))
 
 
 def _slope(one: State, other: State, size: int) -> float:
@@ -209,9 +209,9 @@ def _step(problem: ContactProblem, before: State, target: float, slope: float) -
     """
     wall, gap = problem.wall, _sample(before.gap)
     rigid = float(np.quantile(gap, target)) - wall.zero_gap
-    if not slope < 0 or before.contact.area_rep == 0:
+    if not slope < 0 or before.totals.area_rep == 0:
         return rigid
-    secant = float(np.log(before.contact.area_rep / target)) / slope
+    secant = float(np.log(before.totals.area_rep / target)) / slope
     return float(np.clip(secant / rigid, *RIGID)) * rigid if rigid else secant
 
 
@@ -240,7 +240,7 @@ def _apart(
         if guess is None:
             break
         state = work.add(at(problem, guess[0], loose, guess[1], branch))
-        if state.status.ok and state.contact.area_rep <= target + allowed:
+        if state.status.ok and state.totals.area_rep <= target + allowed:
             return state
         del guess, state
     heights = _sample(problem.heights)
@@ -252,7 +252,7 @@ def _apart(
 
     for part in (0.5, 0.1):
         state = rest(part, 0.0)
-        if state.status.ok and state.contact.area_rep <= target + allowed:
+        if state.status.ok and state.totals.area_rep <= target + allowed:
             return state
         del state
     return rest(0.0, min(problem.wall.range, 10.0))

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from continuum.measure.contact import Contact
+from continuum.measure.contact import Totals
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.area import find_area
@@ -258,8 +258,8 @@ def _walk(
     pairs, solves = 0.0, 0
     here = coordinate(control, good[-1])
     step, wider = target - here, np.inf
-    lowest = good[-1].mean_pressure, good[-1].mean_gap
-    falls = len(good) == 2 and good[0].mean_pressure > good[1].mean_pressure
+    lowest = good[-1].load, good[-1].mean_gap
+    falls = len(good) == 2 and good[0].load > good[1].load
 
     while True:
         at = target if abs(step) >= abs(target - here) else here + step
@@ -269,18 +269,18 @@ def _walk(
         if not (left or trial.status.ok):
             break
         before = good[-1]
-        change, width = np.inf if left else _difference(before.contact, trial.contact, tension), abs(at - here)
+        change, width = np.inf if left else _difference(before.totals, trial.totals, tension), abs(at - here)
         moved = np.inf if left else _largest_change(before.gap, trial.gap)
         shrinks = moved < 0.75 * wider
-        turns = branch == "retract" and falls and 0 > trial.mean_pressure > before.mean_pressure and not left
+        turns = branch == "retract" and falls and 0 > trial.load > before.load and not left
         narrow = resolution / 16 if change > threshold and shrinks else resolution
         if (change > threshold or turns) and width > narrow:
             step, wider = (at - here) / 2, moved
         else:
             if change > threshold and not shrinks:
                 events.append(event(control, branch, before, trial))
-            falls = trial.mean_pressure < before.mean_pressure
-            lowest = min(lowest, (trial.mean_pressure, trial.mean_gap))
+            falls = trial.load < before.load
+            lowest = min(lowest, (trial.load, trial.mean_gap))
             if left or at == target:
                 break
             good[:] = [trial]
@@ -290,7 +290,7 @@ def _walk(
     return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves, lowest=lowest)
 
 
-def _difference(one: Contact, other: Contact, tension: float) -> float:
+def _difference(one: Totals, other: Totals, tension: float) -> float:
     """How far two contacts differ, as a fraction of A0: no more than one, so that a path needs few halvings."""
     repulsive = other.area_rep - one.area_rep
     load = (other.load_att - one.load_att) / tension

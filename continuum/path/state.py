@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from continuum.measure.contact import Contact, measure
+from continuum.measure.contact import Totals, totals_of
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
-from continuum.solve.smooth import Solution, Status
+from continuum.solve.smooth import NotConvergedError, Solution, Status
 
 __all__ = [
     "Branch",
@@ -106,7 +106,7 @@ class State:
     """Height of the wall's zero above the undeformed surface, in a0; not a number where the mean is free."""
     mean_gap: float
     """In a0."""
-    contact: Contact
+    totals: Totals
     """Areas and loads."""
     solution: Solution = field(repr=False)
     outcome: Outcome | None = None
@@ -123,9 +123,9 @@ class State:
     """Their number."""
 
     @property
-    def mean_pressure(self) -> float:
-        """Load per area, in E*."""
-        return self.contact.load
+    def load(self) -> float:
+        """Per area: the mean pressure, in E*."""
+        return self.totals.load
 
     @property
     def gap(self) -> Real:
@@ -142,6 +142,19 @@ class State:
         """How the solve, or the search, ended."""
         return self.outcome or self.solution.status
 
+    def require(self) -> State:
+        """The state itself, if it is an equilibrium at its target.
+
+        Raises
+        ------
+        NotConvergedError
+            Otherwise.
+        """
+        self.solution.require()
+        if self.outcome is not None:
+            raise NotConvergedError(self.outcome.value)
+        return self
+
 
 def state_of(
     problem: ContactProblem, control: Control, target: float, branch: Branch, solution: Solution | Real
@@ -152,13 +165,13 @@ def state_of(
     """
     if not isinstance(solution, Solution):
         solution = Solution(solution, Status.CONVERGED, 0.0, 0, by=problem.wall.law)
-    contact = measure(problem.grid, problem.wall, solution.gap, solution.bound_traction)
+    totals = totals_of(problem.grid, problem.wall, solution.gap, solution.bound_traction)
     mean_gap = problem.grid.mean(solution.gap)
     separation = target
     if control != "separation":
         k = problem.mean_stiffness
-        separation = mean_gap - problem.mean_height - (contact.load / k if k > 0 else np.nan)
-    return State(control, target, branch, separation, mean_gap, contact, solution)
+        separation = mean_gap - problem.mean_height - (totals.load / k if k > 0 else np.nan)
+    return State(control, target, branch, separation, mean_gap, totals, solution)
 
 
 def kept(state: State) -> State:
@@ -176,7 +189,7 @@ def numbers(state: State) -> State:
 
 def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> State:
     """The state of a surface that has left the wall under tension: no contact, no load, an infinite gap."""
-    nothing = Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf)
+    nothing = Totals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf)
     solution = solution or Solution(problem.heights, Status.CONVERGED, -target, 0)
     solution = replace(solution, gap=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
     return State("mean-pressure", target, branch, np.inf, np.inf, nothing, solution, Outcome.PULLED_OFF)
@@ -189,8 +202,8 @@ def coordinate(control: Control, state: State) -> float:
     return {
         "separation": state.separation,
         "mean-gap": state.mean_gap,
-        "mean-pressure": state.mean_pressure,
-        "repulsive-area": state.contact.area_rep,
+        "mean-pressure": state.load,
+        "repulsive-area": state.totals.area_rep,
     }[control]
 
 
@@ -198,10 +211,10 @@ def event(control: Control, branch: Branch, before: State, after: State) -> Even
     """The jump between two states; its controlled quantity is the mean gap where an area is searched for."""
     kind: EventKind = "jump-in"
     if branch == "retract":
-        kind = "pull-off" if after.contact.area_rep == 0 else "jump-out"
+        kind = "pull-off" if after.totals.area_rep == 0 else "jump-out"
     return Event(kind, control, branch, _side(control, before), _side(control, after))
 
 
 def _side(control: Control, state: State) -> Side:
-    contact, value = state.contact, coordinate(control, state)
-    return Side(value, state.separation, state.mean_gap, contact.area_rep, contact.area_att, contact.load)
+    totals, value = state.totals, coordinate(control, state)
+    return Side(value, state.separation, state.mean_gap, totals.area_rep, totals.area_att, totals.load)

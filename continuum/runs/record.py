@@ -12,44 +12,49 @@ from numpy.typing import NDArray
 
 from continuum.files import store
 from continuum.files.store import Attribute, Dataset
-from continuum.measure.contact import ATTRACTED, REPULSIVE, Contact, contact_map
+from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Event, EventKind, Outcome, Side, State, gone, numbers
 from continuum.solve.solution import Solution, Status, Work
 
-__all__ = ["Passed", "Record", "Step"]
+__all__ = ["EVENT_DATASETS", "Passed", "Point", "Record", "events_of", "points_of"]
 
 
-def _column(units: str, long_name: str) -> Any:
-    return field(metadata={"units": units, "long_name": long_name})
+@dataclass(frozen=True, kw_only=True)
+class Point(Totals):
+    """One point of a path, as numbers.  Each field is stored as a dataset over ``step``."""
 
+    control: str = quantity("", "what is given")
+    target: float = quantity("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
+    branch: str = quantity("", "direction from which the point was reached")
+    separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
+    mean_gap: float = quantity("a0", "mean gap")
+    lowest_load: float = quantity("E*", "smallest load on the way from the point before, as far as it was looked at")
+    lowest_load_mean_gap: float = quantity("a0", "mean gap there")
+    elastic_energy: float = quantity("E* a0", "elastic energy per area, without the mean mode")
+    residual: float = quantity("E*", "root-mean-square residual traction")
+    iterations: int = quantity("1", "iterations of the solver")
+    fft_pairs: float = quantity("1", "Fourier transforms, halved, of all grids, weighted by their points")
+    sweeps: int = quantity("1", "evaluations of the line search, finest grid")
+    search_pairs: float = quantity("1", "Fourier transforms of the search for the point and for jumps, likewise")
+    search_solves: int = quantity("1", "equilibria of that search")
+    status: str = quantity("", "how the solve ended")
 
-@dataclass(frozen=True)
-class Step:
-    """One point of the path, as numbers.  Each is stored as a dataset over ``step``."""
-
-    control: str = _column("", "what is given")
-    target: float = _column("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
-    branch: str = _column("", "direction from which the point was reached")
-    separation: float = _column("a0", "height of the wall's zero above the undeformed surface")
-    mean_gap: float = _column("a0", "mean gap")
-    area_rep: float = _column("1", "repulsive area A_rep/A0")
-    area_att: float = _column("1", "attracted area A_att/A0")
-    load: float = _column("E*", "load N/A0, compression positive")
-    load_rep: float = _column("E*", "repulsive load N_rep/A0")
-    load_att: float = _column("E*", "attractive load N_att/A0")
-    lowest_load: float = _column("E*", "smallest load on the way from the point before, as far as it was looked at")
-    lowest_load_mean_gap: float = _column("a0", "mean gap there")
-    elastic_energy: float = _column("E* a0", "elastic energy per area, without the mean mode")
-    wall_energy: float = _column("E* a0", "interaction energy per area")
-    smallest_gap: float = _column("a0", "smallest gap")
-    residual: float = _column("E*", "root-mean-square residual traction")
-    iterations: int = _column("1", "iterations of the solver")
-    fft_pairs: float = _column("1", "Fourier transforms, halved, of all grids, weighted by their points")
-    sweeps: int = _column("1", "evaluations of the line search, finest grid")
-    search_pairs: float = _column("1", "Fourier transforms of the search for the point and for jumps, likewise")
-    search_solves: int = _column("1", "equilibria of that search")
-    status: str = _column("", "how the solve ended")
+    @classmethod
+    def of(cls, problem: ContactProblem, state: State) -> Point:
+        """The numbers of a state."""
+        solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
+        return cls(
+            **vars(state.totals),
+            **{name: getattr(state, name) for name in ("control", "target", "branch", "separation", "mean_gap")},
+            **{name: getattr(solution, name) for name in ("residual", "iterations", "fft_pairs", "sweeps")},
+            lowest_load=lowest[0],
+            lowest_load_mean_gap=lowest[1],
+            elastic_energy=_elastic_energy(problem, state),
+            search_pairs=state.search_pairs,
+            search_solves=state.search_solves,
+            status=state.status.name,
+        )
 
     @property
     def converged(self) -> bool:
@@ -76,7 +81,7 @@ class Record:
 
     fields: bool
     """Whether gaps are kept in full."""
-    steps: list[Step] = field(default_factory=list)
+    points: list[Point] = field(default_factory=list)
     events: list[Passed] = field(default_factory=list)
     repulsive: list[NDArray[np.uint8]] = field(default_factory=list)
     attracted: list[NDArray[np.uint8]] = field(default_factory=list)
@@ -89,46 +94,19 @@ class Record:
 
     def append(self, problem: ContactProblem, state: State) -> None:
         """Add a point of the path."""
-        contact, solution = state.contact, state.solution
-        lowest = state.lowest or (contact.load, state.mean_gap)
-        self.steps.append(
-            Step(
-                control=state.control,
-                target=state.target,
-                branch=state.branch,
-                separation=state.separation,
-                mean_gap=state.mean_gap,
-                area_rep=contact.area_rep,
-                area_att=contact.area_att,
-                load=contact.load,
-                load_rep=contact.load_rep,
-                load_att=contact.load_att,
-                lowest_load=lowest[0],
-                lowest_load_mean_gap=lowest[1],
-                elastic_energy=_elastic_energy(problem, state),
-                wall_energy=contact.wall_energy,
-                smallest_gap=contact.smallest_gap,
-                residual=solution.residual,
-                iterations=solution.iterations,
-                fft_pairs=solution.fft_pairs,
-                sweeps=solution.sweeps,
-                search_pairs=state.search_pairs,
-                search_solves=state.search_solves,
-                status=state.status.name,
-            )
-        )
-        self.events += [Passed(len(self.steps) - 1, event) for event in state.events]
+        self.points.append(Point.of(problem, state))
+        self.events += [Passed(len(self.points) - 1, event) for event in state.events]
         kind = contact_map(problem.wall, state.gap)
         self.repulsive.append(store.pack(kind == REPULSIVE))
         self.attracted.append(store.pack(kind == ATTRACTED))
         if self.fields:
             self.gaps.append(state.gap.astype(np.float32))
-        self.work.append(solution.work)
+        self.work.append(state.solution.work)
 
     def datasets(self, *, restart: bool) -> dict[str, Dataset]:
         """All of it as arrays; with ``restart`` also what the next point starts from."""
         datasets = {
-            "step": Dataset(np.arange(len(self.steps)), ("step",), "1", "point of the path"),
+            "step": Dataset(np.arange(len(self.points)), ("step",), "1", "point of the path"),
             "repulsive": _masks(self.repulsive, "repulsive contact"),
             "attracted": _masks(self.attracted, "attracted area"),
             "journal/seconds": _times(self.seconds, 1, "wall time of the point, with its search"),
@@ -136,8 +114,8 @@ class Record:
             **self._work(),
             **self._events(),
         }
-        for column in dataclasses.fields(Step):
-            values = np.array([getattr(step, column.name) for step in self.steps])
+        for column in dataclasses.fields(Point):
+            values = np.array([getattr(point, column.name) for point in self.points])
             datasets[column.name] = Dataset(values, ("step",), **column.metadata)
         if self.fields:
             datasets["gap"] = Dataset(np.array(self.gaps), ("step", "x", "y"), "a0", "gap")
@@ -147,8 +125,8 @@ class Record:
                 datasets[f"restart/{name}"] = Dataset(values, ("restart_point",), "", f"{name} of the states")
             values = np.array([state.solution.residual for state in self.good])
             datasets["restart/residual"] = Dataset(values, ("restart_point",), "E*", "residual of the states")
-            values = np.array([dataclasses.astuple(state.contact) for state in self.good])
-            names = ", ".join(column.name for column in dataclasses.fields(Contact))
+            values = np.array([dataclasses.astuple(state.totals) for state in self.good])
+            names = ", ".join(column.name for column in dataclasses.fields(Totals))
             datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", names)
             gap = self.good[-1].gap
             datasets["restart/gap"] = Dataset(gap, ("x", "y"), "a0", "gap of the last of these, the start of the next")
@@ -193,7 +171,7 @@ class Record:
 
     def attributes(self) -> dict[str, Attribute]:
         """The largest tension among the equilibria of the path and those beside its jumps."""
-        loads = [(step.lowest_load, step.lowest_load_mean_gap, step.branch) for step in self.steps if step.converged]
+        loads = [(p.lowest_load, p.lowest_load_mean_gap, p.branch) for p in self.points if p.converged]
         for _, event in self.events:
             loads += [(side.load, side.mean_gap, event.branch) for side in (event.before, event.after)]
         if not loads:
@@ -204,13 +182,10 @@ class Record:
     @classmethod
     def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Record:
         """The record that a file holds."""
-        names = [column.name for column in dataclasses.fields(Step)]
-        rows = zip(*(file[name].tolist() for name in names), strict=True)
-        steps = [Step(**dict(zip(names, row, strict=True))) for row in rows]
         record = cls(
             fields,
-            steps=steps,
-            events=list(_stored_events(file)),
+            points=list(points_of(file)),
+            events=list(events_of(file)),
             repulsive=list(file["repulsive"]),
             attracted=list(file["attracted"]),
             gaps=list(file["gap"]) if fields else [],
@@ -222,13 +197,13 @@ class Record:
             rows = zip(*(file[f"restart/{name}"].tolist() for name in names), strict=True)
             for control, target, branch, separation, mean_gap, residual, contact in rows:
                 solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
-                state = State(control, target, branch, separation, mean_gap, Contact(*contact), solution)
+                state = State(control, target, branch, separation, mean_gap, Totals(*contact), solution)
                 record.good = [*map(numbers, record.good), state]
         return record
 
     def remember_lost(self, problem: ContactProblem) -> None:
         """Where the surface left the wall at the last point, the next one shall know."""
-        last = self.steps[-1]
+        last = self.points[-1]
         if last.status == Outcome.PULLED_OFF.name:
             self.good.append(gone(problem, last.target, cast("Branch", last.branch)))
 
@@ -239,7 +214,22 @@ _SIDE_UNITS: Mapping[str, str] = {
 }  # fmt: skip
 
 
-def _stored_events(file: store.File) -> list[Passed]:
+EVENT_DATASETS = frozenset(
+    {"events/step", *(f"events/{name}" for name in _EVENT_NAMES)}
+    | {f"events/{name}_{when}" for name in _SIDE_UNITS for when in ("before", "after")}
+)
+"""Names of the datasets that hold the jumps."""
+
+
+def points_of(file: store.File) -> tuple[Point, ...]:
+    """The points that a file holds."""
+    names = [column.name for column in dataclasses.fields(Point)]
+    rows = zip(*(file[name].tolist() for name in names), strict=True)
+    return tuple(Point(**dict(zip(names, row, strict=True))) for row in rows)
+
+
+def events_of(file: store.File) -> tuple[Passed, ...]:
+    """The jumps that a file holds."""
     sides = [
         [Side(*row) for row in zip(*(file[f"events/{name}_{when}"].tolist() for name in _SIDE_UNITS), strict=True)]
         for when in ("before", "after")
@@ -249,7 +239,7 @@ def _stored_events(file: store.File) -> list[Passed]:
         Event(cast("EventKind", kind), control, branch, before, after)
         for (kind, control, branch), before, after in zip(words, *sides, strict=True)
     ]
-    return [Passed(step, event) for step, event in zip(file["events/step"].tolist(), events, strict=True)]
+    return tuple(Passed(step, event) for step, event in zip(file["events/step"].tolist(), events, strict=True))
 
 
 def _stored_work(file: store.File) -> list[tuple[Work, ...]]:

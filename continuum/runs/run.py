@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,39 +17,23 @@ import numpy as np
 from continuum.files import store
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
-from continuum.path.loading import Search, State, follow
+from continuum.files.tables import identity, resolved
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.path.loading import State, follow
 from continuum.runs.build import System, build
-from continuum.runs.config import RunConfig, SelfAffineSurface, identity, resolved
-from continuum.runs.record import Passed, Record, Step
+from continuum.runs.config import RunConfig
+from continuum.runs.record import Point, Record
+from continuum.runs.result import Result
+from continuum.runs.surfaces import SelfAffineSurface
 
-__all__ = ["OutputError", "Progress", "Step", "Summary", "run"]
+__all__ = ["OutputError", "Progress", "run"]
 
 
 class OutputError(ValueError):
     """The result cannot be stored where it should be: the message says why and what helps."""
 
 
-@dataclass(frozen=True)
-class Summary:
-    """What a run came to."""
-
-    path: Path
-    identity: str
-    steps: tuple[Step, ...]
-    events: tuple[Passed, ...]
-    """Jumps on the path."""
-    resumed: int
-    """Points that were found finished."""
-    seconds: float
-    """Wall time of this call."""
-
-    @property
-    def converged(self) -> bool:
-        """Whether every point is an equilibrium at its target."""
-        return all(step.converged for step in self.steps)
-
-
-Progress = Callable[[Step, int, int], None]
+Progress = Callable[[Point, int, int], None]
 """Called after each point with what it is, how many are done, and how many there are."""
 
 
@@ -60,7 +44,7 @@ def run(
     force: bool = False,
     progress: Progress | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
-) -> Summary:
+) -> Result:
     """Follow the path of a configuration and store the result.
 
     Parameters
@@ -82,7 +66,7 @@ def run(
     key = identity(config)
     system = build(config)
     record, finished = (_nothing(config), False) if force else _stored(system, path, key)
-    resumed = len(record.steps)
+    resumed = len(record.points)
     if warn is not None:
         warn(system.warnings)
     if not finished:
@@ -91,14 +75,13 @@ def run(
         for state in _states(system, record):
             record.append(system.problem, state)
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
-            done = len(record.steps)
+            done = len(record.points)
             del state  # its fields are those of the record, or no longer needed
             _write(record, system, path, key, resumed)
             if progress is not None:
-                progress(record.steps[-1], done, config.loading.points)
+                progress(record.points[-1], done, config.loading.points)
             since = time.perf_counter()
-    steps, events = tuple(record.steps), tuple(record.events)
-    return Summary(path, key, steps, events, resumed, time.perf_counter() - start)
+    return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
 
 
 def _nothing(config: RunConfig) -> Record:
@@ -107,13 +90,12 @@ def _nothing(config: RunConfig) -> Record:
 
 def _states(system: System, record: Record) -> Iterator[State]:
     """The points of the path that are still to be done."""
-    loading, done = system.config.loading, len(record.steps)
-    search = Search(loading.area_tolerance, loading.area_resolution, loading.event_resolution, loading.event_threshold)
+    loading, done = system.config.loading, len(record.points)
     for control, targets in loading.legs:
         if done < len(targets):
             if done > 0:
                 record.remember_lost(system.problem)
-            yield from follow(system.problem, control, targets[done:], system.settings, record.good, search)
+            yield from follow(system.problem, control, targets[done:], system.settings, record.good, loading.search)
         done = max(0, done - len(targets))
 
 
@@ -131,13 +113,17 @@ def _prepare(path: Path) -> None:
 
 def _write(record: Record, system: System, path: Path, key: str, resumed: int) -> None:
     config, grid = system.config, system.grid
-    finished = len(record.steps) == config.loading.points
+    finished = len(record.points) == config.loading.points
     x, y = grid.positions
     datasets = {
         "x": Dataset(x[:, 0], ("x",), "a0", "position"),
         "y": Dataset(y[0], ("y",), "a0", "position"),
         **record.datasets(restart=not finished),
     }
+    wall = system.problem.wall
+    if isinstance(wall, TabulatedWall):
+        datasets["wall/gap"] = Dataset(wall.gap, ("wall_knot",), "a0", "gap at the knots of the wall law")
+        datasets["wall/traction"] = Dataset(wall.traction, ("wall_knot",), "E*", "traction at the knots")
     if config.output.fields:
         heights = system.problem.heights.astype(np.float32)
         datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")

@@ -19,7 +19,9 @@ from rich.progress import (
 )
 from rich.table import Table
 
-__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "exit_code", "progress", "show_table", "warn"]
+from continuum.show.sheet import Sheet
+
+__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "exit_code", "progress", "show", "warn"]
 
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 """Exit codes: all well; something did not converge, hold or exist; the input is at fault and nothing was written."""
@@ -36,19 +38,21 @@ class Reporter(Protocol):
 
 
 @contextmanager
-def progress(total: int, title: str, done: int = 0) -> Iterator[Reporter]:
+def progress(total: int, title: str) -> Iterator[Reporter]:
     """Show progress: a bar on a terminal, one line with the time for each part where there is none.
 
     What remains is estimated from the parts that this call has done, as if the others took as long on average.
 
     Parameters
     ----------
-    total, done : parts in all, and those that an earlier run has finished.
+    total : parts in all; what the first report counts beyond its own part was finished by an earlier run.
     title : of the work.
     """
-    before, began = done, time.monotonic()
+    before, began = -1, time.monotonic()
 
     def left(done: int) -> str:
+        nonlocal before
+        before = done - 1 if before < 0 else before
         seconds = (time.monotonic() - began) / max(done - before, 1) * (total - done)
         return f"about {_duration(seconds)} left" if done < total else ""
 
@@ -61,7 +65,7 @@ def progress(total: int, title: str, done: int = 0) -> Iterator[Reporter]:
             TextColumn("{task.fields[left]}[dim]{task.fields[text]}"),
         )
         with Progress(*columns, console=_console) as bar:
-            task = bar.add_task(title, total=total, completed=done, left="", text="")
+            task = bar.add_task(title, total=total, left="", text="")
 
             def report(done: int, text: str) -> None:
                 bar.update(task, completed=done, left=left(done) + "  ", text=text)
@@ -99,19 +103,15 @@ def warn(messages: Sequence[str]) -> None:
         print(f"warning: {message}", file=sys.stderr)  # noqa: T201
 
 
-def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], caption: str | None = None) -> None:
-    """Print a table; numbers, which are all but the first column, to the right."""
-    table = Table(title=title, title_justify="left", title_style="bold", caption=caption, caption_justify="left")
-    for i, name in enumerate(head):
-        numeric = i > 0 and all(_is_number(row[i]) for row in rows)
-        table.add_column(name, justify="right" if numeric else "left", overflow="fold")
-    for row in rows:
+def show(sheet: Sheet) -> None:
+    """Print a sheet; numbers to the right."""
+    table = Table(title=sheet.title, title_justify="left", title_style="bold",
+                  caption=sheet.note or None, caption_justify="left")  # fmt: skip
+    for i, name in enumerate(sheet.head):
+        table.add_column(name, justify="right" if sheet.numeric(i) else "left", overflow="fold")
+    for row in sheet.cells:
         table.add_row(*row)
     _console.print(table)
-
-
-def _is_number(cell: str) -> bool:
-    return cell.strip("%±<> ").replace(".", "").replace("e-", "").replace("-", "").isdigit()
 
 
 def exit_code(

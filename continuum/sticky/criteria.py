@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from continuum.theory import paper as theory
-from continuum.theory import rough as statistical
+from continuum.theory import paper, rough
 from continuum.theory.smooth import JKR, tabor_parameter
 
 __all__ = [
@@ -82,11 +81,11 @@ class RoughContact:
     Parameters
     ----------
     rms_height, rms_slope, rms_curvature : spectral moments; curvature sqrt<(laplacian h)²>.
-    work_of_adhesion, range : w and Δr; the effective range of Eq. (deltar) for a law without cut-off.
+    work_of_adhesion, range : w and Δr; the effective range of Eq. (S-5) for a law without cut-off.
     contact_modulus : E*.
     conformal_energy : elastic energy per area of full contact, from :func:`continuum.theory.rough.conformal_energy`.
     spacing : a0 of the atoms; None where there is none.
-    kappa_rep : of Eq. (eqkappa).
+    kappa_rep : of Eq. (1).
     """
 
     rms_height: float
@@ -97,7 +96,7 @@ class RoughContact:
     contact_modulus: float = 1.0
     conformal_energy: float | None = None
     spacing: float | None = None
-    kappa_rep: float = theory.KAPPA_REP
+    kappa_rep: float = paper.KAPPA_REP
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
@@ -114,22 +113,22 @@ class RoughContact:
     @property
     def diameter(self) -> float:
         """d_rep = 4h'/h''."""
-        return theory.contact_diameter(self.rms_slope, self.rms_curvature)
+        return paper.contact_diameter(self.rms_slope, self.rms_curvature)
 
     @property
     def radius(self) -> float:
         """R = 2/h''."""
-        return theory.asperity_radius(self.rms_curvature)
+        return paper.asperity_radius(self.rms_curvature)
 
     @property
     def area_ratio(self) -> float:
-        """A_rep/A_att, Eq. (attrep)."""
-        return theory.area_ratio(self.rms_slope, self.diameter, self.range)
+        """A_rep/A_att, Eq. (4)."""
+        return paper.area_ratio(self.rms_slope, self.diameter, self.range)
 
     @property
     def maugis_parameter(self) -> float:
         """λ of one asperity."""
-        return theory.maugis_parameter(self.radius, self.adhesion_length, self.range)
+        return paper.maugis_parameter(self.radius, self.adhesion_length, self.range)
 
     def inputs(self, *names: str) -> dict[str, float]:
         """Inputs of an estimate, by name."""
@@ -147,7 +146,7 @@ def _rim(contact: RoughContact) -> list[str]:
     why = _steep(contact)
     if contact.area_ratio < 1:
         why.append(f"A_att/A_rep = {1 / contact.area_ratio:.3g} is above 1: the attracted area is no thin rim")
-    width = theory.attraction_width(contact.rms_slope, contact.diameter, contact.range) / contact.diameter
+    width = paper.attraction_width(contact.rms_slope, contact.diameter, contact.range) / contact.diameter
     if width > 0.5:
         why.append(f"d_att/d_rep = {width:.3g} is above 1/2: the gap profile ends inside the next contact")
     if contact.maugis_parameter > JKR_LIMIT:
@@ -162,45 +161,45 @@ _ONSET = (*_MOMENTS, "work_of_adhesion", "contact_modulus", "kappa_rep")
 def contact_diameter(contact: RoughContact) -> Estimate:
     """d_rep = 4h'/h''."""
     inputs = contact.inputs("rms_slope", "rms_curvature")
-    source = "paper, above Eq. (adcond); measured widths within a factor of two"
+    source = "paper, above Eq. (6); measured widths within a factor of two"
     return Estimate("contact diameter", "d_rep", contact.diameter, "length", source, inputs, tuple(_steep(contact)))
 
 
 def area_ratio(contact: RoughContact) -> Estimate:
     """A_rep/A_att."""
-    source = "paper, Eq. (attrep)"
+    source = "paper, Eq. (4)"
     inputs = contact.inputs(*_MOMENTS)
     return Estimate("area ratio", "A_rep/A_att", contact.area_ratio, "", source, inputs, tuple(_rim(contact)))
 
 
 def inverse_kappa(contact: RoughContact) -> Estimate:
     """1/κ = (N/A_rep)/(h' E*): finite at the onset, negative where sticky."""
-    att = theory.kappa_att(contact.rms_slope, contact.range, contact.adhesion_length, contact.area_ratio)
+    att = paper.kappa_att(contact.rms_slope, contact.range, contact.adhesion_length, contact.area_ratio)
     value = 1 / contact.kappa_rep - 1 / att
-    source = "paper, Eqs. (eqrenkappa), (attrep)"
+    source = "paper, Eqs. (3), (4)"
     return Estimate("inverse kappa", "1/κ", value, "", source, contact.inputs(*_ONSET), tuple(_rim(contact)))
 
 
 def repulsive_pressure(contact: RoughContact) -> Estimate:
     """p_rep = h' E*/κ_rep, mean over the repulsive area."""
-    value = theory.repulsive_pressure(contact.rms_slope, contact.kappa_rep, contact.contact_modulus)
+    value = paper.repulsive_pressure(contact.rms_slope, contact.kappa_rep, contact.contact_modulus)
     inputs = contact.inputs("rms_slope", "contact_modulus", "kappa_rep")
-    source = "paper, Eq. (eqkappa); A_rep much smaller than A0"
+    source = "paper, Eq. (1); A_rep much smaller than A0"
     return Estimate("repulsive pressure", "p_rep", value, "pressure", source, inputs, tuple(_steep(contact)))
 
 
 def adhesive_pressure(contact: RoughContact) -> Estimate:
     """w/Δr, mean tension over the attracted area."""
-    value = theory.adhesive_pressure(contact.work_of_adhesion, contact.range)
+    value = paper.adhesive_pressure(contact.work_of_adhesion, contact.range)
     inputs = contact.inputs("work_of_adhesion", "range")
-    return Estimate("adhesive pressure", "w/Δr", value, "pressure", "paper, after Eq. (eqkappa)", inputs)
+    return Estimate("adhesive pressure", "w/Δr", value, "pressure", "paper, after Eq. (1)", inputs)
 
 
 def attraction_width(contact: RoughContact) -> Estimate:
     """d_att, width of the attracted rim."""
-    value = theory.attraction_width(contact.rms_slope, contact.diameter, contact.range)
+    value = paper.attraction_width(contact.rms_slope, contact.diameter, contact.range)
     inputs = contact.inputs(*_MOMENTS)
-    return Estimate("attraction width", "d_att", value, "length", "paper, Eq. (datt)", inputs, tuple(_rim(contact)))
+    return Estimate("attraction width", "d_att", value, "length", "paper, Eq. (S-2)", inputs, tuple(_rim(contact)))
 
 
 def maugis_parameter(contact: RoughContact) -> Estimate:
@@ -218,9 +217,9 @@ def asperity_tabor(contact: RoughContact) -> Estimate:
 
 def pastewka_robbins(contact: RoughContact) -> Estimate:
     """The paper's condition of stickiness: κ_att/κ_rep below 1."""
-    change = theory.height_change(contact.rms_slope, contact.rms_curvature)
-    value = theory.onset(contact.rms_slope, change, contact.adhesion_length, contact.range, contact.kappa_rep)
-    inputs, source = contact.inputs(*_ONSET), "paper, Eq. (adcond)"
+    change = paper.height_change(contact.rms_slope, contact.rms_curvature)
+    value = paper.onset(contact.rms_slope, change, contact.adhesion_length, contact.range, contact.kappa_rep)
+    inputs, source = contact.inputs(*_ONSET), "paper, Eq. (6)"
     return Estimate("Pastewka-Robbins", "κ_att/κ_rep", value, "", source, inputs, tuple(_rim(contact)), 1 / value)
 
 
@@ -229,9 +228,9 @@ def necessary_adhesion(contact: RoughContact) -> Estimate:
     if contact.spacing is None:
         msg = "the necessary condition l_a > 0.5 h' a0 needs the spacing a0 of the atoms"
         raise ValueError(msg)
-    value = contact.adhesion_length / theory.necessary_adhesion_length(contact.rms_slope, contact.spacing)
+    value = contact.adhesion_length / paper.necessary_adhesion_length(contact.rms_slope, contact.spacing)
     inputs = contact.inputs("rms_slope", "work_of_adhesion", "contact_modulus", "spacing")
-    source = "paper, below Eq. (adcond): necessary, not sufficient"
+    source = "paper, below Eq. (6): necessary, not sufficient"
     return Estimate("necessary adhesion", "2 l_a/(h' a0)", value, "", source, inputs, tuple(_steep(contact)), value)
 
 
@@ -284,8 +283,8 @@ def half_conformal_energy(contact: RoughContact) -> Estimate:
 def asperity_pull_off(contact: RoughContact) -> Estimate:
     """Fuller and Tabor's pull-off force per area."""
     parameter = fuller_tabor(contact)
-    limit = statistical.asperity_limit(contact.work_of_adhesion, contact.rms_height)
-    value = limit * statistical.fuller_tabor(parameter.value)
+    limit = rough.asperity_limit(contact.work_of_adhesion, contact.rms_height)
+    value = limit * rough.fuller_tabor(parameter.value)
     source = "Fuller and Tabor 1975, 0.05 summits per R h_rms"
     return Estimate("pull-off", "N/A0", value, "pressure", source, parameter.inputs, parameter.why)
 
@@ -293,8 +292,8 @@ def asperity_pull_off(contact: RoughContact) -> Estimate:
 def dmt_pull_off(contact: RoughContact) -> Estimate:
     """Pull-off force per area of DMT asperities, 2π w R each instead of (3/2)π w R."""
     parameter = dmt_asperities(contact)
-    limit = 4 / 3 * statistical.asperity_limit(contact.work_of_adhesion, contact.rms_height)
-    value = limit * statistical.dmt_asperities(parameter.value)
+    limit = 4 / 3 * rough.asperity_limit(contact.work_of_adhesion, contact.rms_height)
+    value = limit * rough.dmt_asperities(parameter.value)
     source = "Maugis 1996, 0.05 summits per R h_rms"
     return Estimate("pull-off (DMT asperities)", "N/A0", value, "pressure", source, parameter.inputs, parameter.why)
 

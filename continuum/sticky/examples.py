@@ -14,8 +14,7 @@ from scipy.optimize import brentq
 from continuum.model.cubic import CubicConstants, directional_contact_modulus
 from continuum.model.walls import InversePowers, LennardJonesSpline
 from continuum.sticky.materials import MATERIALS, Body, interface
-from continuum.theory import paper as theory
-from continuum.theory import rough as statistical
+from continuum.theory import paper, rough
 
 __all__ = ["Example", "LennardJonesCrystal", "as_markdown", "lennard_jones_crystal", "worked_examples"]
 
@@ -76,7 +75,7 @@ def lennard_jones_crystal() -> LennardJonesCrystal:
 
 def _stick_slope(adhesion_length: float, spacing: float) -> float:
     """Slope at which the necessary condition for atomic surfaces turns."""
-    return adhesion_length / theory.necessary_adhesion_length(1.0, spacing)
+    return adhesion_length / paper.necessary_adhesion_length(1.0, spacing)
 
 
 def worked_examples() -> tuple[Example, ...]:
@@ -128,17 +127,17 @@ def _elastomers() -> list[Example]:
     work, reach, slope = 0.05, 0.5e-9, 1.0
 
     def change(diameter: float) -> float:
-        return theory.height_change(slope, 4 * slope / diameter)
+        return paper.height_change(slope, 4 * slope / diameter)
 
     def maugis(diameter: float) -> float:
-        return theory.maugis_parameter(theory.asperity_radius(4 * 0.1 / diameter), 5e-4, 1.0)
+        return paper.maugis_parameter(paper.asperity_radius(4 * 0.1 / diameter), 5e-4, 1.0)
 
-    modulus = theory.critical_modulus(slope, change(10e-9), work, reach)
-    widest = brentq(lambda d: theory.onset(slope, change(d), work / 0.1e6, reach) - 1, 1e-9, 1e-1, xtol=1e-12)
+    modulus = paper.critical_modulus(slope, change(10e-9), work, reach)
+    widest = brentq(lambda d: paper.onset(slope, change(d), work / 0.1e6, reach) - 1, 1e-9, 1e-1, xtol=1e-12)
     return [
         Example(
             "rubber", "E* that sticks, at most", "≲ 10 MPa", modulus / 1e6, "MPa",
-            "w = 50 mJ/m², h' = 1, Δr = 0.5 nm, d_rep = 10 nm in Eq. (adcond) give seven times the printed modulus; "
+            "w = 50 mJ/m², h' = 1, Δr = 0.5 nm, d_rep = 10 nm in Eq. (6) give seven times the printed modulus; "
             "rubber sticks by either",
         ),
         Example("paper (the sheet)", "E* over the one that sticks", "> 1 GPa, does not stick", 1e9 / modulus, "",
@@ -160,16 +159,16 @@ def _laws() -> list[Example]:
     ranges = [InversePowers(powers, 1.0).effective_range for powers in ((9, 3), (12, 6))]
     spline = LennardJonesSpline(1.0).effective_range
     return [
-        Example("9-3 law", "Δr/a0", "1.15", ranges[0], "", "Eq. (deltar)"),
-        Example("12-6 law", "Δr/a0", "0.62", ranges[1], "", "Eq. (deltar), pressure z^-13 - z^-7"),
-        Example("the paper's law", "effective over actual range", "within 6 %", spline, "", "Eq. (deltar)"),
-        Example("Eq. (adcond)", "right side, π (3/16)^(2/3)", "≈ 1", 1 / theory.onset(2, 1, 1, 1, 2), "", "exact"),
-        Example("Greenwood-Williamson", "κ_rep", "2.6", statistical.KAPPA_BGT, "", "sqrt(2π): misprinted"),
-        Example("Persson", "κ_rep", "1.6", statistical.KAPPA_PERSSON, "", "sqrt(8/π)"),
-        Example("asperity theories, Suppl. S-III", "N P_c h_rms/(w A0)", "≈ 1/4", statistical.asperity_limit(1, 1), "",
+        Example("9-3 law", "Δr/a0", "1.15", ranges[0], "", "Eq. (S-5)"),
+        Example("12-6 law", "Δr/a0", "0.62", ranges[1], "", "Eq. (S-5), pressure z^-13 - z^-7"),
+        Example("the paper's law", "effective over actual range", "within 6 %", spline, "", "Eq. (S-5)"),
+        Example("Eq. (6)", "right side, π (3/16)^(2/3)", "≈ 1", 1 / paper.onset(2, 1, 1, 1, 2), "", "exact"),
+        Example("Greenwood-Williamson", "κ_rep", "2.6", rough.KAPPA_BGT, "", "sqrt(2π): misprinted"),
+        Example("Persson", "κ_rep", "1.6", rough.KAPPA_PERSSON, "", "sqrt(8/π)"),
+        Example("asperity theories, Suppl. S-III", "N P_c h_rms/(w A0)", "≈ 1/4", rough.asperity_limit(1, 1), "",
                 "0.05 x 3π/2"),
-        Example("perimeter, Suppl. S-II", "β", "1.1222", theory.PERIMETER_FACTOR, "",
-                f"1/<cos θ>, as counted discs; the paper averages 1/cos θ: {theory.PERIMETER_FACTOR_PAPER:.4f}"),
+        Example("perimeter, Suppl. S-II", "β", "1.1222", paper.PERIMETER_FACTOR, "",
+                f"1/<cos θ>, as counted discs; the paper averages 1/cos θ: {paper.PERIMETER_FACTOR_PAPER:.4f}"),
     ]  # fmt: skip
 
 

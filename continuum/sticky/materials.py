@@ -18,9 +18,7 @@ from continuum import units
 __all__ = ["MATERIALS", "Body", "Interface", "InterfaceError", "Material", "interface", "parse", "reduced_modulus"]
 
 _RANGE = 0.35e-9
-_RANGE_SOURCE = (
-    "range: paper, Eq. (deltar), 1.153 a0 of the 9-3 law, with a0 = 0.3 nm between atoms that are not bonded"
-)
+_RANGE_SOURCE = "range: paper, Eq. (S-5), 1.153 a0 of the 9-3 law, with a0 = 0.3 nm between atoms that are not bonded"
 _SOFT_RANGE_SOURCE = "range: the paper's discussion of elastomers"
 _LIFSHITZ = "w = A/(12π D²), D = 0.165 nm (Israelachvili, Intermolecular and Surface Forces, 3rd ed., 2011), with A"
 

@@ -8,16 +8,20 @@ put together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from continuum import units
 from continuum.sticky.criteria import Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.materials import Interface
 from continuum.sticky.roughness import Cut, Fit, Roughness, analyse, fit_self_affine, spectrum, together
 from continuum.sticky.topography import Topography
-from continuum.theory import paper as theory
+from continuum.theory import paper
 
-__all__ = ["AREA", "Prediction", "predict", "rough_contact", "turning_modulus", "turning_work"]
+if TYPE_CHECKING:
+    from continuum.sticky.simulate import Simulation
+
+__all__ = ["AREA", "Prediction", "distinct", "predict", "rough_contact", "turning_modulus", "turning_work"]
 
 AREA = 0.01
 """Repulsive area at which a surface is called sticky if its load is negative."""
@@ -49,10 +53,16 @@ class Prediction:
     """Roughness above each cut-off wavelength, ascending, and the verdicts on it."""
     warnings: tuple[str, ...]
     """What to doubt, in words."""
+    simulation: Simulation | None = field(default=None, repr=False)
+    """The contact of the map itself, where it was solved."""
+    unsolved: str = ""
+    """Why it could not be solved, where it was tried."""
 
-    def doubted(self, warning: str) -> Prediction:
-        """The same with one warning more."""
-        return replace(self, warnings=(*self.warnings, warning))
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Warnings of the prediction, of its solution, or why there is none."""
+        solved = () if self.simulation is None else self.simulation.warnings
+        return (*self.warnings, *solved, *([f"not solved: {self.unsolved}"] if self.unsolved else []))
 
     @property
     def verdicts(self) -> tuple[Estimate, ...]:
@@ -78,7 +88,7 @@ class Prediction:
     def load(self) -> float:
         """Load per area at a repulsive area of 1 %, by the paper; negative: a tension that the contact bears."""
         contact = self.contact
-        return AREA * theory.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
+        return AREA * paper.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
 
 
 def turning_modulus(estimate: Estimate, contact: RoughContact) -> float | None:
@@ -195,3 +205,9 @@ def _warnings(
 
 def _length(value: float) -> str:
     return units.show(value, "length")
+
+
+def distinct(prediction: Prediction) -> list[int]:
+    """Places of the criteria whose margins differ: asperity theories share one."""
+    margins = [estimate.margin for estimate in prediction.verdicts]
+    return [i for i, margin in enumerate(margins) if margin not in margins[:i]]

@@ -6,7 +6,7 @@ that are asked for, on a core that is stiff against the elastic response of one 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,11 +21,11 @@ from continuum.path.loading import solve
 from continuum.path.state import Outcome
 from continuum.solve.smooth import NotConvergedError, Settings
 from continuum.sticky.materials import Interface
-from continuum.sticky.predict import AREA
-from continuum.sticky.topography import Topography, mirror
+from continuum.sticky.predict import AREA, Prediction
+from continuum.sticky.topography import Topography, mirror, opposed
 from continuum.theory.paper import snap_in_wavelength
 
-__all__ = ["Simulation", "UnresolvedError", "simulate", "spline_wall"]
+__all__ = ["Simulation", "UnresolvedError", "simulate", "solved", "spline_wall"]
 
 CORE_STIFFNESS = 5.0
 """Of the wall's core, in E* per pixel."""
@@ -134,7 +134,7 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
         state = state.beyond
     if not state.status.ok:
         raise NotConvergedError(state.status.value)
-    contact = state.contact
+    contact = state.totals
     doubts = [f"solver, a0 being Δr and the grid that of the map: {text}" for text in unresolved(problem, slope)]
     doubts += [] if topography.periodic else ["solved on the map and its mirror images"]
     return Simulation(
@@ -150,3 +150,23 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
         lengths=topography.lengths,
         warnings=tuple(doubts),
     )
+
+
+def solved(prediction: Prediction, threads: int = 1) -> Prediction:
+    """A prediction with the contact of its map, solved, beside it; or with the reason why that cannot be solved.
+
+    Parameters
+    ----------
+    threads : of the solver.
+
+    Raises
+    ------
+    TopographyError
+        If two maps cannot be put face to face.
+    """
+    maps = prediction.topographies
+    whole = maps[0] if len(maps) == 1 else opposed(*maps)
+    try:
+        return replace(prediction, simulation=simulate(whole, prediction.interface, threads))
+    except (UnresolvedError, NotConvergedError) as error:
+        return replace(prediction, unsolved=str(error))

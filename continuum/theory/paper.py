@@ -5,6 +5,10 @@ where E* enters it is the last argument, 1 unless given.  Plain numbers out: whi
 contact is judged in :mod:`continuum.sticky.criteria`.  Smooth contacts are in :mod:`continuum.theory.smooth`, other
 theories of rough contact in :mod:`continuum.theory.rough`.
 
+Equations carry the numbers of the printed paper; in its source they have the labels (1) eqkappa, (3) eqrenkappa,
+(4) attrep, (6) adcond, (S-1) gap, (S-2) datt, (S-3) Natt, (S-4) datt2, (S-5) deltar, (S-6) potential; (2), (5) and
+(S-7) have none.
+
 Symbols: h' = ``rms_slope``, h'' = ``rms_curvature`` = sqrt<(laplacian h)²>, Δr = ``range``, w = ``work_of_adhesion``,
 l_a = w/E* = ``adhesion_length``, d_rep = ``diameter``.
 """
@@ -61,7 +65,7 @@ L/(a0 cos θ)), so that an isotropic perimeter has P <cos θ>/a0 of them and β 
 
 
 def repulsive_pressure(rms_slope: float, kappa_rep: float = KAPPA_REP, contact_modulus: float = 1.0) -> float:
-    """Mean pressure in repulsive contact, p_rep = N_rep/A_rep = h' E*/κ_rep, Eq. (eqkappa).
+    """Mean pressure in repulsive contact, p_rep = N_rep/A_rep = h' E*/κ_rep, Eq. (1).
 
     For A_rep much smaller than A0; the paper finds it unchanged by adhesion.
     """
@@ -69,12 +73,12 @@ def repulsive_pressure(rms_slope: float, kappa_rep: float = KAPPA_REP, contact_m
 
 
 def adhesive_pressure(work_of_adhesion: float, range: float) -> float:
-    """Mean tension w/Δr over the attracted area A_att, after Eq. (eqkappa)."""
+    """Mean tension w/Δr over the attracted area A_att, after Eq. (1)."""
     return work_of_adhesion / range
 
 
 def kappa_att(rms_slope: float, range: float, adhesion_length: float, area_ratio: float) -> float:
-    """κ_att = h' (Δr/l_a) A_rep/A_att, Eq. (eqrenkappa), with ``area_ratio`` = A_rep/A_att; infinite for l_a = 0."""
+    """κ_att = h' (Δr/l_a) A_rep/A_att, Eq. (3), with ``area_ratio`` = A_rep/A_att; infinite for l_a = 0."""
     return np.inf if adhesion_length == 0 else rms_slope * range / adhesion_length * area_ratio
 
 
@@ -93,7 +97,7 @@ def stiffness_reduction(kappa_rep: float, kappa_att: float) -> float:
 
 
 def area_ratio(rms_slope: float, diameter: float, range: float) -> float:
-    """A_rep/A_att = d_rep/(π d_att) = (16/9π)^(1/3) (h' d_rep/(π Δr))^(2/3), Eq. (attrep).
+    """A_rep/A_att = d_rep/(π d_att) = (16/9π)^(1/3) (h' d_rep/(π Δr))^(2/3), Eq. (4).
 
     For a thin rim: A_att < A_rep and d_att < d_rep/2.
     """
@@ -127,7 +131,7 @@ def perimeter(area: float, diameter: float) -> float:
 
 
 def gap_profile(x: Real | float, rms_slope: float, diameter: float) -> Real:
-    """Gap at a distance x outside the edge of a contact, Eq. (gap).
+    """Gap at a distance x outside the edge of a contact, Eq. (S-1).
 
     ::
 
@@ -140,7 +144,7 @@ def gap_profile(x: Real | float, rms_slope: float, diameter: float) -> Real:
 
 
 def attraction_width(rms_slope: float, diameter: float, range: float) -> float:
-    """Width of the attracted rim, where the gap of Eq. (gap) reaches Δr, Eq. (datt).
+    """Width of the attracted rim, where the gap of Eq. (S-1) reaches Δr, Eq. (S-2).
 
     ::
 
@@ -152,9 +156,9 @@ def attraction_width(rms_slope: float, diameter: float, range: float) -> float:
 def attractive_load(
     attraction: Callable[[float], float], rms_slope: float, diameter: float, cutoff: float = np.inf
 ) -> float:
-    """Attraction per length of perimeter, ∫ p(Δ(x)) dx with the gap of Eq. (gap), Eq. (Natt).
+    """Attraction per length of perimeter, ∫ p(Δ(x)) dx with the gap of Eq. (S-1), Eq. (S-3).
 
-    Equal to w d_att/Δr for the effective range Δr of Eq. (deltar): that is its definition, Eq. (datt2).
+    Equal to w d_att/Δr for the effective range Δr of Eq. (S-5): that is its definition, Eq. (S-4).
 
     Parameters
     ----------
@@ -173,7 +177,7 @@ def attractive_load(
 def onset(
     rms_slope: float, height_change: float, adhesion_length: float, range: float, kappa_rep: float = KAPPA_REP
 ) -> float:
-    """Left side of Eq. (adcond) over its right side: sticky where it is below 1; equal to κ_att/κ_rep.
+    """Left side of Eq. (6) over its right side: sticky where it is below 1; equal to κ_att/κ_rep.
 
     ::
 
@@ -186,7 +190,7 @@ def onset(
 def critical_modulus(
     rms_slope: float, height_change: float, work_of_adhesion: float, range: float, kappa_rep: float = KAPPA_REP
 ) -> float:
-    """Contact modulus E* below which Eq. (adcond) holds.
+    """Contact modulus E* below which Eq. (6) holds.
 
     The paper's example - w = 50 mJ/m², h' = 1, Δr = 0.5 nm, d_rep = 10 nm - gives 70 MPa; its text says 10 MPa.
     """
@@ -196,8 +200,8 @@ def critical_modulus(
 def necessary_adhesion_length(rms_slope: float, spacing: float = 1.0) -> float:
     """Smallest l_a that can be sticky: 0.5 h' a0, necessary, not sufficient.
 
-    Eq. (adcond) with δh = Δr = a0 and κ_rep = 2 (which gives 0.486; the text says that the bound is inserted in
-    Eq. (attrep)), as roughness of atomic crystals has steps of at least a0.
+    Eq. (6) with δh = Δr = a0 and κ_rep = 2 (which gives 0.486; the text says that the bound is inserted in
+    Eq. (4)), as roughness of atomic crystals has steps of at least a0.
     """
     return 0.5 * rms_slope * spacing
 
@@ -219,7 +223,7 @@ def spline_adhesion_length(range: float, spacing: float = 1.0) -> float:
 
 
 def effective_range(attraction: Callable[[float], float], cutoff: float = np.inf) -> float:
-    """Effective range of an attractive law, Eq. (deltar).
+    """Effective range of an attractive law, Eq. (S-5).
 
     ::
 
@@ -230,7 +234,7 @@ def effective_range(attraction: Callable[[float], float], cutoff: float = np.inf
     Parameters
     ----------
     attraction : p(Δ), attractive pressure at a distance Δ > 0 beyond the minimum of the energy, positive.
-        (In the paper's Eq. (potential) the pressure has the other sign.)
+        (In the paper's Eq. (S-6) the pressure has the other sign.)
     cutoff : distance beyond which p vanishes, in the same unit; infinite if it does not.
     """
     end = np.cbrt(cutoff)

@@ -18,7 +18,7 @@ from atomistic.lammps.deck import Deck
 from atomistic.relax.relax import lattice_start, relax
 from atomistic.relax.specimen import Specimen
 from atomistic.response.material import model_of
-from continuum.measure.contact import measure
+from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import SelfAffine
@@ -34,7 +34,7 @@ CRYSTALS = ("springs", "Lennard-Jones", "copper")
 
 def _potential(crystal: str) -> Potential:
     if crystal == "springs":
-        return Springs.reduced()
+        return Springs()
     return LennardJones() if crystal == "Lennard-Jones" else EmbeddedAtom.read(find_potential("Cu_mishin1.eam.alloy"))
 
 
@@ -55,7 +55,7 @@ def equilibrium(n: int, crystal: str, adhesion_length: float, alone: bool) -> di
     for _ in range(14):
         separation = (low + high) / 2
         state = solve(problem, "separation", separation, Settings(1e-9 * SLOPE))
-        low, high = (low, separation) if measure(grid, wall, state.gap).area_rep < AREA else (separation, high)
+        low, high = (low, separation) if totals_of(grid, wall, state.gap).area_rep < AREA else (separation, high)
     start = lattice_start(response, wall, state.gap)
     deck = Deck(specimen.slab, specimen.model, wall, heights, separation, start, 1e-8 * SLOPE, rise=response.rise)
 

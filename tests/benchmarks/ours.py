@@ -13,7 +13,7 @@ import ducc0.fft
 import numpy as np
 from numba import njit
 
-from continuum.measure.contact import contact_map, measure
+from continuum.measure.contact import contact_map, totals_of
 from continuum.model.grid import Grid, Real
 from continuum.model.laws import TILE
 from continuum.model.problem import ContactProblem
@@ -66,7 +66,7 @@ def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
             gap = (low + high) / 2
             state = solve(coarse, "mean-gap", gap, Settings(1e-5))
             pairs += state.solution.fft_pairs / 16
-            if measure(coarse.grid, coarse.wall, state.gap).area_rep < AREA:
+            if totals_of(coarse.grid, coarse.wall, state.gap).area_rep < AREA:
                 high = gap
             else:
                 low = gap
@@ -102,7 +102,7 @@ def mean_gap_at(
 
     (state, wall), seconds = _timed(cold)
     solution = state.solution.require()
-    contact = measure(rough.grid, wall, state.gap)
+    contact = totals_of(rough.grid, wall, state.gap)
     if save:
         np.save(save, state.gap)
     return {
@@ -123,7 +123,7 @@ def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[s
     found = []
     for gap in gaps:
         mean_gap = problem.grid.mean(gap)
-        contact = measure(problem.grid, problem.wall, gap)
+        contact = totals_of(problem.grid, problem.wall, gap)
         separation = mean_gap - problem.mean_height
         displacement = problem.displacement(gap, separation)
         displacement -= problem.grid.mean(displacement)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuum.measure.contact import REPULSIVE, contact_map
-from continuum.measure.kappa import Measurement, characterise
+from continuum.measure.contact import REPULSIVE, Measurement, contact_map, measure
 from continuum.measure.outline import Mask
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
@@ -72,5 +71,5 @@ def contacts(rough: Rough, areas: Sequence[float], within: float = 0.05) -> Iter
         else:
             state.solution.require()
         repulsive = contact_map(wall, found.gap) == REPULSIVE
-        numbers = characterise(grid, found.contact, repulsive, m.rms_slope)
+        numbers = measure(grid, found.totals, repulsive, m.rms_slope)
         yield RoughContact(rough, grid, m, found.gap, repulsive, numbers)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from continuum.measure.contact import measure
+from continuum.measure.contact import totals_of
 from continuum.measure.curve import Adhesion, Curve, adhesion
 from continuum.measure.outline import areas, outline
 from continuum.measure.profile import GapProfile, gap_profile
@@ -26,7 +26,7 @@ from continuum.runs.analysis import gap_ratio
 from continuum.show import plot
 from continuum.solve.hard import constrain
 from continuum.solve.smooth import Settings
-from continuum.theory import paper as theory
+from continuum.theory import paper
 from tests.studies.contacts import Rough, RoughContact, contacts
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -158,13 +158,13 @@ def profile_of(contact: RoughContact) -> GapProfile:
 
 
 def ratio(contact: RoughContact, profile: GapProfile, *, centres: bool) -> tuple[float, float]:
-    """Smallest and largest ratio to Eq. (gap), counted from the edge or from the centres of the perimeter cells."""
+    """Smallest and largest ratio to Eq. (S-1), counted from the edge or from the centres of the perimeter cells."""
     return gap_ratio(profile, contact.moments.rms_slope, contact.numbers.diameter, from_perimeter_cells=centres)
 
 
 @plot.styled
 def gap() -> None:
-    """Ratio of the gap to Eq. (gap); d_att against Eq. (datt)."""
+    """Ratio of the gap to Eq. (S-1); d_att against Eq. (S-2)."""
     figure = plot.new_figure(7.6, 3.2)
     left, right = figure.subplots(1, 2)
     rows = []
@@ -178,7 +178,7 @@ def gap() -> None:
         width = expected = rim = np.nan
         if wall.range > 0:
             width = found.width(wall.range)
-            expected = theory.attraction_width(c.moments.rms_slope, c.numbers.diameter, wall.range)
+            expected = paper.attraction_width(c.moments.rms_slope, c.numbers.diameter, wall.range)
             rim = c.numbers.area_att * c.grid.area / c.numbers.perimeter
         rows.append(
             [
@@ -189,7 +189,7 @@ def gap() -> None:
         axis = left if rough.hard else right
         colour = plot.SERIES[rough.seed - 1] if rough.hard else COLOURS[rough.adhesion_length]
         line = "-" if rough.lambda_s == 32 else "--"
-        y = found.gap / theory.gap_profile(found.distance, c.moments.rms_slope, c.numbers.diameter)
+        y = found.gap / paper.gap_profile(found.distance, c.moments.rms_slope, c.numbers.diameter)
         axis.plot(
             found.distance / c.numbers.diameter,
             y,
@@ -197,7 +197,7 @@ def gap() -> None:
             color=colour,
             label=rf"$\lambda_s$ = {rough.lambda_s}, {name.replace('l_a', '$l_a$')}",
         )
-    head = ["λ_s", "wall", "d_rep", "ratio, from the edge", "from perimeter cells", "d_att", "A_att/P", "Eq. (datt)"]
+    head = ["λ_s", "wall", "d_rep", "ratio, from the edge", "from perimeter cells", "d_att", "A_att/P", "Eq. (S-2)"]
     table(head, rows)
     for axis in (left, right):
         axis.axhspan(0.8, 1.3, color="0.92", zorder=0)
@@ -205,7 +205,7 @@ def gap() -> None:
         axis.set_ylim(0.5, 2)
         axis.set_xlabel("$x/d_{rep}$, from the edge")
         axis.legend(fontsize=6, ncols=2 if axis is right else 1)
-    left.set_ylabel("mean gap / Eq. (gap)")
+    left.set_ylabel("mean gap / Eq. (S-1)")
     plot.save(figure, DOCS / "geometry-gap")
 
 
@@ -219,9 +219,9 @@ def cycle(problem: ContactProblem, deepest: float, points: int, settings: Settin
     rows, area = [], 0.0
     for state in follow(problem, "mean-gap", [*there, *there[-2::-1]], settings):
         assert state.status.ok
-        rows.append((state.mean_gap, state.separation, state.mean_pressure))
+        rows.append((state.mean_gap, state.separation, state.load))
         if len(rows) == points:
-            area = measure(problem.grid, problem.wall, state.gap).area_rep
+            area = totals_of(problem.grid, problem.wall, state.gap).area_rep
     mean_gap, separation, load = np.array(rows).T
     curve = Curve(mean_gap, separation, load, np.arange(load.size) >= points)
     return adhesion(curve), curve, area

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from continuum.theory import paper as theory
+from continuum.theory import paper
 from tests.studies.systems import System, each
 
 log = logging.getLogger("studies")
@@ -38,7 +38,7 @@ lambda_L = {lambda_L:g}; each with l_a = 0.0005, 0.005, 0.05 and without adhesio
 
 ![A_rep/A_att and kappa_att against theory](stickiness.png)
 
-*Left: A_rep/A_att against Eq. (attrep); right: kappa_att = h' E* A_rep/N_att against Eq. (eqrenkappa); both predicted
+*Left: A_rep/A_att against Eq. (4); right: kappa_att = h' E* A_rep/N_att against Eq. (3); both predicted
 from the undeformed surface, d_rep = 4h'/h''. Colour: l_a; shape: lambda_s; open: H = 0.3, half: 0.5, full: 0.8. Faint:
 A_rep < 10 lambda_s². The line is equality, the band a factor of two.*
 
@@ -59,19 +59,19 @@ class Point:
 
     @property
     def ratio(self) -> tuple[float, float]:
-        """A_rep/A_att: predicted by Eq. (attrep), and measured."""
+        """A_rep/A_att: predicted by Eq. (4), and measured."""
         s = self.system
-        diameter = theory.contact_diameter(s["rms_slope_found"], s["rms_curvature"])
+        diameter = paper.contact_diameter(s["rms_slope_found"], s["rms_curvature"])
         return (
-            theory.area_ratio(s["rms_slope_found"], diameter, s["range"]),
+            paper.area_ratio(s["rms_slope_found"], diameter, s["range"]),
             self.state["area_rep"] / self.state["area_att"],
         )
 
     @property
     def kappa_att(self) -> tuple[float, float]:
-        """kappa_att: predicted by Eq. (eqrenkappa), and measured."""
+        """kappa_att: predicted by Eq. (3), and measured."""
         s = self.system
-        predicted = theory.kappa_att(s["rms_slope_found"], s["range"], s["adhesion_length"], self.ratio[0])
+        predicted = paper.kappa_att(s["rms_slope_found"], s["range"], s["adhesion_length"], self.ratio[0])
         return predicted, self.state["kappa_att"]
 
 
@@ -129,7 +129,7 @@ def confusion(results: list[dict[str, Any]]) -> str:
             continue
         sticky = state["load"] < 0
         predicted = Point(r, state).kappa_att[0]
-        for rule, kappa_rep in (("of the non-adhesive run", bare[key]), ("2", theory.KAPPA_REP)):
+        for rule, kappa_rep in (("of the non-adhesive run", bare[key]), ("2", paper.KAPPA_REP)):
             margin = kappa_rep / predicted
             judged[rule][margin > 1, sticky] += 1
             if (margin > 1) != sticky:

@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from continuum.measure.contact import REPULSIVE, contact_map
-from continuum.measure.kappa import characterise
+from continuum.measure.contact import REPULSIVE, contact_map, measure
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
@@ -67,7 +66,7 @@ def followed(system: System) -> dict[str, Any]:
         row: dict[str, Any] = {"target": state.target, "status": state.status.name, "branch": state.branch}
         if state.status.ok:
             inside = contact_map(wall, state.gap) == REPULSIVE
-            row |= asdict(characterise(grid, state.contact, inside, found.rms_slope))
+            row |= asdict(state.totals) | measure(grid, state.totals, inside, found.rms_slope).numbers()
             row |= {"mean_gap": state.mean_gap, "residual": state.solution.residual}
         row |= {
             "pairs": state.solution.fft_pairs,

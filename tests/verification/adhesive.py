@@ -121,7 +121,7 @@ class Sphere:
 
     def load(self, state: State) -> float:
         """N."""
-        return state.mean_pressure * self.grid.area
+        return state.load * self.grid.area
 
     def indentation(self, state: State) -> float:
         """δ on an infinite half-space."""
@@ -288,7 +288,7 @@ def wave_pressures(n: int) -> Real:
     for part in (0.3, 0.5, 0.7, 0.9, 1.1):
         state = solve(problem, "mean-gap", 1 + part * wave.amplitude, Settings(1e-10))
         state.solution.require()
-        pressures.append(state.mean_pressure)
+        pressures.append(state.load)
     return np.array(pressures)
 
 
@@ -327,7 +327,7 @@ def wave_curve(alpha: float, wavelength: float, n: int, points: int) -> WaveCurv
         state.solution.require()
         row, half = state.gap[:, 0], problem.grid.spacing[0] / 2
         widths = (np.count_nonzero(row < end) * half for end in (1.0, 1.0 + PAPER_LAW.range))
-        p = state.mean_pressure
+        p = state.load
         stable = -wave.pull_off_pressure < p < wave.mean_pressure(high)
         johnson = brentq(lambda a, p=p: wave.mean_pressure(a) - p, low, high) if stable else np.nan
         # His pressure vanishes where 2 (sin² ψ - sin² ψ_x) = α sqrt(tan ψ).

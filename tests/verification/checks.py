@@ -82,7 +82,7 @@ def hertz(n: int, contact: float = 0.1) -> list[Check]:
     problem = ContactProblem(grid, HardWall(), sphere(grid, radius), HalfSpace("clamped"))
     state = solve(problem, "separation", separation, Settings(1e-10))
     state.solution.require()
-    load = state.mean_pressure * grid.area
+    load = state.load * grid.area
     bent = Hertz(1 / (1 / radius + IMAGES_CURVATURE * load / (2 * np.pi * n**3)), load)
     depth = images_shift(grid, state.solution.traction) - separation
     touching = float(np.sqrt(np.count_nonzero(state.gap == 0) / np.pi))
@@ -104,12 +104,12 @@ def westergaard(n: int, part: float) -> list[Check]:
     problem = ContactProblem(grid, HardWall(), sine(grid, amplitude, (1, 0)), HalfSpace("free"))
     state = solve(problem, "mean-gap", part * amplitude, Settings(1e-10))
     state.solution.require()
-    exact = Westergaard(amplitude, wavelength, state.mean_pressure)
+    exact = Westergaard(amplitude, wavelength, state.load)
     width = np.count_nonzero(state.gap[:, 0] == 0) / 2
     x = np.minimum(grid.positions[0], wavelength - grid.positions[0])
     off = np.sqrt(np.mean((state.solution.traction - exact.pressure(x)) ** 2))
     analytic = exact.half_width / grid.spacing[0]
-    share = state.mean_pressure / exact.full_pressure
+    share = state.load / exact.full_pressure
     return [
         Check(f"half-width in cells at p̄/p* = {share:.3f}, n = {n}", width, analytic, width - analytic, 1.0),
         Check("pressure, rms over p*", float(off), 0.0, float(off / exact.full_pressure), 32 / n / 64),
@@ -128,7 +128,7 @@ def double_wave(n: int) -> list[Check]:
     for part in (0.9, 0.8, 0.01, 0.004):
         state = solve(problem, "mean-gap", part * amplitude, Settings(1e-9 * full))
         state.solution.require()
-        share = state.mean_pressure / full
+        share = state.load / full
         area = np.count_nonzero(state.gap == 0) / grid.size
         if part > 0.5:
             # Two crests in a cell, R = λ²/(4π² Δ); the next order is that of (a/λ)², p^(2/3).

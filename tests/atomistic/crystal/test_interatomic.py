@@ -13,7 +13,7 @@ def test_elastic_constants_of_springs():
 
 
 def test_reduced_springs_have_the_contact_modulus_1():
-    springs = Springs.reduced()
+    springs = Springs()
     assert contact_modulus(springs.elastic_constants) == pytest.approx(1, rel=1e-14)
     assert springs.stiffness == pytest.approx(1 / 1.37205, rel=1e-5)
 

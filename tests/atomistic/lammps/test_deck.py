@@ -17,7 +17,7 @@ def make_deck(**changes) -> Deck:
     rng = np.random.default_rng(3)
     start = 0.01 * rng.standard_normal((4, 4, 5, 3))
     start[SLAB.mobile :] = 0
-    deck = Deck(SLAB, Springs.reduced(), ADHESIVE, rng.standard_normal((4, 5)), 1.1 / 3, start)
+    deck = Deck(SLAB, Springs(), ADHESIVE, rng.standard_normal((4, 5)), 1.1 / 3, start)
     return replace(deck, **changes)
 
 
@@ -47,7 +47,7 @@ def test_the_script_is_complete_and_holds_the_numbers_of_the_deck():
     assert f"variable        separation index {deck.separation:.17g} " in texts["in.contact"]
     assert float(texts["in.contact"].split("variable        tolerance index ")[1].split()[0]) == 3e-12
     assert "evaluations index 77 " in texts["in.contact"]
-    assert f"bond_coeff      1 {Springs.reduced().stiffness / 2:.17g} 1\n" in texts["in.slab"]
+    assert f"bond_coeff      1 {Springs().stiffness / 2:.17g} 1\n" in texts["in.slab"]
     assert "surface id <= 20\n" in texts["in.slab"]
     assert "mobile id <= 60\n" in texts["in.slab"]
     assert texts == render(make_deck(tolerance=3e-12, evaluations=77))

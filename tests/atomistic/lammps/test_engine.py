@@ -10,12 +10,12 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck, read_wall_table, write_deck
 from atomistic.lammps.engine import LammpsError, Session, run_command, run_in_process
-from atomistic.lammps.result import Status, read_result
+from atomistic.lammps.result import DeckStatus, read_result
 from atomistic.relax.relax import apply_wall
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve.smooth import NotConvergedError
 
-SPRINGS = Springs.reduced()
+SPRINGS = Springs()
 WALLS = {
     "adhesive": LennardJonesSpline(adhesion_length=0.005),
     "long range": LennardJonesSpline(adhesion_length=0.05),
@@ -188,7 +188,7 @@ def test_the_separation_can_be_set_on_the_command_line(tmp_path):
 def test_what_is_not_converged_says_so(tmp_path):
     directory = write_deck(tmp_path, replace(relaxing(), evaluations=3))
     result = run_in_process(directory)
-    assert result.status is Status.FORCES_LEFT
+    assert result.status is DeckStatus.FORCES_LEFT
     with pytest.raises(NotConvergedError, match="forces are left"):
         result.require()
 
@@ -197,7 +197,7 @@ def test_a_state_below_the_core_says_so(tmp_path):
     # A wall so soft that its core gives way before the springs.
     deck = replace(relaxing(separation=0.4), wall=LennardJonesSpline(0.1, minimum_stiffness=0.01))
     result = run_in_process(write_deck(tmp_path, deck))
-    assert result.status is Status.BELOW_CORE
+    assert result.status is DeckStatus.BELOW_CORE
     with pytest.raises(NotConvergedError, match="core"):
         result.require()
 
@@ -207,7 +207,7 @@ def test_a_crystal_turned_inside_out_is_no_equilibrium(tmp_path):
     result = run_in_process(write_deck(tmp_path, relaxing(separation=0.2)))
     assert result.largest_force <= result.tolerance
     assert result.displacements[0, ..., 2].max() < -1
-    assert result.status is Status.DISTORTED
+    assert result.status is DeckStatus.DISTORTED
     with pytest.raises(NotConvergedError, match="past one another"):
         result.require()
 
@@ -228,7 +228,7 @@ def test_distortion_is_between_nearest_neighbours(tmp_path, shape):
 
 def test_forces_that_are_no_number_are_no_equilibrium(tmp_path):
     result = run_in_process(write_deck(tmp_path, relaxing()))
-    assert replace(result, largest_force=float("nan")).status is Status.FORCES_LEFT
+    assert replace(result, largest_force=float("nan")).status is DeckStatus.FORCES_LEFT
 
 
 def test_a_short_time_ends_a_relaxation(tmp_path):
@@ -238,7 +238,7 @@ def test_a_short_time_ends_a_relaxation(tmp_path):
     directory = write_deck(tmp_path, deck)
     with pytest.raises(LammpsError, match=r"more than 1\.0 s"):
         run_command(directory, timeout=1.0)
-    assert run_in_process(directory, timeout=1.0).status is Status.FORCES_LEFT
+    assert run_in_process(directory, timeout=1.0).status is DeckStatus.FORCES_LEFT
 
 
 @pytest.mark.parametrize("run", [run_in_process, run_command])

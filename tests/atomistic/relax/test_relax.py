@@ -18,7 +18,7 @@ from atomistic.lammps.engine import Session, run_command
 from atomistic.relax.relax import apply_wall, iterate, lattice_start, relax
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
-from continuum.measure.contact import measure
+from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import SelfAffine
@@ -26,7 +26,7 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import State, solve
 from continuum.solve.smooth import Settings
 
-SPRINGS = Springs.reduced()
+SPRINGS = Springs()
 
 
 def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
@@ -84,7 +84,7 @@ def contact(
     for _ in range(12):
         separation = (low + high) / 2
         state = solve(problem, "separation", separation, Settings(1e-13))
-        if measure(grid, wall, state.gap).area_rep < area:
+        if totals_of(grid, wall, state.gap).area_rep < area:
             high = separation
         else:
             low = separation

@@ -10,7 +10,7 @@ from atomistic.response.discreteness import discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
 
-SPRINGS = Springs.reduced()
+SPRINGS = Springs()
 
 
 def test_springs_tend_to_the_cubic_continuum_linearly_in_q():

@@ -13,7 +13,7 @@ from atomistic.response.force_constants import Checks, measure_force_constants, 
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
 
-SPRINGS = Springs.reduced()
+SPRINGS = Springs()
 
 
 @cache

@@ -10,7 +10,7 @@ from atomistic.response.material import model_of
 from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
 
-SPRINGS = Springs.reduced()
+SPRINGS = Springs()
 
 
 def dense_hessian(slab: Slab) -> np.ndarray:

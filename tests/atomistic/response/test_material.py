@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from atomistic.response.material import Material, measure, model_of
+from atomistic.response.material import CrystalModel, measure_crystal, model_of
 from continuum.units import GPA_PER_EV_PER_A3
 
 
@@ -56,7 +56,7 @@ def lattice_sums(cutoff: float) -> tuple[float, float, tuple[float, float, float
 
 @pytest.mark.parametrize("cutoff", [2.5, 3.3])
 def test_lennard_jones_is_its_lattice_sum(cutoff):
-    crystal = measure(LennardJones(cutoff))
+    crystal = measure_crystal(LennardJones(cutoff))
     a, energy, constants = lattice_sums(cutoff)
     assert crystal.lattice_constant == pytest.approx(a, rel=1e-12)
     assert crystal.energy == pytest.approx(energy, rel=1e-12)
@@ -68,7 +68,7 @@ def test_lennard_jones_of_long_range_has_the_known_constants():
     # Full sums: a = 1.5417 σ, energy -8.6102 ε (Kihara and Koba, J. Phys. Soc. Japan 7, 348 (1952)).
     # Cut at 9 σ, the attraction that is missing beyond, 16πρ/(3 r_c³) = 0.025 ε, and the tangent taken off within,
     # πρ r_c⁴ V'(r_c)/6 = 0.019 ε, act as a pressure: with the bulk modulus 8 x 8.61 ε ρ, a grows by 3.3e-4 σ.
-    crystal = measure(LennardJones(9.0))
+    crystal = measure_crystal(LennardJones(9.0))
     assert crystal.lattice_constant == pytest.approx(1.5417 + 3.3e-4, abs=1e-4)
     assert crystal.energy == pytest.approx(-8.6102, abs=0.05)
     assert crystal.constants.c11 / crystal.constants.c12 == pytest.approx(np.sqrt(3), rel=0.02)
@@ -89,7 +89,7 @@ def test_lennard_jones_of_long_range_has_the_known_constants():
 )
 def test_metals_have_the_constants_that_their_authors_print(name, a, energy, constants, digits):
     material = model_of(eam(name))
-    assert isinstance(material, Material)
+    assert isinstance(material, CrystalModel)
     crystal = material.crystal
     assert crystal.lattice_constant == pytest.approx(a, abs=2e-4)
     assert crystal.energy == pytest.approx(energy, abs=5e-4)
@@ -115,7 +115,7 @@ def test_a_material_is_a_model_in_reduced_units():
     assert units.ev_angstrom("energy") == pytest.approx(material.energy, rel=1e-12)
     assert material.reach == 6  # twice 5.507 Å over layers of 1.807 Å
     assert model_of(LennardJones()).real_units is None
-    springs = Springs.reduced()
+    springs = Springs()
     assert model_of(springs) is springs
 
 
@@ -124,23 +124,23 @@ def test_a_material_is_a_model_in_reduced_units():
 )
 def test_metals_that_are_not_fcc_are_refused(name, structure):
     with pytest.raises(PotentialError, match=f"not fcc at its minimum: {structure}"):
-        measure(eam(name))
+        measure_crystal(eam(name))
 
 
 def test_lennard_jones_that_prefers_another_stacking_is_refused():
     with pytest.raises(PotentialError, match="not fcc at its minimum: hcp"):
-        measure(LennardJones(2.5, "mdf", 2.0))
+        measure_crystal(LennardJones(2.5, "mdf", 2.0))
 
 
 def test_a_file_that_names_another_lattice_constant_finds_no_crystal():
     far = dataclasses.replace(eam("Ni_u3.eam"), guess=4 * 3.52**3 / 4)
     with pytest.raises(PotentialError, match="no fcc crystal at zero pressure"):
-        measure(far)
+        measure_crystal(far)
 
 
 def test_springs_are_not_measured_on_two_atoms():
     with pytest.raises(ValueError, match="fixed bonds"):
-        measure(Springs(1.0))
+        measure_crystal(Springs(1.0))
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from continuum.measure.contact import REPULSIVE, contact_map, measure
-from continuum.measure.kappa import characterise
+from continuum.measure.contact import REPULSIVE, contact_map, measure, totals_of
 from continuum.measure.outline import Mask, outline, patches, size_distribution
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -217,9 +216,9 @@ def test_the_numbers_of_a_contact_belong_together(seed: int) -> None:
     wall = LennardJonesSpline(adhesion_length=0.005)
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
     state = solve(problem, "mean-gap", 1 + 1.5 * heights.std(), Settings(1e-7))
-    contact, repulsive = measure(grid, wall, state.gap), contact_map(wall, state.gap) == REPULSIVE
+    contact, repulsive = totals_of(grid, wall, state.gap), contact_map(wall, state.gap) == REPULSIVE
     slope = moments(grid, heights).rms_slope
-    m = characterise(grid, contact, repulsive, slope)
+    m = measure(grid, contact, repulsive, slope)
     assert m.area_rep > 0
     assert 1 / m.kappa == pytest.approx(1 / m.kappa_rep - 1 / m.kappa_att)
     assert m.load == pytest.approx(slope * m.area_rep / m.kappa)
@@ -228,12 +227,12 @@ def test_the_numbers_of_a_contact_belong_together(seed: int) -> None:
     assert m.perimeter == pytest.approx(1.12220 * m.perimeter_cells, rel=1e-5)
     assert m.pressure_att < wall.largest_tension
     with pytest.raises(ValueError, match="cells, but A_rep/A0"):
-        characterise(grid, contact, ~repulsive, slope)
+        measure(grid, contact, ~repulsive, slope)
 
 
 def test_without_contact_there_is_no_kappa() -> None:
     grid = Grid.square(8)
     wall = LennardJonesSpline(adhesion_length=0.005)
-    m = characterise(grid, measure(grid, wall, np.full((8, 8), 9.0)), np.zeros((8, 8), dtype=bool), 0.1)
+    m = measure(grid, totals_of(grid, wall, np.full((8, 8), 9.0)), np.zeros((8, 8), dtype=bool), 0.1)
     assert np.isnan([m.kappa, m.kappa_rep, m.kappa_att, m.diameter, m.chord, m.pressure_rep]).all()
     assert m.load == m.perimeter == 0

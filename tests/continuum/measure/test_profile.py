@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.measure.contact import REPULSIVE, contact_map, measure
+from continuum.measure.contact import REPULSIVE, contact_map, totals_of
 from continuum.measure.outline import EDGE_SHARE, areas, outline
 from continuum.measure.profile import gap_distribution, gap_profile, pressure_distribution
 from continuum.model.grid import Grid
@@ -89,8 +89,8 @@ def test_areas_do_not_depend_on_the_origin_or_the_axes(seed: int, i: int, j: int
             list(vars(areas(there, WALL, other)).values()), list(vars(found).values()), rtol=1e-12
         )
     assert found.interior <= found.contour <= found.dilated
-    assert found.repulsive == measure(grid, WALL, gap).area_rep
-    assert found.attracted == pytest.approx(measure(grid, WALL, gap).area_att)
+    assert found.repulsive == totals_of(grid, WALL, gap).area_rep
+    assert found.attracted == pytest.approx(totals_of(grid, WALL, gap).area_att)
 
 
 # --- the gap profile ---------------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ def test_distributions_integrate_to_areas_and_loads(seed: int, rows: int) -> Non
     gaps = gap_distribution(grid, gap)
     assert np.sum(gaps.density * np.diff(gaps.edges)) == pytest.approx(1)
     pressures = pressure_distribution(grid, WALL, gap, bins=2000)
-    contact = measure(grid, WALL, gap)
+    contact = totals_of(grid, WALL, gap)
     share = pressures.density * np.diff(pressures.edges)
     assert np.sum(share) == pytest.approx(contact.area_rep + contact.area_att)
     middle = (pressures.edges[1:] + pressures.edges[:-1]) / 2

@@ -13,7 +13,7 @@ from scipy.special import gamma
 
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
-from continuum.theory import paper as theory
+from continuum.theory import paper
 
 RANGES = [0.10954, 0.34641, 1.09545]
 
@@ -28,7 +28,7 @@ def test_adhesion_lengths_of_the_paper(adhesion_length: float, range_: float) ->
     wall = LennardJonesSpline(adhesion_length=adhesion_length)
     assert wall.range == pytest.approx(range_, abs=5e-6)  # the digits printed in DESIGN.md
     assert wall.work_of_adhesion == pytest.approx(adhesion_length, rel=1e-14)
-    assert theory.spline_adhesion_length(wall.range) == pytest.approx(adhesion_length, rel=1e-14)
+    assert paper.spline_adhesion_length(wall.range) == pytest.approx(adhesion_length, rel=1e-14)
     # The energy at the minimum is minus the work of adhesion, and vanishes at the cut-off.
     energy = wall.evaluate(np.array([1.0, 1 + wall.range, 5.0])).energy
     np.testing.assert_allclose(energy, [-adhesion_length, 0, 0], atol=1e-16)
@@ -42,20 +42,20 @@ def test_largest_tension_and_softening(range_: float) -> None:
     assert -fine.traction.min() == pytest.approx(2 / 27 * range_, rel=1e-9)
     assert wall.largest_tension == pytest.approx(2 / 27 * range_, rel=1e-14)
     assert -fine.stiffness.min() == pytest.approx(1 / 6, rel=1e-9)
-    assert theory.snap_in_wavelength(-fine.stiffness.min()) == pytest.approx(6 * np.pi, rel=1e-8)
+    assert paper.snap_in_wavelength(-fine.stiffness.min()) == pytest.approx(6 * np.pi, rel=1e-8)
 
 
 @pytest.mark.parametrize("range_", RANGES)
 def test_effective_range_is_1_05659_of_the_range(range_: float) -> None:
     wall = LennardJonesSpline(range_)
-    found = theory.effective_range(lambda x: -float(wall.evaluate(np.array(1 + x)).traction), cutoff=range_)
+    found = paper.effective_range(lambda x: -float(wall.evaluate(np.array(1 + x)).traction), cutoff=range_)
     assert found / range_ == pytest.approx(1.05659, abs=5e-6)
 
 
 def test_effective_ranges_of_the_untruncated_laws() -> None:
-    # Eq. (deltar): 1.15 a0 for 9-3 and 0.62 a0 for 12-6, the latter as a surface law, pressure z^-7 - z^-13.
-    assert theory.effective_range(lambda x: (1 + x) ** -4 - (1 + x) ** -10) == pytest.approx(1.15294, abs=5e-6)
-    assert theory.effective_range(lambda x: (1 + x) ** -7 - (1 + x) ** -13) == pytest.approx(0.62043, abs=5e-6)
+    # Eq. (S-5): 1.15 a0 for 9-3 and 0.62 a0 for 12-6, the latter as a surface law, pressure z^-7 - z^-13.
+    assert paper.effective_range(lambda x: (1 + x) ** -4 - (1 + x) ** -10) == pytest.approx(1.15294, abs=5e-6)
+    assert paper.effective_range(lambda x: (1 + x) ** -7 - (1 + x) ** -13) == pytest.approx(0.62043, abs=5e-6)
 
 
 @given(st.floats(0.01, 3), st.floats(0.05, 50), st.floats(0.5, 0.9))

@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 
 from continuum.cli import main
 from continuum.files import store
+from continuum.files.tables import load
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
@@ -26,9 +27,8 @@ from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Event, Outcome, Search, State
-from continuum.runs.config import RunConfig, load
+from continuum.runs.config import LoadingTable, RunConfig
 from continuum.runs.run import run
-from continuum.runs.schedule import LoadingTable
 from continuum.solve.smooth import Settings, Status
 from tests.continuum.conftest import SMALL
 from tests.continuum.runs.test_run import same, stop_after
@@ -59,10 +59,10 @@ def test_control_by_pressure_is_control_by_mean_gap_at_the_same_state(wall: Wall
     by_pressure = solve(problem, "mean-pressure", 0.002, TIGHT)
     assert by_pressure.status.ok
     # The residual bounds the error of the mean traction.
-    assert by_pressure.mean_pressure == pytest.approx(0.002, abs=2e-9)
+    assert by_pressure.load == pytest.approx(0.002, abs=2e-9)
     by_gap = solve(problem, "mean-gap", by_pressure.mean_gap, TIGHT)
     np.testing.assert_allclose(by_gap.gap, by_pressure.gap, atol=1e-6)
-    assert by_gap.mean_pressure == pytest.approx(0.002, rel=1e-6)
+    assert by_gap.load == pytest.approx(0.002, rel=1e-6)
     if mean == "free":
         assert np.isnan(by_pressure.separation)
     else:
@@ -78,7 +78,7 @@ def test_a_tension_is_held_up_to_pull_off_and_not_beyond(wall: Wall) -> None:
     assert [s.status.ok for s in states] == [True, True, True, False, False, True]
     off, further = states[3], states[4]
     assert off.status is further.status is Outcome.PULLED_OFF
-    assert off.contact.area_rep == off.mean_pressure == 0
+    assert off.totals.area_rep == off.load == 0
     assert np.isposinf(off.mean_gap)
     assert further.search_solves == 0
     *_, event = off.events
@@ -88,7 +88,7 @@ def test_a_tension_is_held_up_to_pull_off_and_not_beyond(wall: Wall) -> None:
     assert 0 < held - lost <= 1e-5
     assert event.before.load == pytest.approx(held, abs=2e-8)
     # Under mean gap the same contact passes through that tension, and not much through more.
-    least = min(s.mean_pressure for s in follow(
+    least = min(s.load for s in follow(
         problem, "mean-gap", np.linspace(event.before.mean_gap - 0.05, event.before.mean_gap + 0.05, 9), Settings(1e-8),
         [solve(problem, "mean-pressure", 0.0, Settings(1e-8), states[2].gap)],
     ))  # fmt: skip
@@ -114,9 +114,9 @@ def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, targ
     for state in states:
         assert state.solution.status.ok
         if state.status.ok:
-            assert abs(state.contact.area_rep - state.target) <= allowed
+            assert abs(state.totals.area_rep - state.target) <= allowed
             alone = solve(problem, "mean-gap", state.mean_gap, Settings(1e-7), state.gap)
-            assert abs(alone.contact.area_rep - state.contact.area_rep) <= 1 / problem.grid.size
+            assert abs(alone.totals.area_rep - state.totals.area_rep) <= 1 / problem.grid.size
         else:
             assert state.status is Outcome.JUMPED_OVER
             assert state.beyond is not None
@@ -124,15 +124,15 @@ def test_an_area_is_met_or_said_to_be_jumped_over(seed: int, length: float, targ
             sides = sorted([event.before.area_rep, event.after.area_rep])
             assert sides[0] < state.target < sides[1]
             assert abs(event.before.mean_gap - event.after.mean_gap) <= search.area_resolution
-            assert state.contact.area_rep == event.before.area_rep
-            assert state.beyond.contact.area_rep == event.after.area_rep
+            assert state.totals.area_rep == event.before.area_rep
+            assert state.beyond.totals.area_rep == event.after.area_rep
 
 
 def test_a_search_begins_on_coarser_grids_and_says_what_it_took() -> None:
     problem = rough(256, LennardJonesSpline(0.3464))
     state = solve(problem, "repulsive-area", 0.03, Settings(1e-7))
     assert state.status.ok
-    assert state.contact.area_rep == pytest.approx(0.03, rel=0.01)
+    assert state.totals.area_rep == pytest.approx(0.03, rel=0.01)
     assert state.search_solves > 3
     # The grids of 128 and 64 points a side do most of it; in all it is a few solves of the fine grid.
     cold = solve(problem, "mean-gap", state.mean_gap, Settings(1e-7)).solution.fft_pairs
@@ -156,18 +156,18 @@ def test_an_area_is_reached_there_and_back_under_every_wall(wall: Wall) -> None:
     problem = rough(96, wall)
     gaps = [wall.zero_gap + gap for gap in (0.9, 0.6, 0.45, 0.7)]
     path = list(follow(problem, "mean-gap", gaps, Settings(1e-7)))
-    areas = [state.contact.area_rep for state in path]
+    areas = [state.totals.area_rep for state in path]
     found = list(follow(problem, "repulsive-area", areas, Settings(1e-7)))
     assert [state.branch for state in found] == ["start", "approach", "approach", "retract"]
     for one, other in zip(found, path, strict=True):
         assert one.status.ok
         # 1 % of the area; where it grows by e in about 0.5 a0, that is 0.005 a0, and twice that with half a point.
-        assert one.contact.area_rep == pytest.approx(other.contact.area_rep, rel=0.01, abs=0.5 / problem.grid.size)
+        assert one.totals.area_rep == pytest.approx(other.totals.area_rep, rel=0.01, abs=0.5 / problem.grid.size)
         assert one.mean_gap == pytest.approx(other.mean_gap, abs=0.01)
-    loads = [state.mean_pressure for state in path if state.mean_pressure > 0]
+    loads = [state.load for state in path if state.load > 0]
     for state in follow(problem, "mean-pressure", loads, Settings(1e-8)):
-        near = min(path, key=lambda other: abs(other.mean_pressure - state.target))
-        assert state.contact.area_rep == pytest.approx(near.contact.area_rep, abs=1.5 / problem.grid.size)
+        near = min(path, key=lambda other: abs(other.load - state.target))
+        assert state.totals.area_rep == pytest.approx(near.totals.area_rep, abs=1.5 / problem.grid.size)
         assert state.mean_gap == pytest.approx(near.mean_gap, abs=1e-4)
 
 
@@ -175,7 +175,7 @@ def test_under_a_hard_wall_no_load_is_a_touch_and_tension_is_none() -> None:
     problem = rough(64, HardWall())
     touch, pull = follow(problem, "mean-pressure", [0.0, -1e-6], TIGHT)
     assert touch.status.ok
-    assert touch.contact.area_rep == touch.mean_pressure == 0
+    assert touch.totals.area_rep == touch.load == 0
     np.testing.assert_allclose(touch.gap, problem.heights - problem.heights.min(), atol=1e-300)
     assert pull.status is Outcome.PULLED_OFF
 
@@ -229,7 +229,7 @@ def test_flats_on_stiff_springs_do_not_snap() -> None:
     # Largest softening 1/6.  The repulsive area passes from 0 to 1 at once as the gap passes a0: no jump.
     search = Search(event_resolution=1e-3, event_threshold=0.05)
     states = list(follow(flat(0.2), "separation", [1.5, 0.9, 1.5], TIGHT, (), search))
-    assert [state.contact.area_rep for state in states] == [0, 1, 0]
+    assert [state.totals.area_rep for state in states] == [0, 1, 0]
     assert not jumps(states)
 
 
@@ -241,7 +241,7 @@ def test_a_bracket_holds_the_jump_that_a_fine_path_finds() -> None:
     ends = (3.2, 2.2)
     down = np.round(np.arange(ends[0], ends[1] - fine / 2, -fine), 6).tolist()
     path = list(follow(problem, "mean-gap", [*down, *down[-2::-1]], Settings(1e-8)))
-    loads = np.array([state.mean_pressure for state in path])
+    loads = np.array([state.load for state in path])
     search = Search(event_resolution=0.002, event_threshold=0.02)
     inward, *rest = jumps(list(follow(problem, "mean-gap", [*ends, ends[0]], Settings(1e-8), (), search)))
     outward = rest[-1]
@@ -342,7 +342,7 @@ def test_a_stopped_path_with_jumps_goes_on_as_if_it_had_not(tmp_path: Path, poin
         run(config, tmp_path / "stopped.h5", progress=stop_after(points, KeyboardInterrupt))
     assert run(config, tmp_path / "stopped.h5").events == whole.events
     same(tmp_path / "stopped.h5", tmp_path / "whole.h5")
-    assert [step.status for step in whole.steps[-2:]] == ["PULLED_OFF", "PULLED_OFF"]
+    assert [step.status for step in whole.points[-2:]] == ["PULLED_OFF", "PULLED_OFF"]
     assert [event.kind for _, event in whole.events].count("pull-off") == 1
     file = store.read(tmp_path / "whole.h5", RunConfig.result_schema, RunConfig.result_version)
     assert file.attributes["smallest_load"] == min(e.before.load for _, e in whole.events if e.kind == "pull-off")
@@ -489,4 +489,4 @@ def test_a_rough_tolerance_on_many_grids_still_finds_the_area() -> None:
     problem = ContactProblem(grid, LennardJonesSpline(0.0), heights, HalfSpace("clamped"))
     state = solve(problem, "repulsive-area", 0.02, Settings(1e-7), search=Search(area_tolerance=0.3))
     assert state.status.ok
-    assert state.contact.area_rep == pytest.approx(0.02, rel=0.3)
+    assert state.totals.area_rep == pytest.approx(0.02, rel=0.3)

@@ -54,7 +54,7 @@ def solve_any(seed: int, kind: int) -> Status:
     tolerance = 1e-6 * slope
     state = solve(problem, "separation", separation, Settings(tolerance), start)
     assert np.isfinite(state.gap).all()
-    assert np.isfinite([state.mean_pressure, state.mean_gap, state.solution.residual]).all()
+    assert np.isfinite([state.load, state.mean_gap, state.solution.residual]).all()
     if state.status.ok:
         # Computed here, not by the solver; twice the tolerance is for the rounding of g on the way (see `minimise`).
         displacement = problem.displacement(state.gap, separation)

@@ -11,11 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
+from continuum.files.tables import load
 from continuum.measure.curve import Curve, adhesion, normal_stiffness
-from continuum.runs.analysis import analyse, tables
-from continuum.runs.config import RunConfig, load
+from continuum.runs.analysis import analyse
+from continuum.runs.config import RunConfig
 from continuum.runs.run import run
-from continuum.theory import paper as theory
+from continuum.show.runs import analysis_sheets
+from continuum.theory import paper
 
 
 def curve(gap: list[float] | np.ndarray, load: list[float] | np.ndarray, turn: int) -> Curve:
@@ -87,10 +89,10 @@ def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> Non
     summary = run(load(small, RunConfig), result)
     found = analyse(result)
     assert not found.notes
-    assert len(found.points) == len(summary.steps) == 5
-    for point, step in zip(found.points, summary.steps, strict=True):
+    assert len(found.points) == len(summary.points) == 5
+    for point, step in zip(found.points, summary.points, strict=True):
         assert point.numbers.area_rep == step.area_rep
-        assert point.patch_areas.sum() == pytest.approx(step.area_rep * found.grid.area)
+        assert point.patch_areas.sum() == pytest.approx(step.area_rep * found.result.grid.area)
         assert point.fields is not None
         assert point.fields.areas.repulsive == pytest.approx(step.area_rep, abs=1e-12)
         assert point.fields.areas.attracted == pytest.approx(step.area_att, abs=1e-12)
@@ -98,13 +100,13 @@ def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> Non
         p = point.fields.pressures
         share, middle = p.density * np.diff(p.edges), (p.edges[1:] + p.edges[:-1]) / 2
         assert np.sum(share * middle) == pytest.approx(step.load, abs=np.diff(p.edges)[0])
-    assert found.prediction.diameter == theory.contact_diameter(
-        found.prediction.rms_slope, found.prediction.rms_curvature
-    )
+    expected = found.expected
+    assert expected.diameter == paper.contact_diameter(expected.rms_slope, expected.rms_curvature)
     assert found.adhesion is not None
-    assert found.adhesion.peak_load == max(step.load for step in summary.steps)
-    for _, head, rows in tables(found):
-        assert [len(row) for row in rows] == [len(head)] * 5
+    assert found.adhesion.peak_load == max(step.load for step in summary.points)
+    *each, whole = analysis_sheets(found)
+    assert [len(sheet.rows) for sheet in each] == [5] * 3
+    assert len(whole.rows) == 11
 
 
 def test_the_command_prints_and_draws(small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -125,7 +127,8 @@ def test_a_run_without_fields_says_what_to_do(small: Path, tmp_path: Path, capsy
     assert all(point.fields is None for point in analyse(tmp_path / "small.h5").points)
 
 
-def test_a_table_and_a_hard_wall_have_no_distribution_of_pressures(small: Path, tmp_path: Path) -> None:
+def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tmp_path: Path) -> None:
+    """And under a hard wall, whose traction does not follow from the gap, there is no distribution of pressures."""
     text = small.read_text()
     law = 'law = "lennard-jones-spline"\nadhesion_length = 0.005'
     (tmp_path / "wall.txt").write_text("0.5 1.0\n1.0 0.0\n1.2 -0.01\n1.5 0.0\n")
@@ -135,10 +138,10 @@ def test_a_table_and_a_hard_wall_have_no_distribution_of_pressures(small: Path, 
         if name == "table":
             (tmp_path / "wall.txt").unlink()
         found = analyse(tmp_path / f"{name}.h5")
-        assert any("no distribution of pressures" in note for note in found.notes)
+        assert any("no distribution of pressures" in note for note in found.notes) == (name == "hard")
         for point in found.points:
             assert point.fields is not None
-            assert point.fields.pressures is None
+            assert (point.fields.pressures is None) == (name == "hard")
             assert point.fields.areas.repulsive == pytest.approx(point.numbers.area_rep, abs=1e-12)
 
 

@@ -12,7 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.runs.config import ConfigError, RunConfig, find, identity, load, resolved
+from continuum.files.tables import ConfigError, identity, load, resolved
+from continuum.files.toml import find
+from continuum.runs.config import RunConfig
 from tests.continuum.conftest import SMALL
 
 

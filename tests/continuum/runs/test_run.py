@@ -16,10 +16,12 @@ import xarray
 
 from continuum.cli import main
 from continuum.files import store
+from continuum.files.tables import load
 from continuum.model.walls import LennardJonesSpline
-from continuum.runs.build import estimate
-from continuum.runs.config import RunConfig, load
-from continuum.runs.run import OutputError, Step, run
+from continuum.runs.build import cost_of
+from continuum.runs.config import RunConfig
+from continuum.runs.record import Point
+from continuum.runs.run import OutputError, run
 from tests.continuum.conftest import SMALL
 
 
@@ -38,7 +40,7 @@ def same(a: Path, b: Path) -> None:
 
 
 def stop_after(points: int, error: type[BaseException]):
-    def progress(step: Step, done: int, total: int) -> None:
+    def progress(point: Point, done: int, total: int) -> None:
         if done == points:
             raise error
 
@@ -96,7 +98,8 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     path = small.with_name("killed.h5")
     code = (
         "import sys, time; from pathlib import Path\n"
-        "from continuum.runs.config import RunConfig, load; from continuum.runs.run import run\n"
+        "from continuum.runs.config import RunConfig; from continuum.files.tables import load\n"
+        "from continuum.runs.run import run\n"
         "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(0.5))"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])
@@ -202,7 +205,7 @@ def test_every_kind_of_surface_runs(small: Path, surface: str) -> None:
     small.write_text(SMALL[:start] + surface + "\n" + SMALL[SMALL.index("\n[wall]") :])
     summary = run(load(small, RunConfig), small.with_name("result.h5"))
     assert summary.converged
-    assert any(step.load != 0 for step in summary.steps)
+    assert any(step.load != 0 for step in summary.points)
 
 
 @pytest.mark.parametrize(
@@ -225,7 +228,7 @@ def test_every_kind_of_wall_and_substrate_runs(small: Path, table: str, text: st
     small.write_text("".join(f"[{table}]\n{text}\n\n" if p.startswith(f"[{table}]") else p for p in pieces))
     summary = run(load(small, RunConfig), small.with_name("result.h5"))
     assert summary.converged
-    assert any(step.load_att > 0 for step in summary.steps)
+    assert any(step.load_att > 0 for step in summary.points)
 
 
 @pytest.mark.parametrize(
@@ -264,6 +267,6 @@ def test_a_run_that_no_memory_holds_is_refused_before_it_starts(
 @pytest.mark.parametrize("name", ["adhesive", "nonadhesive"])
 def test_the_estimate_of_the_cost_is_honest(name: str, tmp_path: Path) -> None:
     config = load(f"inputs/smoke/{name}.toml", RunConfig)
-    found = sum(step.fft_pairs for step in run(config, tmp_path / "result.h5").steps)
+    found = sum(step.fft_pairs for step in run(config, tmp_path / "result.h5").points)
     # "To within a factor of about three" is what it says of itself.
-    assert found / 3 < estimate(config).fft_pairs < 3 * found
+    assert found / 3 < cost_of(config).fft_pairs < 3 * found

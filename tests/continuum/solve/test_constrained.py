@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from continuum.measure.contact import OUT_OF_RANGE, REPULSIVE, contact_map, measure
+from continuum.measure.contact import OUT_OF_RANGE, REPULSIVE, contact_map, totals_of
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer, MeanMode
@@ -170,7 +170,7 @@ def test_limit_of_a_stiff_law() -> None:
         wall = LennardJonesSpline(0.0, minimum_stiffness=k)
         soft = ContactProblem(problem.grid, wall, problem.heights, problem.substrate)
         state = solve(soft, "mean-gap", target + wall.zero_gap, TIGHT)
-        errors.append(state.mean_pressure / hard.mean_pressure - 1)
+        errors.append(state.load / hard.load - 1)
     # The wall yields p/k where it presses: first order in 1/k.
     assert abs(errors[2]) < 2e-3
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.3)
@@ -184,7 +184,7 @@ def test_three_controls_agree() -> None:
     problem = rough()
     grid = problem.grid
     held = solve(problem, "mean-gap", 0.8, TIGHT)
-    pushed = at_pressure(grid, problem.heights, held.mean_pressure)
+    pushed = at_pressure(grid, problem.heights, held.load)
     expected = held.traction
     assert np.count_nonzero(expected) > 0.01 * grid.size
     assert grid.mean(pushed.gap) == pytest.approx(0.8, abs=1e-8)
@@ -192,7 +192,7 @@ def test_three_controls_agree() -> None:
     np.testing.assert_allclose(pushed.traction, expected, atol=1e-8)
     for mean in (1e-6, 0.05, 5.0):
         springy = ContactProblem(grid, HardWall(), problem.heights, HalfSpace(mean))
-        separation = 0.8 - held.mean_pressure / mean
+        separation = 0.8 - held.load / mean
         state = solve(springy, "separation", separation, TIGHT)
         assert state.status.ok
         np.testing.assert_allclose(state.traction, expected, atol=1e-8)
@@ -276,9 +276,9 @@ def test_the_minimum_of_a_rough_contact() -> None:
     state = solve(problem, "mean-gap", 1.0, Settings(1e-8))
     assert_minimum(problem.grid, problem.heights, state.solution, 1e-8)
     p = state.traction
-    contact = measure(problem.grid, problem.wall, state.gap, p)
+    contact = totals_of(problem.grid, problem.wall, state.gap, p)
     assert contact.area_rep == np.count_nonzero(p > 0) / p.size > 0.01
-    assert contact.load == contact.load_rep == state.mean_pressure
+    assert contact.load == contact.load_rep == state.load
     assert contact.area_att == contact.load_att == contact.smallest_gap == 0
     assert set(np.unique(contact_map(problem.wall, state.gap))) == {OUT_OF_RANGE, REPULSIVE}
 
@@ -309,7 +309,7 @@ def test_no_contact_is_an_equilibrium_without_load() -> None:
     for start in (None, np.full(problem.grid.shape, away)):
         state = solve(problem, "separation", away, TIGHT, start)
         assert state.status.ok
-        assert state.mean_pressure == 0
+        assert state.load == 0
         np.testing.assert_allclose(state.gap, away + problem.heights, atol=1e-12)
 
 

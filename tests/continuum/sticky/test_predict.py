@@ -16,7 +16,8 @@ from continuum.cli import main
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers
-from continuum.show import report
+from continuum.show.prediction import prediction_sheets
+from continuum.show.prediction_figures import overview
 from continuum.sticky import examples, materials
 from continuum.sticky.materials import MATERIALS, Body, Interface, InterfaceError, interface, reduced_modulus
 from continuum.sticky.predict import Prediction, predict, turning_modulus, turning_work
@@ -46,7 +47,7 @@ def test_a_surface_of_known_moments_has_the_verdict_worked_out_by_hand(adhesion_
     found = predict([surface()], reduced(adhesion_length))
     slope, curvature = found.roughness.moments[1:]
     assert slope == pytest.approx(0.1)
-    # Eq. (adcond), typed here a second time to be independent.
+    # Eq. (6), typed here a second time to be independent.
     left = slope * 0.35 / (2 * adhesion_length) * (slope**2 / curvature / 0.35) ** (2 / 3)
     assert found.paper.margin == pytest.approx(np.pi * (3 / 16) ** (2 / 3) / left)
     assert found.paper.sticky is sticky
@@ -120,7 +121,7 @@ def test_no_map_is_too_odd_for_a_page(pattern: str, periodic: bool) -> None:
     topography = detrend(Topography(1e-9 * heights, (1e-6, 2e-6), periodic))
     found = predict([topography], interface([Body(material=MATERIALS["mica"])]))
     assert all(np.isfinite(row.value) for row in found.estimates)
-    report.overview(found).canvas.draw()
+    overview(found).canvas.draw()
 
 
 def test_two_rough_bodies_stick_less_than_one() -> None:
@@ -302,7 +303,7 @@ def test_the_page_does_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
     found = predict([surface()], reduced(0.005))
-    tables = report.sheets(found)
+    tables = prediction_sheets(found)
     for table in tables:
         assert {len(row) for row in table.rows} == {len(table.head)}
     verdicts = next(table for table in tables if table.title.startswith("Is it sticky"))

@@ -10,9 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.stats import norm
 
-from continuum.theory import paper as theory
-from continuum.theory import rough as statistical
-from continuum.theory import smooth as classical
+from continuum.theory import paper, rough, smooth
 from continuum.theory.rough import GreenwoodWilliamson
 from continuum.theory.smooth import DMT, JKR, AdhesiveWave, Hertz, MaugisDugdale, Westergaard
 
@@ -90,7 +88,7 @@ def test_adhesive_spheres_lie_between_dmt_and_jkr(radius: float, work: float, mo
     jkr, dmt = JKR(radius, work, modulus), DMT(radius, work, modulus)
     load = push * jkr.pull_off_force
     mu = [20.0, 3.0, 1.0, 0.3, 0.005]
-    spheres = [MaugisDugdale(radius, work, classical.tabor_parameter(radius, work, m, modulus), modulus) for m in mu]
+    spheres = [MaugisDugdale(radius, work, smooth.tabor_parameter(radius, work, m, modulus), modulus) for m in mu]
     tensions = [jkr.pull_off_force, *(sphere.pull_off_force for sphere in spheres), dmt.pull_off_force]
     radii = [jkr.contact_radius(load), *(sphere.contact_radius(load) for sphere in spheres), dmt.contact_radius(load)]
     assert (np.diff(tensions) > 0).all()
@@ -106,7 +104,7 @@ def test_adhesive_spheres_lie_between_dmt_and_jkr(radius: float, work: float, mo
 def test_maugis_pull_off_is_the_known_function_of_his_parameter(parameter: float) -> None:
     sphere = MaugisDugdale(1.0, 1.0, 1.0, np.sqrt(9 / (2 * np.pi * parameter**3)))
     assert sphere.parameter == pytest.approx(parameter, rel=1e-12)
-    assert sphere.parameter == pytest.approx(theory.maugis_parameter(1.0, 1 / sphere.contact_modulus, 1.0), rel=1e-12)
+    assert sphere.parameter == pytest.approx(paper.maugis_parameter(1.0, 1 / sphere.contact_modulus, 1.0), rel=1e-12)
     # The fit of Carpick, Ogletree and Salmeron, J. Colloid Interface Sci. 211, 395 (1999), good to some 2 %.
     x = 4.04 * parameter**1.4
     assert sphere.pull_off_force / np.pi == pytest.approx(7 / 4 - (x - 1) / (4 * (x + 1)), rel=0.02)
@@ -129,7 +127,7 @@ def test_a_maugis_contact_is_consistent() -> None:
 
 def test_tabor_and_maugis_differ_by_a_number() -> None:
     sphere = MaugisDugdale(50.0, 0.01, 0.3, 2.0)
-    assert sphere.parameter / classical.tabor_parameter(50.0, 0.01, 0.3, 2.0) == pytest.approx(1.127, abs=5e-4)
+    assert sphere.parameter / smooth.tabor_parameter(50.0, 0.01, 0.3, 2.0) == pytest.approx(1.127, abs=5e-4)
 
 
 # --- waves -------------------------------------------------------------------------------------------------
@@ -206,12 +204,12 @@ def test_a_wave_of_strong_adhesion_has_no_partial_contact() -> None:
 
 
 def test_kappas_of_theories() -> None:
-    assert pytest.approx(2.507, abs=5e-4) == statistical.KAPPA_BGT
-    assert pytest.approx(1.596, abs=5e-4) == statistical.KAPPA_PERSSON
-    assert theory.KAPPA_REP == 2
+    assert pytest.approx(2.507, abs=5e-4) == rough.KAPPA_BGT
+    assert pytest.approx(1.596, abs=5e-4) == rough.KAPPA_PERSSON
+    assert paper.KAPPA_REP == 2
     small = 1e-4
-    assert statistical.persson_area(0.1 * small, 0.1) == pytest.approx(statistical.KAPPA_PERSSON * small, rel=1e-6)
-    assert statistical.persson_area(1.0, 0.1) == pytest.approx(1, rel=1e-12)
+    assert rough.persson_area(0.1 * small, 0.1) == pytest.approx(rough.KAPPA_PERSSON * small, rel=1e-6)
+    assert rough.persson_area(1.0, 0.1) == pytest.approx(1, rel=1e-12)
 
 
 def test_greenwood_williamson_with_the_summits_of_a_gaussian_surface_has_bgts_kappa() -> None:
@@ -222,7 +220,7 @@ def test_greenwood_williamson_with_the_summits_of_a_gaussian_surface_has_bgts_ka
     for xi in (18.0, 24.0, 36.0):
         surface = GreenwoodWilliamson(xi**2 * m2 / sigma**2 / (2 * np.pi), sigma / (xi * m2), sigma)
         kappa = slope * surface.area(xi * sigma) / surface.pressure(xi * sigma)
-        errors.append(abs(kappa / statistical.KAPPA_BGT - 1))
+        errors.append(abs(kappa / rough.KAPPA_BGT - 1))
         # And half of the area that lies above ξ: asperities are cut at half their section.
         assert surface.area(xi * sigma) == pytest.approx(norm.sf(xi) / 2, rel=3 / xi**2)
     # The tail of a Gaussian is an exponential up to 1/ξ², 1/324 and less here.
@@ -257,7 +255,7 @@ def test_asperity_theories_against_sums_over_asperities(ratio: float) -> None:
         touch = np.maximum(heights - d, 0)
         return float(np.mean(np.where(touch > 0, 20 / 3 * np.sqrt(2.0) * touch**1.5 / (2 * np.pi * 0.6) - 1, 0)))
 
-    for summed, found in ((short, statistical.fuller_tabor(ratio)), (long, statistical.dmt_asperities(ratio))):
+    for summed, found in ((short, rough.fuller_tabor(ratio)), (long, rough.dmt_asperities(ratio))):
         tension = max(-summed(float(d)) for d in np.linspace(-5, 5, 401) * max(sigma, jkr.separation_distance) / 1.5)
         # Heights and positions of a finite number: 0.2 %, and one asperity in 200 000 in the tail.
         assert found == pytest.approx(tension, rel=2e-3, abs=1e-5)
@@ -265,7 +263,7 @@ def test_asperity_theories_against_sums_over_asperities(ratio: float) -> None:
 
 def test_pull_off_of_asperities_falls_from_one_to_nothing() -> None:
     ratios = [0.01, 0.1, 0.5, 1, 2, 3, 5]
-    for pull_off in (statistical.fuller_tabor, statistical.dmt_asperities):
+    for pull_off in (rough.fuller_tabor, rough.dmt_asperities):
         found = [pull_off(ratio) for ratio in ratios]
         assert found[0] == pytest.approx(1, rel=5e-3)
         assert (np.diff(found) < 0).all()
@@ -276,7 +274,7 @@ def test_pull_off_of_asperities_falls_from_one_to_nothing() -> None:
 def test_energy_of_full_contact() -> None:
     # One wave of amplitude Δ: the traction E* q/2 Δ cos does the work E* q Δ²/8 per area.
     q, amplitude = 0.3, 0.7
-    assert statistical.conformal_energy(np.array([q]), np.array([amplitude**2 / 2]), 2.0) == pytest.approx(
+    assert rough.conformal_energy(np.array([q]), np.array([amplitude**2 / 2]), 2.0) == pytest.approx(
         2.0 * q * amplitude**2 / 8
     )
     # Johnson's wave gains energy in full contact, w = U, where α² = 2λw/(π²Δ²E*) is 1/(2π).

@@ -15,9 +15,7 @@ from scipy.integrate import quad
 
 from continuum.sticky import criteria
 from continuum.sticky.criteria import RoughContact, every_estimate, verdicts
-from continuum.theory import paper as theory
-from continuum.theory import rough as statistical
-from continuum.theory import smooth as classical
+from continuum.theory import paper, rough, smooth
 
 positive = st.floats(0.1, 10)
 slope = st.floats(0.01, 0.5)
@@ -28,51 +26,51 @@ slope = st.floats(0.01, 0.5)
 
 @given(slope, positive, positive)
 def test_the_rim_follows_from_the_gap(rms_slope: float, curvature: float, range_: float) -> None:
-    diameter = theory.contact_diameter(rms_slope, curvature)
-    width = theory.attraction_width(rms_slope, diameter, range_)
-    assert float(theory.gap_profile(width, rms_slope, diameter)) == pytest.approx(range_, rel=1e-12)
-    # A_att = P d_att with P = π A_rep/d_rep: Eqs. (attrep) and (datt) say the same.
-    ratio = theory.area_ratio(rms_slope, diameter, range_)
-    assert 1 / ratio == pytest.approx(theory.perimeter(1.0, diameter) * width, rel=1e-12)
-    assert theory.height_change(rms_slope, curvature) == pytest.approx(rms_slope * diameter / 4, rel=1e-14)
+    diameter = paper.contact_diameter(rms_slope, curvature)
+    width = paper.attraction_width(rms_slope, diameter, range_)
+    assert float(paper.gap_profile(width, rms_slope, diameter)) == pytest.approx(range_, rel=1e-12)
+    # A_att = P d_att with P = π A_rep/d_rep: Eqs. (4) and (S-2) say the same.
+    ratio = paper.area_ratio(rms_slope, diameter, range_)
+    assert 1 / ratio == pytest.approx(paper.perimeter(1.0, diameter) * width, rel=1e-12)
+    assert paper.height_change(rms_slope, curvature) == pytest.approx(rms_slope * diameter / 4, rel=1e-14)
     # A parabola of radius R has the slope h' at half the diameter.
-    assert diameter / 2 / theory.asperity_radius(curvature) == pytest.approx(rms_slope, rel=1e-14)
+    assert diameter / 2 / paper.asperity_radius(curvature) == pytest.approx(rms_slope, rel=1e-14)
 
 
 def test_the_gap_is_that_outside_a_cylinder() -> None:
     # Johnson, section 5.3 with Baney and Hui: outside a cylinder of radius R pressed to a half-width a without adhesion
-    # the slope of the gap is (a/R) sqrt(x²/a² - 1), x from its middle; close to the edge Eq. (gap).
+    # the slope of the gap is (a/R) sqrt(x²/a² - 1), x from its middle; close to the edge Eq. (S-1).
     a, radius = 1.0, 10.0
     for x in (1e-3, 1e-4):
         exact = quad(lambda s: a / radius * np.sqrt(((a + s) / a) ** 2 - 1), 0, x, epsabs=0)[0]
         # The next term of the expansion is 3x/(20 a).
-        assert float(theory.gap_profile(x, a / radius, 2 * a)) == pytest.approx(exact, rel=0.2 * x)
+        assert float(paper.gap_profile(x, a / radius, 2 * a)) == pytest.approx(exact, rel=0.2 * x)
 
 
 @given(slope, positive, positive, st.floats(1e-4, 0.1), st.floats(1.5, 3))
 def test_the_onset_is_where_kappa_changes_sign(
     rms_slope: float, curvature: float, range_: float, length: float, kappa_rep: float
 ) -> None:
-    ratio = theory.area_ratio(rms_slope, theory.contact_diameter(rms_slope, curvature), range_)
-    att = theory.kappa_att(rms_slope, range_, length, ratio)
-    change = theory.height_change(rms_slope, curvature)
-    onset = theory.onset(rms_slope, change, length, range_, kappa_rep)
+    ratio = paper.area_ratio(rms_slope, paper.contact_diameter(rms_slope, curvature), range_)
+    att = paper.kappa_att(rms_slope, range_, length, ratio)
+    change = paper.height_change(rms_slope, curvature)
+    onset = paper.onset(rms_slope, change, length, range_, kappa_rep)
     assert onset == pytest.approx(att / kappa_rep, rel=1e-12)
-    kappa = theory.renormalised_kappa(kappa_rep, att)
+    kappa = paper.renormalised_kappa(kappa_rep, att)
     assert (kappa < 0) == (onset < 1)
-    assert kappa_rep / kappa == pytest.approx(theory.stiffness_reduction(kappa_rep, att), rel=1e-9)
+    assert kappa_rep / kappa == pytest.approx(paper.stiffness_reduction(kappa_rep, att), rel=1e-9)
     # N = p_rep A_rep - (w/Δr) A_att, the sum that the equations stand for.
-    net = theory.repulsive_pressure(rms_slope, kappa_rep) - theory.adhesive_pressure(length, range_) / ratio
+    net = paper.repulsive_pressure(rms_slope, kappa_rep) - paper.adhesive_pressure(length, range_) / ratio
     assert net == pytest.approx(rms_slope / kappa, rel=1e-9, abs=1e-12)
-    modulus = theory.critical_modulus(rms_slope, change, length, range_, kappa_rep)
-    assert theory.onset(rms_slope, change, length / modulus, range_, kappa_rep) == pytest.approx(1, rel=1e-12)
+    modulus = paper.critical_modulus(rms_slope, change, length, range_, kappa_rep)
+    assert paper.onset(rms_slope, change, length / modulus, range_, kappa_rep) == pytest.approx(1, rel=1e-12)
 
 
 def test_limits_of_kappa() -> None:
-    assert theory.kappa_att(0.1, 1.0, 0.0, 1.0) == np.inf
-    assert theory.renormalised_kappa(2.0, np.inf) == 2.0
-    assert theory.renormalised_kappa(2.0, 2.0) == np.inf
-    assert theory.stiffness_reduction(2.0, np.inf) == 1.0
+    assert paper.kappa_att(0.1, 1.0, 0.0, 1.0) == np.inf
+    assert paper.renormalised_kappa(2.0, np.inf) == 2.0
+    assert paper.renormalised_kappa(2.0, 2.0) == np.inf
+    assert paper.stiffness_reduction(2.0, np.inf) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -84,19 +82,19 @@ def test_limits_of_kappa() -> None:
     ],
 )
 def test_the_effective_range_keeps_the_load_of_the_rim(attraction: Callable[[float], float], cutoff: float) -> None:
-    range_ = theory.effective_range(attraction, cutoff)
+    range_ = paper.effective_range(attraction, cutoff)
     work = quad(attraction, 0, cutoff, epsabs=0, epsrel=1e-11)[0]
-    # Eq. (datt2), with the load integrated over x itself, not over the gap.
-    rim = theory.attractive_load(attraction, 0.1, 20.0, cutoff)
-    assert rim == pytest.approx(work / range_ * theory.attraction_width(0.1, 20.0, range_), rel=1e-8)
-    end = theory.attraction_width(0.1, 20.0, cutoff) if np.isfinite(cutoff) else np.inf
-    over_x = quad(lambda x: attraction(float(theory.gap_profile(x, 0.1, 20.0))), 0, end, epsabs=0, limit=400)[0]
+    # Eq. (S-4), with the load integrated over x itself, not over the gap.
+    rim = paper.attractive_load(attraction, 0.1, 20.0, cutoff)
+    assert rim == pytest.approx(work / range_ * paper.attraction_width(0.1, 20.0, range_), rel=1e-8)
+    end = paper.attraction_width(0.1, 20.0, cutoff) if np.isfinite(cutoff) else np.inf
+    over_x = quad(lambda x: attraction(float(paper.gap_profile(x, 0.1, 20.0))), 0, end, epsabs=0, limit=400)[0]
     assert rim == pytest.approx(over_x, rel=1e-6)
 
 
 def test_a_flat_attraction_has_its_own_range() -> None:
-    # Dugdale: constant p up to r.  (2/3) ∫ Δ^(-1/3) dΔ = r^(2/3), so Eq. (deltar) gives r itself.
-    assert theory.effective_range(lambda x: 1.0, cutoff=0.7) == pytest.approx(0.7, rel=1e-10)
+    # Dugdale: constant p up to r.  (2/3) ∫ Δ^(-1/3) dΔ = r^(2/3), so Eq. (S-5) gives r itself.
+    assert paper.effective_range(lambda x: 1.0, cutoff=0.7) == pytest.approx(0.7, rel=1e-10)
 
 
 # --- what is off in the paper's text -----------------------------------------------------------------------
@@ -105,10 +103,10 @@ def test_a_flat_attraction_has_its_own_range() -> None:
 def test_perimeter_factors() -> None:
     # Mean of 1/cos over the octant, and the inverse of the mean of cos.
     quarter = np.pi / 4
-    assert quad(lambda t: 1 / np.cos(t), 0, quarter)[0] / quarter == pytest.approx(theory.PERIMETER_FACTOR_PAPER)
-    assert quarter / quad(np.cos, 0, quarter)[0] == pytest.approx(theory.PERIMETER_FACTOR)
-    assert pytest.approx(1.1222, abs=5e-5) == theory.PERIMETER_FACTOR_PAPER
-    assert pytest.approx(1.1107, abs=5e-5) == theory.PERIMETER_FACTOR
+    assert quad(lambda t: 1 / np.cos(t), 0, quarter)[0] / quarter == pytest.approx(paper.PERIMETER_FACTOR_PAPER)
+    assert quarter / quad(np.cos, 0, quarter)[0] == pytest.approx(paper.PERIMETER_FACTOR)
+    assert pytest.approx(1.1222, abs=5e-5) == paper.PERIMETER_FACTOR_PAPER
+    assert pytest.approx(1.1107, abs=5e-5) == paper.PERIMETER_FACTOR
     # Counted discs confirm the latter: cells that have a neighbour outside.
     radius = 200.3
     x = np.arange(-210, 211)
@@ -118,26 +116,26 @@ def test_perimeter_factors() -> None:
         inner &= np.roll(disc, step, axis)
     factor = 2 * np.pi * radius / np.count_nonzero(disc & ~inner)
     # One cell in some 1100 either way, and an edge that runs half a cell inside the circle: 0.3 %.
-    assert factor == pytest.approx(theory.PERIMETER_FACTOR, rel=4e-3)
-    assert factor < theory.PERIMETER_FACTOR_PAPER * (1 - 4e-3)
+    assert factor == pytest.approx(paper.PERIMETER_FACTOR, rel=4e-3)
+    assert factor < paper.PERIMETER_FACTOR_PAPER * (1 - 4e-3)
 
 
 def test_the_bound_of_the_onset() -> None:
-    # κ_att/κ_rep = 1 where the left side of Eq. (adcond) is π (3/16)^(2/3), "about 1".
+    # κ_att/κ_rep = 1 where the left side of Eq. (6) is π (3/16)^(2/3), "about 1".
     assert np.pi * (3 / 16) ** (2 / 3) == pytest.approx(1.029, abs=5e-4)
     left = 0.1 * 0.5 / (2 * 0.01) * (0.2 / 0.5) ** (2 / 3)
-    assert theory.onset(0.1, 0.2, 0.01, 0.5) == pytest.approx(left / (np.pi * (3 / 16) ** (2 / 3)), rel=1e-12)
+    assert paper.onset(0.1, 0.2, 0.01, 0.5) == pytest.approx(left / (np.pi * (3 / 16) ** (2 / 3)), rel=1e-12)
 
 
 def test_the_necessary_condition_comes_from_the_onset_not_from_the_area_ratio() -> None:
-    needed = theory.onset(0.1, 1.0, 1.0, 1.0)  # δh = Δr = a0, κ_rep = 2, in units of l_a
+    needed = paper.onset(0.1, 1.0, 1.0, 1.0)  # δh = Δr = a0, κ_rep = 2, in units of l_a
     assert needed / 0.1 == pytest.approx(0.486, abs=5e-4)
-    assert theory.necessary_adhesion_length(0.1) == pytest.approx(needed, rel=0.03)  # printed as 0.5
+    assert paper.necessary_adhesion_length(0.1) == pytest.approx(needed, rel=0.03)  # printed as 0.5
 
 
 def test_the_rubber_of_the_discussion_sticks_below_70_megapascal_not_10() -> None:
     slope, diameter, range_, work = 1.0, 10e-9, 0.5e-9, 0.05
-    modulus = theory.critical_modulus(slope, slope * diameter / 4, work, range_)
+    modulus = paper.critical_modulus(slope, slope * diameter / 4, work, range_)
     assert modulus == pytest.approx(70.4e6, rel=1e-3)
     contact = RoughContact(1e-6, slope, 4 * slope / diameter, work, range_, 10e6)
     verdict = criteria.pastewka_robbins(contact)
@@ -150,19 +148,19 @@ def test_the_rubber_of_the_discussion_sticks_below_70_megapascal_not_10() -> Non
 def test_the_tape_of_the_discussion() -> None:
     # E* = 0.1 MPa, h' = 1, Δr = 0.5 nm, w = 50 mJ/m²: sticky up to d_rep of about 0.2 mm ("<~ 100 µm").
     def modulus(diameter: float) -> float:
-        return theory.critical_modulus(1.0, diameter / 4, 0.05, 0.5e-9)
+        return paper.critical_modulus(1.0, diameter / 4, 0.05, 0.5e-9)
 
     assert modulus(100e-6) > 0.1e6
     assert modulus(300e-6) < 0.1e6
 
 
 def test_numbers_of_the_supplement() -> None:
-    assert statistical.asperity_limit(1.0, 1.0) == pytest.approx(0.2356, abs=5e-5)
+    assert rough.asperity_limit(1.0, 1.0) == pytest.approx(0.2356, abs=5e-5)
     # λ_Maugis of 1 for l_a = 5e-4, h' = 0.1, Δr = 1 (in a0) has d_rep = 0.17 mm with a0 = 0.3 nm, and 1 mm at
     # λ_Maugis = 1.8: "accurate even when it exceeds unity ... close to a millimeter".
     for parameter, diameter in ((1.0, 0.1676e-3), (1.8, 0.977e-3)):
-        assert theory.maugis_parameter(diameter / 0.3e-9 / 0.2, 5e-4, 1.0) == pytest.approx(parameter, rel=1e-3)
-    assert theory.spline_adhesion_length(0.34641) == pytest.approx(0.005, rel=1e-5)
+        assert paper.maugis_parameter(diameter / 0.3e-9 / 0.2, 5e-4, 1.0) == pytest.approx(parameter, rel=1e-3)
+    assert paper.spline_adhesion_length(0.34641) == pytest.approx(0.005, rel=1e-5)
 
 
 # --- any units ---------------------------------------------------------------------------------------------
@@ -213,7 +211,7 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
 def _functions() -> list[Callable[..., Any]]:
     """Every public function and every public property and method of the oracles, as functions of numbers by name."""
     found: list[Callable[..., Any]] = []
-    for module in (theory, classical, statistical):
+    for module in (paper, smooth, rough):
         for name in module.__all__:
             thing = getattr(module, name)
             if dataclasses.is_dataclass(thing):

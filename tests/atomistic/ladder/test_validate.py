@@ -13,10 +13,9 @@ from atomistic.cli import main
 from atomistic.config import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.engine import run_command
-from atomistic.response.lattice import LatticeResponse
-from atomistic.validate import archive, budget
-from atomistic.validate.ladder import (
+from atomistic.ladder import archive, budget
+from atomistic.ladder.comparison import GEOMETRY, STEPS, PathResult, compare_on_path, paths_of
+from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
     RUNGS,
     Rung,
@@ -28,14 +27,15 @@ from atomistic.validate.ladder import (
     rung_of,
     select,
 )
-from atomistic.validate.validate import GEOMETRY, STEPS, UnitResult, units, validate_unit
-from continuum.measure.contact import measure
+from atomistic.lammps.engine import run_command
+from atomistic.response.lattice import LatticeResponse
+from continuum.files.tables import load
+from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.runs.config import load
 from continuum.solve.smooth import Settings
 
 ROOT = Path(__file__).parents[3]
@@ -96,18 +96,18 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> ValidateConfig:
 
 
 @pytest.fixture(scope="module")
-def results(config: ValidateConfig) -> list[UnitResult]:
-    return [validate_unit(config, unit) for unit in units(config)]
+def results(config: ValidateConfig) -> list[PathResult]:
+    return [compare_on_path(config, path) for path in paths_of(config)]
 
 
 @pytest.fixture
-def columns(results: list[UnitResult]) -> dict[str, np.ndarray]:
+def columns(results: list[PathResult]) -> dict[str, np.ndarray]:
     return {name: dataset.values for name, dataset in archive.datasets_of(results).items()}
 
 
 def contact(adhesion_length: float = 0.0, slope: float = 0.1, depth: float = 12.0) -> ContactProblem:
     grid = Grid.square(24)
-    lattice = LatticeResponse.of_springs(Slab.of_depth(grid, depth), Springs.reduced())
+    lattice = LatticeResponse.of_springs(Slab.of_depth(grid, depth), Springs())
     heights = SelfAffine(0.8, slope, 8.0, 24.0).synthesise(grid, np.random.default_rng(2))
     return ContactProblem(grid, LennardJonesSpline(adhesion_length=adhesion_length), heights, lattice)
 
@@ -115,7 +115,7 @@ def contact(adhesion_length: float = 0.0, slope: float = 0.1, depth: float = 12.
 # --- the ladder --------------------------------------------------------------------------------------------
 
 
-def test_rungs_are_compared_at_equal_mean_gap_and_atoms_at_equal_separation(results: list[UnitResult]) -> None:
+def test_rungs_are_compared_at_equal_mean_gap_and_atoms_at_equal_separation(results: list[PathResult]) -> None:
     for result in results:
         for state in result.states:
             rungs = state.rungs
@@ -127,24 +127,24 @@ def test_rungs_are_compared_at_equal_mean_gap_and_atoms_at_equal_separation(resu
             assert rungs["atoms"].mean_gap != rungs["lattice"].mean_gap
 
 
-def test_only_the_lattice_gives_way_as_a_whole(results: list[UnitResult]) -> None:
+def test_only_the_lattice_gives_way_as_a_whole(results: list[PathResult]) -> None:
     for result in results:
         for state in result.states:
             lattice, rigid = state.rungs["lattice"], state.rungs["half-space"]
             given_way = result.mean_stiffness * (lattice.mean_gap - lattice.separation)
             # Heights have no mean, so the mean displacement is separation minus mean gap.
-            assert given_way == pytest.approx(lattice.contact.load, abs=1e-9)
+            assert given_way == pytest.approx(lattice.totals.load, abs=1e-9)
             assert rigid.separation == pytest.approx(rigid.mean_gap, abs=1e-12)
-            if result.unit.adhesion_length == 0:
+            if result.path.adhesion_length == 0:
                 assert state.load_ratio_at_equal_separation > 1.05
 
 
-def test_atoms_are_in_equilibrium_with_what_they_carry(results: list[UnitResult]) -> None:
+def test_atoms_are_in_equilibrium_with_what_they_carry(results: list[PathResult]) -> None:
     for result in results:
         for state in result.states:
-            assert state.largest_force <= 1e-8 * result.unit.rms_slope
+            assert state.largest_force <= 1e-8 * result.path.rms_slope
             atoms = state.rungs["atoms"]
-            wall = LennardJonesSpline(adhesion_length=result.unit.adhesion_length)
+            wall = LennardJonesSpline(adhesion_length=result.path.adhesion_length)
             # Tractions as LAMMPS computed them are the law at the gaps as LAMMPS found them.
             np.testing.assert_allclose(atoms.traction, wall.evaluate(atoms.gap).traction, atol=1e-13)
 
@@ -152,7 +152,7 @@ def test_atoms_are_in_equilibrium_with_what_they_carry(results: list[UnitResult]
 def test_a_path_approaches_touches_and_lets_go() -> None:
     problem = contact(0.005, 0.05)
     path = list(approach_and_retract(problem, 0.2, Settings(1e-9)))
-    area = [measure(problem.grid, problem.wall, s.gap).area_rep for s in path]
+    area = [totals_of(problem.grid, problem.wall, s.gap).area_rep for s in path]
     assert area[0] == 0
     assert max(area) >= 0.2
     assert path[-1].gap.min() >= problem.wall.zero_gap + problem.wall.range
@@ -168,7 +168,7 @@ def test_an_area_is_met_to_the_point_without_adhesion(area: float) -> None:
     problem = contact()
     settings = Settings(1e-9)
     state = select(problem, list(approach_and_retract(problem, 0.25, settings)), area, "approach", settings)
-    found = measure(problem.grid, problem.wall, state.gap).area_rep
+    found = totals_of(problem.grid, problem.wall, state.gap).area_rep
     assert area <= found <= area + 2 / problem.grid.size  # two points may touch at once
 
 
@@ -176,7 +176,7 @@ def test_the_states_beside_a_jump_are_those_of_both_branches() -> None:
     problem = contact(0.05, depth=48.0)  # a thin slab is too stiff to jump as a whole
     path = list(approach_and_retract(problem, 0.1, Settings(1e-9)))
     before, after, past = beside_jump(problem, path).values()
-    area = [measure(problem.grid, problem.wall, s.gap).area_rep for s in (before, after, past)]
+    area = [totals_of(problem.grid, problem.wall, s.gap).area_rep for s in (before, after, past)]
     assert area[0] < 0.01 < 0.1 < min(area[1:])
     assert (after.branch, past.branch) == ("approach", "retract")
     assert after.separation < before.separation == pytest.approx(past.separation, abs=1e-12)
@@ -207,13 +207,13 @@ def test_a_rung_does_not_differ_from_itself_and_differs_as_it_was_changed() -> N
     lift = 2 * (1 - moved[at])
     moved[at] += lift
     traction = problem.wall.evaluate(moved).traction
-    other = Rung("layer", rung.separation, moved, traction, measure(problem.grid, problem.wall, moved))
+    other = Rung("layer", rung.separation, moved, traction, totals_of(problem.grid, problem.wall, moved))
     difference = compare(other, rung, problem.wall)
     assert difference.pixels == 1
     assert difference.displacement == pytest.approx(lift, rel=1e-9)
     assert difference.pixel_margin == pytest.approx(lift / 2, rel=1e-9)
     assert difference.area_rep == pytest.approx(-1 / problem.grid.size, rel=1e-12)
-    assert difference.load == pytest.approx((other.contact.load - rung.contact.load) / rung.contact.load_rep, rel=1e-12)
+    assert difference.load == pytest.approx((other.totals.load - rung.totals.load) / rung.totals.load_rep, rel=1e-12)
 
 
 def test_atoms_are_told_by_the_sign_of_their_force() -> None:
@@ -236,16 +236,16 @@ def test_two_states_that_only_attract_are_compared_by_all_that_acts() -> None:
     problem = contact(0.05, depth=48.0)
     before = beside_jump(problem, list(approach_and_retract(problem, 0.1, Settings(1e-9))))["before jump-in"]
     rung = rung_of(problem, "lattice", before)
-    other = replace(rung, contact=replace(rung.contact, load=1.5 * rung.contact.load))
+    other = replace(rung, totals=replace(rung.totals, load=1.5 * rung.totals.load))
     difference = compare(other, rung, problem.wall)
-    assert rung.contact.load_rep == 0
+    assert rung.totals.load_rep == 0
     assert np.isnan(difference.load)
     assert difference.gross_load == pytest.approx(-0.5, rel=1e-9)
 
 
 def test_each_step_of_the_budget_changes_one_response() -> None:
-    lattice = LatticeResponse.of_springs(Slab.of_depth(Grid.square(16), 8.0), Springs.reduced())
-    constants = Springs.reduced().elastic_constants
+    lattice = LatticeResponse.of_springs(Slab.of_depth(Grid.square(16), 8.0), Springs())
+    constants = Springs().elastic_constants
     k = {name: response_of(name, lattice, constants).stiffness(Grid.square(16)) for name in CONTINUUM_RUNGS}
     long_wave = {name: values[0, 1] for name, values in k.items()}
     assert long_wave["half-space"] == pytest.approx(np.pi / 16, rel=1e-12)
@@ -317,7 +317,7 @@ def test_the_table_of_costs_takes_the_worst_state(columns: dict[str, np.ndarray]
 
 
 def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
-    config: ValidateConfig, results: list[UnitResult], tmp_path: Path
+    config: ValidateConfig, results: list[PathResult], tmp_path: Path
 ) -> None:
     stored = []
     for name, order in (("a", results), ("b", results[::-1])):
@@ -337,7 +337,7 @@ def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
 
 
 def test_a_validation_goes_on_where_it_stopped(
-    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    config: ValidateConfig, results: list[PathResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert config.source is not None
     path = tmp_path / "small.h5"
@@ -358,7 +358,7 @@ def test_a_validation_goes_on_where_it_stopped(
 
 
 def test_another_validation_in_the_way_is_left_alone(
-    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    config: ValidateConfig, results: list[PathResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     changed = tmp_path / "small.toml"
     changed.write_text(SMALL.replace("depth = 8.0", "depth = 9.0"))
@@ -370,7 +370,7 @@ def test_another_validation_in_the_way_is_left_alone(
 
 
 def test_a_failing_bound_is_the_exit_code(
-    config: ValidateConfig, results: list[UnitResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    config: ValidateConfig, results: list[PathResult], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     strict = tmp_path / "small.toml"
     strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
@@ -480,8 +480,12 @@ def test_a_crystal_that_cannot_be_is_one_message(
 ) -> None:
     text = CRYSTAL if command == "validate" else (ROOT / "inputs/lammps/rough.toml").read_text()
     text = text.replace("n = 16", "n = 8").replace("n = 32", "n = 8").replace("depth = 32.0", "depth = 8.0")
-    text = text.replace("lambda_L = 16.0", "lambda_L = 8.0").replace("lambda_s = 6.0\nlambda_L = 12.0\n", "")
-    (tmp_path / "bad.toml").write_text(re.sub('(?<=kind = )"[a-z-]+"', lambda _: kind, text))
+    text = (
+        text.replace("lambda_L = 16.0", "lambda_L = 8.0")
+        .replace("lambda_s = 8.0", "lambda_s = 4.0")
+        .replace("lambda_s = 6.0\nlambda_L = 12.0\n", "")
+    )
+    (tmp_path / "bad.toml").write_text(re.sub('(?<=kind = )"[a-z-]+"', lambda _: kind, text, count=1))
     assert main([command, str(tmp_path / "bad.toml"), "-o", str(tmp_path / "out")]) == 2
     out, error = capsys.readouterr()
     assert out == ""
@@ -503,8 +507,8 @@ def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.Ca
     # Two spacings deep is too shallow for physics and deep enough to see that files and commands fit.
     source.write_text(
         "separation = 1.1\n[interatomic]\nkind = 'springs'\n[slab]\nn = 12\ndepth = 4.0\n"
-        "[wall]\nadhesion_length = 0.005\n"
-        "[surface]\nhurst = 0.8\nrms_slope = 0.05\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 2\n"
+        "[wall]\nlaw = 'lennard-jones-spline'\nadhesion_length = 0.005\n"
+        "[surface]\nkind = 'self-affine'\nhurst = 0.8\nrms_slope = 0.05\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 2\n"
     )
     deck = tmp_path / "deck"
     assert main(["deck", str(source), "-o", str(deck)]) == 0

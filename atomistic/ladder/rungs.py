@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.response.lattice import LatticeResponse
-from continuum.measure.contact import Contact, contact_map, measure
+from continuum.measure.contact import Totals, contact_map, totals_of
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
@@ -81,7 +81,7 @@ class Rung:
     """Shape (nx, ny), in a0."""
     traction: Real
     """Shape (nx, ny), in E*; for atoms, the force of the wall on each as LAMMPS computes it, over a0²."""
-    contact: Contact
+    totals: Totals
 
     @property
     def mean_gap(self) -> float:
@@ -93,7 +93,7 @@ def rung_of(problem: ContactProblem, name: RungName, state: State) -> Rung:
     """A continuum state as a rung; raises :class:`continuum.solve.smooth.NotConvergedError` if it is none."""
     gap = state.solution.require().gap
     traction = problem.wall.evaluate(gap).traction
-    return Rung(name, state.separation, gap, traction, measure(problem.grid, problem.wall, gap))
+    return Rung(name, state.separation, gap, traction, totals_of(problem.grid, problem.wall, gap))
 
 
 # --- the path of the lattice model, on which states are chosen ----------------------------------------------
@@ -214,7 +214,7 @@ class Difference(NamedTuple):
 
 def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
     """Difference of two states under the same wall, at equal separation or equal mean gap."""
-    a, b = rung.contact, reference.contact
+    a, b = rung.totals, reference.totals
     kinds, kinds_ref = kinds_of(rung, wall), kinds_of(reference, wall)
     differ = kinds != kinds_ref
     # Repulsive and attracted part at zero_gap, attracted and out of range at the cut-off.

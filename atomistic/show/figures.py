@@ -10,10 +10,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from atomistic.crystal.elastic import ContactModulus
+from atomistic.ladder import budget
+from atomistic.ladder.archive import Archive
+from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS
 from atomistic.response.discreteness import Discreteness
-from atomistic.validate import budget
-from atomistic.validate.archive import Archive
-from atomistic.validate.ladder import CONTINUUM_RUNGS, RUNGS
 from continuum.show.plot import (
     ATTRACTED_COLOUR,
     DIFFERENT_COLOUR,

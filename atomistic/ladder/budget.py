@@ -1,6 +1,6 @@
 """The error budget: what each step of the ladder costs, and whether every bound holds.
 
-Works on the table of a validation, one row per state, as :mod:`atomistic.validate.archive` stores it.
+Works on the table of a validation, one row per state, as :mod:`atomistic.ladder.archive` stores it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.config import CaseTable, ExponentTable, ToleranceTable, ValidateConfig
+from atomistic.config import BoundTable, CaseTable, ExponentTable, ValidateConfig
 
 __all__ = ["Cost", "Exponent", "Verdict", "costs", "exponents", "verdicts"]
 
@@ -126,7 +126,7 @@ def verdicts(config: ValidateConfig, columns: Columns) -> Iterator[Verdict]:
         )
 
 
-def _bounded(case: CaseTable, tolerance: ToleranceTable, columns: Columns, mine: NDArray[np.bool_]) -> Verdict:
+def _bounded(case: CaseTable, tolerance: BoundTable, columns: Columns, mine: NDArray[np.bool_]) -> Verdict:
     applies = mine & (np.isin(columns["area"], tolerance.areas) if tolerance.areas else True)
     scaled = np.abs(columns[f"nonlinearity_{tolerance.quantity}"]) / columns["rms_slope"] ** tolerance.power
     power = {0.0: "", 1.0: " h'", 2.0: " h'²"}.get(tolerance.power, f" h'^{tolerance.power:g}")

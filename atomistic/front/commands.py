@@ -1,0 +1,266 @@
+"""What the command ``atomistic`` does, as functions: one for each of its sub-commands."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import atomistic.ladder.validate
+import atomistic.lammps.deck
+import atomistic.lammps.result
+from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
+from atomistic.crystal.elastic import ContactModulus
+from atomistic.crystal.interatomic import Model, Potential
+from atomistic.ladder.validate import Progress
+from atomistic.lammps.deck import write_deck
+from atomistic.lammps.engine import Doctor, runner
+from atomistic.lammps.engine import doctor as look
+from atomistic.relax.relax import deck_of, deck_under
+from atomistic.response.discreteness import Discreteness, discreteness
+from atomistic.response.lattice import LatticeResponse
+from atomistic.response.material import model_of
+from continuum.files.tables import load
+from continuum.front.contact import Contact
+from continuum.show.sheet import Sheet, pairs
+
+__all__ = ["Deck", "DeckResult", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate"]
+
+MOST_WORKERS = 4
+"""Processes of a validation, if their number is not given: each holds a slab."""
+
+
+class Validation(atomistic.ladder.validate.Validation):
+    """A finished validation; see :class:`atomistic.ladder.validate.Validation`."""
+
+    def budget(self) -> Sheet:
+        """The error budget: what each step of the ladder costs."""
+        from atomistic.show.validation import budget_sheet
+
+        return budget_sheet(self.stored)
+
+    def sheets(self) -> list[Sheet]:
+        """Budget, scaling laws, jumps, verdicts."""
+        from atomistic.show.validation import validation_sheets
+
+        return validation_sheets(self)
+
+    @property
+    def sentence(self) -> str:
+        """How many bounds hold."""
+        from atomistic.show.validation import sentence
+
+        return sentence(self.verdicts)
+
+    def write(self) -> list[Path]:
+        """Draw the figures and write the page, beside the file; returns the page and the PNG files."""
+        from atomistic.show.validation import write
+
+        return write(self)
+
+    def _repr_html_(self) -> str:
+        return f"<p>{self.sentence}</p>{self.budget()._repr_html_()}"
+
+
+class Deck(atomistic.lammps.deck.Deck):
+    """A slab under a wall, ready for LAMMPS; see :class:`atomistic.lammps.deck.Deck`."""
+
+    def write(self, directory: str | Path) -> Path:
+        """Write it into a directory, which a stock ``lmp -in in.contact`` runs; returns it.
+
+        Raises
+        ------
+        FileExistsError
+            If the directory holds anything but an earlier deck.
+        """
+        return write_deck(Path(directory), self)
+
+
+class DeckResult(atomistic.lammps.result.DeckResult):
+    """What a run of a deck left behind; see :class:`atomistic.lammps.result.DeckResult`."""
+
+    def sheet(self) -> Sheet:
+        """Its numbers, and whether it is an equilibrium."""
+        area = self.slab.shape[0] * self.slab.shape[1]
+        pushing, pulling = self.traction > 0, self.traction < 0
+        return pairs(
+            "Equilibrium of the deck",
+            [
+                ("separation", f"{self.separation:.10g} a0"),
+                ("mean gap", f"{self.gap.mean():.10g} a0"),
+                ("load N", f"{self.load:.10g} E* a0²"),
+                ("repulsive load N_rep", f"{self.traction[pushing].sum():.10g} E* a0²"),
+                ("A_rep/A0", f"{pushing.sum() / area:.6g}"),
+                ("A_att/A0", f"{pulling.sum() / area:.6g}"),
+                ("total energy", f"{self.total_energy:.10g} E* a0³"),
+                ("largest force left", f"{self.largest_force:.3g} E* a0²"),
+                ("force evaluations", self.evaluations),
+                ("LAMMPS", str(self.lammps_version)),
+                ("status", self.status.value),
+            ],
+        )
+
+    def _repr_html_(self) -> str:
+        return self.sheet()._repr_html_()
+
+
+def validate(
+    file: str | Path | ValidateConfig,
+    output: str | Path = "results",
+    *,
+    workers: int | None = None,
+    decks: str | Path | None = None,
+    lmp_command: str | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Validation:
+    """Press the walls of an input on Green's functions and on atoms, and judge every bound.
+
+    Parameters
+    ----------
+    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
+    output : folder of the result, which is named after the input, or the file itself, ``NAME.h5``.  What it holds is
+        kept.
+    workers : processes, one core each; all cores, at most 4, if None.
+    decks : folder that keeps every LAMMPS deck.
+    lmp_command : how a site starts its own LAMMPS, as ``"srun lmp"``.
+    force : start anew.
+    progress : called after each path with what it gave, how many are done and how many there are.
+
+    Raises
+    ------
+    ConfigError, StoreError, LammpsError, ValidationError
+        If the input cannot be run, the result not be stored, or a path not be compared.
+    """
+    config = file if isinstance(file, ValidateConfig) else load(file, ValidateConfig)
+    path = Path(output)
+    if path.suffix != ".h5":
+        path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
+    found = atomistic.ladder.validate.validate(
+        config,
+        path,
+        workers=min(MOST_WORKERS, os.cpu_count() or 1) if workers is None else workers,
+        decks=None if decks is None else Path(decks),
+        lmp_command=lmp_command,
+        force=force,
+        progress=progress,
+    )
+    return Validation(**vars(found))
+
+
+def deck(
+    contact: Contact | str | Path | DeckConfig,
+    model: Potential | None = None,
+    *,
+    separation: float | None = None,
+    depth: float | None = None,
+) -> Deck:
+    """A LAMMPS deck: of a contact of your own, or of an input file.
+
+    Parameters
+    ----------
+    contact : its wall and heights, one for each surface atom, are those of the deck; or an input (TOML).
+    model : what holds the atoms together; springs if None.
+    separation : of the wall's zero from the surface at rest, in a0.
+    depth : of the slab, in a0; its width if None.
+
+    Raises
+    ------
+    ConfigError, ValueError, TypeError, NotConvergedError
+        If the input is at fault, the parts do not fit one another, or the lattice has no equilibrium there to start
+        from.
+    """
+    if isinstance(contact, Contact):
+        if separation is None:
+            msg = "a deck needs the separation of its wall: separation=1.2"
+            raise ValueError(msg)
+        made = deck_under(contact.problem, model, separation, depth)
+    else:
+        config = contact if isinstance(contact, DeckConfig) else load(contact, DeckConfig)
+        made = deck_of(config)
+    return Deck(**vars(made))
+
+
+def read(directory: str | Path) -> DeckResult:
+    """What a run of a deck found, and whether it is an equilibrium.
+
+    Raises
+    ------
+    LammpsError
+        If there is no complete result.
+    """
+    return DeckResult(**vars(atomistic.lammps.result.read_result(Path(directory))))
+
+
+def run_deck(directory: str | Path, lmp_command: str | None = None) -> DeckResult:
+    """Run the deck of a directory, in this process or by the command of a site, and read what it found.
+
+    Raises
+    ------
+    LammpsError
+        If LAMMPS cannot be started or fails.
+    """
+    return DeckResult(**vars(runner(lmp_command)(Path(directory))))
+
+
+@dataclass(frozen=True, eq=False)
+class Elastic:
+    """The crystal of an interatomic model, measured."""
+
+    model: Model
+    modulus: ContactModulus
+    response: LatticeResponse | None = field(repr=False)
+    """Of a slab, if it was asked for."""
+    discreteness: Discreteness | None = field(repr=False)
+    """How that tends to the continuum."""
+
+    def sheets(self) -> list[Sheet]:
+        """The constants; and the lattice beside the continuum."""
+        from atomistic.show.crystal import crystal_sheet, lattice_sheet
+
+        sheets = [crystal_sheet(self.model)]
+        if self.response is not None and self.discreteness is not None:
+            sheets.append(lattice_sheet(self.response, self.discreteness))
+        return sheets
+
+    def plot(self, folder: str | Path, name: str) -> list[Path]:
+        """Draw its figures into a folder; returns the PNG files."""
+        from atomistic.show.figures import draw_contact_modulus, draw_discreteness
+
+        folder = Path(folder)
+        drawn = [draw_contact_modulus(self.modulus, folder / f"{name}-contact-modulus", name)]
+        if self.discreteness is not None:
+            drawn.append(draw_discreteness(self.discreteness, folder / f"{name}-discreteness", name))
+        return drawn
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+
+def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elastic:
+    """Lattice constant, elastic constants, E*(100) and surface relaxation of a crystal.
+
+    Parameters
+    ----------
+    file : input (TOML) with a table [interatomic]; or the interatomic model itself.
+    lattice : also the lattice Green's function of so many surface atoms a side, as many a0 deep.
+
+    Raises
+    ------
+    ConfigError, PotentialError, LammpsError, ValueError
+        If the crystal is no stable fcc one, LAMMPS fails, or the slab is too small to be told from the continuum.
+    """
+    from atomistic.response.cache import slab_response
+
+    potential = load(file, ElasticConfig).interatomic.potential() if isinstance(file, str | Path) else file
+    model = model_of(potential)
+    modulus = ContactModulus.of(model.elastic_constants)
+    if lattice is None:
+        return Elastic(model, modulus, None, None)
+    response = slab_response(model, lattice)
+    return Elastic(model, modulus, response, discreteness(response, model.elastic_constants))
+
+
+def doctor() -> Doctor:
+    """Is LAMMPS usable here, which one, and if not what to do."""
+    return look()

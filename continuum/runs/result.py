@@ -1,0 +1,134 @@
+"""A stored run, read back by its own schema."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.files import store
+from continuum.files.store import Attribute, StoreError
+from continuum.files.tables import restored
+from continuum.measure.contact import ATTRACTED, REPULSIVE
+from continuum.measure.outline import Mask
+from continuum.model.grid import Grid, Real
+from continuum.model.surface import Moments
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Wall
+from continuum.runs.config import RunConfig
+from continuum.runs.record import EVENT_DATASETS, Passed, Point, events_of, points_of
+from continuum.runs.walls import TableWall
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Result"]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A run on disk: its numbers here, its maps and fields read when they are asked for."""
+
+    path: Path
+    config: RunConfig = field(repr=False)
+    """With defaults; a file that was read is known by its name only."""
+    attributes: Mapping[str, Attribute] = field(repr=False)
+    points: tuple[Point, ...]
+    """Of the path, converged or not."""
+    events: tuple[Passed, ...]
+    """Jumps on the path."""
+    wall: Wall
+    resumed: int = 0
+    """Points that the call which made this object found finished."""
+    seconds: float = 0.0
+    """Wall time of that call."""
+
+    @classmethod
+    def read(cls, path: str | Path) -> Self:
+        """Read a stored run.
+
+        Raises
+        ------
+        StoreError
+            If the file is missing, damaged or no run.
+        """
+        path = Path(path)
+        names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "wall/gap", "wall/traction"}
+        file = store.read(path, RunConfig.result_schema, RunConfig.result_version, names)
+        config = restored(RunConfig, str(file.attributes["config_resolved"]))
+        return cls(path, config, file.attributes, points_of(file), events_of(file), _wall_of(path, config, file))
+
+    @property
+    def identity(self) -> str:
+        """Hash of the physics and of the solver's settings."""
+        return str(self.attributes["identity"])
+
+    @property
+    def finished(self) -> bool:
+        """Whether every point of the path is there."""
+        return bool(self.attributes["finished"])
+
+    @property
+    def converged(self) -> bool:
+        """Whether every point is an equilibrium at its target."""
+        return all(point.converged for point in self.points)
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The points of the surface."""
+        return self.config.grid.build()
+
+    @property
+    def moments(self) -> Moments:
+        """Spectral moments of the heights as they were."""
+        return Moments(*(float(self.attributes[f"realised_{name}"]) for name in Moments._fields))
+
+    def repulsive(self, index: int) -> Mask:
+        """The cells of A_rep of a point, shape ``grid.shape``."""
+        return self._mask("repulsive", index)
+
+    def contact_map(self, index: int) -> NDArray[np.uint8]:
+        """REPULSIVE, ATTRACTED or OUT_OF_RANGE at each cell, shape ``grid.shape``."""
+        pushed, pulled = self._mask("repulsive", index), self._mask("attracted", index)
+        return REPULSIVE * pushed.astype(np.uint8) + ATTRACTED * pulled.astype(np.uint8)
+
+    def _mask(self, name: str, index: int) -> Mask:
+        packed = store.read_part(self.path, name, index)
+        if packed is None:
+            msg = f"{self.path}: holds no map {name!r}"
+            raise StoreError(msg)
+        return store.unpack(packed, self.grid.shape[1])
+
+    def gap(self, index: int) -> Real | None:
+        """Gap of a point, shape ``grid.shape``, in a0, from single precision; None if the run did not store gaps."""
+        stored = store.read_part(self.path, "gap", index)
+        return None if stored is None else stored.astype(np.float64)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All of it as xarray has it, with named axes and units, read when it is used.
+
+        Raises
+        ------
+        ImportError
+            If xarray and h5netcdf are not installed: ``pip install 'stickiness[xarray]'``.
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            msg = "xarray is an extra: pip install 'stickiness[xarray]'"
+            raise ImportError(msg) from error
+        return xarray.open_dataset(self.path, engine="h5netcdf")
+
+
+def _wall_of(path: Path, config: RunConfig, file: store.File) -> Wall:
+    if not isinstance(config.wall, TableWall):
+        return config.wall.build()
+    if "wall/gap" not in file.datasets:
+        msg = f"{path}: does not hold the table of its wall, as older versions did not store it: run it again"
+        raise StoreError(msg)
+    return TabulatedWall(file["wall/gap"], file["wall/traction"])

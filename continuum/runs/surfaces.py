@@ -1,0 +1,147 @@
+"""The table [surface] of an input, which builds the heights of the rigid wall."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
+from continuum.files.tables import InputFile, Positive, Table, check
+from continuum.files.toml import Fault
+from continuum.model.grid import Grid, Real
+from continuum.model.surface import Moments, SelfAffine, sine, sphere
+from continuum.runs.tables import LARGEST_N, Unit, pair
+
+__all__ = ["FileSurface", "SelfAffineSurface", "SelfAffineTable", "SineSurface", "SphereSurface", "SurfaceTable"]
+
+
+class _Surface(Table):
+    """What all tables of surfaces have."""
+
+    @property
+    def shortest(self) -> float | None:
+        """Shortest wavelength, in a0; None if there is none that is known."""
+        return None
+
+    def expected(self, grid: Grid) -> Moments | None:
+        """Moments of the ensemble that the heights are drawn from; None if they are not drawn."""
+        return None
+
+
+class SelfAffineTable(_Surface):
+    """A self-affine spectrum, without its slope."""
+
+    hurst: Unit
+    """H, the Hurst exponent"""
+    lambda_s: Positive
+    """shortest wavelength, in a0"""
+    lambda_L: Positive
+    """roll-off wavelength, in a0"""
+
+    def spectrum(self, rms_slope: float, *, rescale: bool = True) -> SelfAffine:
+        """The spectrum at a slope."""
+        return SelfAffine(self.hurst, rms_slope, self.lambda_s, self.lambda_L, rescale)
+
+
+class SelfAffineSurface(SelfAffineTable):
+    """[surface] of kind "self-affine": the paper's random surface."""
+
+    kind: Literal["self-affine"]
+    rms_slope: Positive
+    """h'rms"""
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """seed of the random numbers"""
+    rescale: bool = True
+    """whether the realisation has exactly that rms slope, or scatters about it"""
+
+    @check
+    def _ordered(self) -> Iterator[Fault]:
+        if self.lambda_s >= self.lambda_L:
+            yield Fault(("lambda_s",), f"below lambda_L = {self.lambda_L:g}", "the two are exchanged")
+
+    def build(self, grid: Grid) -> Real:
+        """Heights, shape ``grid.shape``, in a0."""
+        return self.spectrum(self.rms_slope, rescale=self.rescale).synthesise(grid, np.random.default_rng(self.seed))
+
+    @property
+    def shortest(self) -> float:
+        """λ_s."""
+        return self.lambda_s
+
+    def expected(self, grid: Grid) -> Moments:
+        """Moments of the ensemble that the heights are drawn from."""
+        return self.spectrum(self.rms_slope).expected_moments(grid)
+
+
+class SineSurface(_Surface):
+    """[surface] of kind "sine"."""
+
+    kind: Literal["sine"]
+    amplitude: Positive
+    """half the height from valley to crest, in a0"""
+    waves: Annotated[
+        tuple[int, int],
+        pair(int, 0, LARGEST_N, "two whole numbers [mx, my], zero or more"),
+    ]
+    """waves per period along x and y"""
+
+    @check
+    def _some_wave(self) -> Iterator[Fault]:
+        if self.waves == (0, 0):
+            yield Fault(("waves",), "at least one wave along x or y")
+
+    def build(self, grid: Grid) -> Real:
+        """Heights, shape ``grid.shape``, in a0."""
+        return sine(grid, self.amplitude, self.waves)
+
+
+class SphereSurface(_Surface):
+    """[surface] of kind "sphere"."""
+
+    kind: Literal["sphere"]
+    radius: Positive
+    """radius of the sphere, in a0"""
+
+    def build(self, grid: Grid) -> Real:
+        """Heights, shape ``grid.shape``, in a0."""
+        return sphere(grid, self.radius)
+
+
+class FileSurface(_Surface):
+    """[surface] of kind "file": heights of your own."""
+
+    kind: Literal["file"]
+    path: InputFile
+    """heights in a0, one number per point of the grid: .npy, .h5/.hdf5, or text with one row per x"""
+    dataset: str | None = None
+    """name of the dataset in an HDF5 file"""
+
+    @check
+    def _dataset(self) -> Iterator[Fault]:
+        hdf5 = self.path.suffix.lower() in HDF5_SUFFIXES
+        if hdf5 and self.dataset is None:
+            yield Fault(("dataset",), "the name of a dataset, which an HDF5 file needs")
+        if not hdf5 and self.dataset is not None:
+            yield Fault(("dataset",), f"only with an HDF5 file ({', '.join(sorted(HDF5_SUFFIXES))})")
+
+    def build(self, grid: Grid) -> Real:
+        """Heights, shape ``grid.shape``, in a0.
+
+        Raises
+        ------
+        ValueError, OSError
+            If the file does not hold finite numbers of that shape.
+        """
+        heights = read_numbers(self.path, self.dataset, grid.shape)
+        missing = np.count_nonzero(~np.isfinite(heights))
+        if missing:
+            msg = f"{missing} of the {heights.size} heights in {self.path} are not finite numbers"
+            raise ValueError(msg)
+        return heights
+
+
+SurfaceTable = Annotated[SelfAffineSurface | SineSurface | SphereSurface | FileSurface, Field(discriminator="kind")]
+"""[surface]: heights of the rigid wall."""

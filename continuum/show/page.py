@@ -1,0 +1,83 @@
+"""One page of HTML that needs no other file: a sentence, warnings, sheets and figures."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import continuum
+from continuum.show.sheet import Sheet
+
+__all__ = ["Page"]
+
+_STYLE = """
+body { font: 15px/1.45 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+div.sheet { overflow-x: auto; }
+table { border-collapse: collapse; margin: 0.4rem 0 1rem; font-size: 13px; }
+th, td { text-align: left; vertical-align: top; padding: 0.2rem 0.7rem 0.2rem 0; border-bottom: 1px solid #ddd; }
+th { border-bottom: 2px solid #888; }
+h1 { font-size: 1.4rem; } h2 { font-size: 1.05rem; margin: 1.4rem 0 0; }
+img { max-width: 100%; height: auto; }
+pre { font-size: 12px; background: #f6f6f6; padding: 1em; overflow-x: auto; }
+p.verdict { font-size: 1.1rem; padding: 0.6rem 0.9rem; background: #eef3f7; }
+p.note, figcaption { font-size: 13px; color: #555; white-space: pre-line; }
+figure { margin: 1rem 0; }
+footer { color: #666; font-size: 12px; margin-top: 2rem; }
+"""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page says, from top to bottom.
+
+    Parameters
+    ----------
+    title : of the page.
+    verdict : the answer, in one sentence.
+    warnings : what to doubt.
+    figures : PNG files with their captions; they become part of the page.
+    sheets : tables, each under its title.
+    listing : title and text of what is shown as it is, such as an input.
+    sources : of what the page says, at its foot.
+    """
+
+    title: str
+    verdict: str
+    warnings: Sequence[str] = ()
+    figures: Sequence[tuple[Path, str]] = ()
+    sheets: Sequence[Sheet] = ()
+    listing: tuple[str, str] | None = None
+    sources: str = field(default="")
+
+    def html(self) -> str:
+        """The page; figures are read now."""
+        return "\n".join(self._parts()) + "\n"
+
+    def write(self, path: Path) -> Path:
+        """Write the page; returns its path."""
+        path.write_text(self.html(), encoding="utf-8")
+        return path
+
+    def _parts(self) -> Iterator[str]:
+        title = html.escape(self.title)
+        yield '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        yield f"<title>{title}</title><style>{_STYLE}</style></head><body>"
+        yield f'<h1>{title}</h1>\n<p class="verdict">{html.escape(self.verdict)}</p>'
+        if self.warnings:
+            items = "".join(f"<li>{html.escape(text)}</li>" for text in self.warnings)
+            yield f"<h2>Warnings</h2><ul>{items}</ul>"
+        for path, caption in self.figures:
+            data = base64.b64encode(path.read_bytes()).decode("ascii")
+            image = f'<img alt="{html.escape(path.stem)}" src="data:image/png;base64,{data}">'
+            yield f"<figure>{image}<figcaption>{html.escape(caption)}</figcaption></figure>"
+        for sheet in self.sheets:
+            note = f'<p class="note">{html.escape(sheet.note)}</p>' if sheet.note else ""
+            yield f'<h2>{html.escape(sheet.title)}</h2><div class="sheet">{sheet.html()}</div>{note}'
+        if self.listing is not None:
+            yield f"<h2>{html.escape(self.listing[0])}</h2><pre>{html.escape(self.listing[1])}</pre>"
+        made = html.escape(f"stickiness {continuum.__version__}. {self.sources}")
+        yield f"<footer>{made}</footer></body></html>"

@@ -1,0 +1,231 @@
+"""Is my surface sticky?  The answer in a sentence, in sheets, and on a page of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from continuum import units
+from continuum.model.surface import Moments
+from continuum.show import plot
+from continuum.show.page import Page
+from continuum.show.prediction_figures import contact_figure, overview
+from continuum.show.sheet import Cell, Sheet, pairs
+from continuum.sticky.criteria import Estimate
+from continuum.sticky.predict import Prediction, distinct, turning_modulus, turning_work
+from continuum.sticky.roughness import spectrum
+from continuum.sticky.simulate import Simulation
+from continuum.sticky.topography import Topography
+from continuum.theory import paper
+
+__all__ = ["page_of", "prediction_sheets", "sentence", "write"]
+
+
+def _length(value: float) -> str:
+    return units.show(value, "length", 3)
+
+
+def _pressure(value: float) -> str:
+    return units.show(value, "pressure", 3)
+
+
+def _work(value: float) -> str:
+    return units.show(value, "energy_per_area", 3)
+
+
+def _answer(estimate: Estimate) -> str:
+    if estimate.sticky and estimate.name == "necessary adhesion":
+        return "not excluded"
+    return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
+
+
+def sentence(prediction: Prediction) -> str:
+    """The paper's verdict in one sentence, and the solver's if there is one."""
+    paper, contact = prediction.paper, prediction.contact
+    modulus, work = turning_modulus(paper, contact), turning_work(paper, contact)
+    margin = paper.margin or 0.0
+    factor = f"{max(margin, 1 / margin):.3g}" if margin else "any factor"
+    text = f"{_answer(paper)} by the paper's criterion, by a factor of {factor} in w or E*"
+    if modulus and work:
+        text += f": the verdict turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
+    text += "" if paper.valid else ", out of its range (see the warnings)"
+    simulation = prediction.simulation
+    if simulation is None:
+        return text
+    solved = "sticky" if simulation.sticky else "not sticky"
+    return (
+        f"{text}.  Solved on the map: {solved}{'' if simulation.sticky == paper.sticky else ', which is not the same'}"
+    )
+
+
+def prediction_sheets(prediction: Prediction) -> list[Sheet]:
+    """Everything there is to say, as tables."""
+    solved = [] if prediction.simulation is None else [_solved(prediction, prediction.simulation)]
+    inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
+    numbers = [_numbers(prediction), _cuts(prediction), *map(_density, prediction.topographies)]
+    return [*inputs, _verdicts(prediction), *solved, *numbers]
+
+
+def _surfaces(prediction: Prediction) -> Sheet:
+    rows: list[tuple[str, Cell]] = []
+    for topography, fit in zip(prediction.topographies, prediction.fits, strict=True):
+        size, pixel = topography.lengths, topography.grid.spacing
+        rows += [
+            ("map", topography.source),
+            ("size", f"{_length(size[0])} x {_length(size[1])}"),
+            ("points", f"{topography.heights.shape[0]} x {topography.heights.shape[1]}"),
+            ("pixel", f"{_length(pixel[0])} x {_length(pixel[1])}"),
+            ("edges", "periodic" if topography.periodic else "not periodic"),
+            ("done to it", "; ".join(topography.steps) or "nothing"),
+            ("heights, SHA-256", topography.digest[:16]),
+        ]
+        if fit is None:
+            rows.append(("self-affine fit", "none possible"))
+            continue
+        rows += [
+            ("Hurst exponent", f"{fit.hurst:.2f} ± {fit.hurst_error:.2f} (of the fit)"),
+            ("roll-off λ_L", "none seen" if fit.roll_off is None else _length(fit.roll_off)),
+            ("cut-off λ_s", "none seen" if fit.cut_off is None else _length(fit.cut_off)),
+            ("noise below", "none seen" if fit.floor is None else _length(fit.floor)),
+        ]
+    return pairs("Surface", rows)
+
+
+def _moments(prediction: Prediction) -> Sheet:
+    roughness = prediction.roughness
+
+    def row(name: str, of: Moments) -> tuple[str, ...]:
+        radius = _length(paper.asperity_radius(of.rms_curvature))
+        return name, _length(of.rms_height), f"{of.rms_slope:.4g}", f"{of.rms_curvature * 1e-6:.4g}", radius
+
+    return Sheet.of(
+        "Roughness",
+        ("moments", "h_rms", "h'_rms", "h''_rms = sqrt<(laplacian h)²>, 1/µm", "R = 2/h''_rms"),
+        (
+            row("used", roughness.moments),
+            row("from the spectrum", roughness.spectral),
+            row("from neighbouring points", roughness.stencil),
+        ),
+    )
+
+
+def _contact(prediction: Prediction) -> Sheet:
+    contact = prediction.contact
+    rows: list[tuple[str, Cell]] = [
+        ("contact modulus E*", _pressure(contact.contact_modulus)),
+        ("work of adhesion w", _work(contact.work_of_adhesion)),
+        ("range Δr", _length(contact.range)),
+        ("adhesion length l_a = w/E*", _length(contact.adhesion_length)),
+    ]
+    if contact.spacing is not None:
+        rows.append(("spacing of the atoms a0", _length(contact.spacing)))
+    rows += [("source", line) for line in prediction.interface.origin]
+    return pairs("Contact", rows)
+
+
+def _verdicts(prediction: Prediction) -> Sheet:
+    rows = []
+    for estimate in prediction.verdicts:
+        modulus = turning_modulus(estimate, prediction.contact) or 0.0
+        work = turning_work(estimate, prediction.contact) or 0.0
+        why = "yes" if estimate.valid else "no: " + "; ".join(estimate.why)
+        rows.append(
+            (
+                estimate.name,
+                f"{estimate.symbol} = {estimate.value:.4g}",
+                _answer(estimate),
+                f"{estimate.margin:.4g}",
+                _pressure(modulus),
+                _work(work),
+                why,
+            )
+        )
+    head = ("criterion", "parameter", "verdict", "margin", "sticky below E*", "sticky above w", "in its range")
+    return Sheet.of("Is it sticky?  (margin: w over the w at which the verdict turns)", head, tuple(rows))
+
+
+def _numbers(prediction: Prediction) -> Sheet:
+    shown = {"": lambda value: f"{value:.4g}", "length": _length, "pressure": _pressure}
+    rows = []
+    for estimate in prediction.estimates:
+        if estimate.margin is None:
+            # The tail of a theory that finds no tension is not a push.
+            value = max(estimate.value, 0.0) if estimate.name.startswith("pull-off") else estimate.value
+            rows.append((estimate.name, estimate.symbol, shown[estimate.unit](value), estimate.source,
+                         "yes" if estimate.valid else "no: " + "; ".join(estimate.why)))  # fmt: skip
+    paper = "yes" if prediction.paper.valid else "no: see the paper's verdict"
+    rows += [
+        ("kappa", "κ", f"{prediction.kappa:.4g}", "paper, Eq. (3); negative: sticky", paper),
+        (
+            "load at 1 % repulsive area", "N/A0", _pressure(prediction.load),
+            "paper, Eqs. (1), (3); negative: borne tension, which the pull-off force exceeds", paper,
+        ),
+    ]  # fmt: skip
+    return Sheet.of("Numbers", ("quantity", "symbol", "value", "source", "in its range"), tuple(rows))
+
+
+def _cuts(prediction: Prediction) -> Sheet:
+    cuts, chosen = prediction.cuts, distinct(prediction)
+    # Two per octave are enough to read; the figure has all.
+    rows = tuple(
+        (
+            _length(cut.wavelength),
+            f"{cut.moments.rms_slope:.4g}",
+            f"{cut.moments.rms_curvature * 1e-6:.4g}",
+            _length(paper.contact_diameter(cut.moments.rms_slope, cut.moments.rms_curvature)),
+            *(f"{verdicts[i].margin:.3g}" for i in chosen),
+        )
+        for cut, verdicts in cuts[::2]
+    )
+    names = tuple(prediction.verdicts[i].name for i in chosen)
+    head = ("smallest wavelength", "h'_rms", "h''_rms, 1/µm", "d_rep", *names)
+    return Sheet.of("If only wavelengths above a cut-off counted: roughness, and margin of each criterion", head, rows)
+
+
+def _density(topography: Topography) -> Sheet:
+    q, c = spectrum(topography)
+    chosen = np.unique(np.geomspace(1, q.size, 12).round().astype(int)) - 1
+    rows = tuple((_length(2 * np.pi / q[i]), f"{q[i]:.4g}", f"{c[i]:.4g}") for i in chosen)
+    head = ("wavelength", "q, 1/m", "C(q), m⁴")
+    return Sheet.of(f"Power spectral density, radial average, h_rms² = ∫ C d²q: {topography.source}", head, rows)
+
+
+def _solved(prediction: Prediction, simulation: Simulation) -> Sheet:
+    ratio = prediction.number("area ratio").value
+    area = f"{100 * simulation.area_rep:.3g} %" + (": jumped past 1 %" if simulation.jumped else "")
+    rows = (
+        ("verdict", _answer(prediction.paper), "sticky" if simulation.sticky else "not sticky"),
+        ("repulsive area", "1 %", area),
+        ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
+        ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),
+        ("A_rep/A_att", f"{ratio:.4g}", f"{simulation.area_ratio:.4g}"),
+    )
+    return Sheet.of("Solved on the map, on approach", ("quantity", "paper", "solver"), rows)
+
+
+def page_of(prediction: Prediction, name: str, folder: Path) -> tuple[Page, list[Path]]:
+    """The page of a prediction, and its figures, which are drawn into a folder."""
+    figures = {name: (overview(prediction), "Map, spectrum, and what depends on the smallest wavelength counted.")}
+    if prediction.simulation is not None:
+        figures[f"{name}-contact"] = (contact_figure(prediction.simulation), "The contact, solved on the map.")
+    drawn = [(plot.save(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
+    sheets = prediction_sheets(prediction)
+    text = sentence(prediction)
+    page = Page(
+        "Is it sticky?  " + " and ".join(t.source for t in prediction.topographies),
+        text[0].upper() + text[1:] + ".",
+        prediction.doubts,
+        drawn,
+        # A terminal ends, a page begins with what was asked.
+        [*sheets[3:], *sheets[:3]],
+        sources="Criteria and numbers: L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), and the sources in the "
+        "tables.  Margins compare one theory with itself: they say nothing of what is wrong with it.",
+    )
+    return page, [path for path, _ in drawn]
+
+
+def write(prediction: Prediction, folder: Path, name: str) -> list[Path]:
+    """Write ``NAME.html``, which needs no other file, and its figures as PNG and PDF; returns HTML and PNG files."""
+    page, pictures = page_of(prediction, name, folder)
+    return [page.write(folder / f"{name}.html"), *pictures]

@@ -1,0 +1,143 @@
+"""A sheet: rows under columns with units, as text, Markdown, HTML or CSV.  Every table of the project is one."""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+__all__ = ["Cell", "Column", "Sheet", "pairs"]
+
+Cell = str | float | int | None
+"""What a row may hold; None where there is nothing to say."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a sheet.
+
+    Parameters
+    ----------
+    name : what it is, in a word or a symbol.
+    unit : "a0", "E*", "%" (of numbers that are fractions); "" where there is none.
+    form : how numbers are written, as Python formats them; words are left alone.
+    """
+
+    name: str
+    unit: str = ""
+    form: str = ".4g"
+
+    @property
+    def head(self) -> str:
+        """Name and unit."""
+        return f"{self.name} ({self.unit})" if self.unit and self.unit != "%" else self.name
+
+    def text(self, cell: Cell) -> str:
+        """A cell as people read it."""
+        if cell is None or (isinstance(cell, float) and math.isnan(cell)):
+            return "-"
+        if isinstance(cell, str | bool):
+            return str(cell)
+        if self.unit == "%":
+            return f"{100 * cell:{self.form}} %"
+        return str(cell) if isinstance(cell, int) else f"{cell:{self.form}}"
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table.
+
+    Parameters
+    ----------
+    title : one line.
+    columns : in their order; a text is a column of that name.
+    rows : as many cells each as there are columns.
+    note : what a reader needs to understand it, below.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    note: str = ""
+
+    @classmethod
+    def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Cell]], note: str = "") -> Sheet:
+        """A sheet from any sequences.
+
+        Raises
+        ------
+        ValueError
+            If a row has not as many cells as there are columns.
+        """
+        heads = tuple(column if isinstance(column, Column) else Column(column) for column in columns)
+        body = tuple(map(tuple, rows))
+        wrong = next((row for row in body if len(row) != len(heads)), None)
+        if wrong is not None:
+            msg = f"{title}: a row of {len(wrong)} cells under {len(heads)} columns: {wrong}"
+            raise ValueError(msg)
+        return cls(title, heads, body, note)
+
+    @property
+    def head(self) -> tuple[str, ...]:
+        """Names of the columns, with their units."""
+        return tuple(column.head for column in self.columns)
+
+    @property
+    def cells(self) -> tuple[tuple[str, ...], ...]:
+        """The rows as people read them."""
+        return tuple(
+            tuple(column.text(cell) for column, cell in zip(self.columns, row, strict=True)) for row in self.rows
+        )
+
+    def numeric(self, index: int) -> bool:
+        """Whether a column holds numbers only: these stand to the right."""
+        return any(isinstance(row[index], float | int) for row in self.rows) and not any(
+            isinstance(row[index], str) for row in self.rows
+        )
+
+    def text(self) -> str:
+        """Plain text, columns apart by two spaces."""
+        rows = [self.head, *self.cells]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(self.columns))]
+        lines = [
+            "  ".join(
+                cell.rjust(width) if self.numeric(i) else cell.ljust(width)
+                for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+            ).rstrip()
+            for row in rows
+        ]
+        return "\n".join([self.title, *lines, *([self.note] if self.note else [])])
+
+    def markdown(self) -> str:
+        """A table of Markdown, without the title."""
+        lines = [self.head, ("---",) * len(self.columns), *self.cells]
+        return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+    def html(self) -> str:
+        """A table of HTML; title and note are left to the page."""
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self.head)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in self.cells
+        )
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+    def csv(self) -> str:
+        """Comma-separated values, numbers with all their digits."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(self.head)
+        writer.writerows(["" if cell is None else cell for cell in row] for row in self.rows)
+        return out.getvalue()
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it."""
+        note = f"<p>{html.escape(self.note)}</p>" if self.note else ""
+        return f"<b>{html.escape(self.title)}</b>{self.html()}{note}"
+
+
+def pairs(title: str, rows: Iterable[tuple[str, Cell]], note: str = "") -> Sheet:
+    """A sheet of quantities and their values, one a row."""
+    return Sheet.of(title, ("quantity", "value"), rows, note)
