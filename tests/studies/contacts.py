@@ -5,36 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from continuum.measure.contact import REPULSIVE, Measurement, contact_map, measure
 from continuum.measure.outline import Mask
 from continuum.model.grid import Grid, Real
-from continuum.model.problem import ContactProblem
-from continuum.model.substrates import HalfSpace
-from continuum.model.surface import Moments, SelfAffine, moments
-from continuum.model.walls import HardWall, LennardJonesSpline, Wall
+from continuum.model.surface import Moments, moments
 from continuum.path.loading import Search, follow
 from continuum.solve.smooth import Settings
 from continuum.theory.paper import contact_diameter
-
-
-@dataclass(frozen=True)
-class Rough:
-    """One realisation of a surface under one wall."""
-
-    n: int
-    lambda_s: float
-    adhesion_length: float = 0.0
-    hurst: float = 0.8
-    slope: float = 0.1
-    seed: int = 1
-    hard: bool = False
-    lambda_L: float | None = None
-
-    @property
-    def wall(self) -> Wall:
-        return HardWall() if self.hard else LennardJonesSpline(adhesion_length=self.adhesion_length)
+from tests.problems import Rough
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +36,8 @@ def contacts(rough: Rough, areas: Sequence[float], within: float = 0.05) -> Iter
 
     Where the contact jumps over an area, the state after the jump is taken.
     """
-    grid = Grid.square(rough.n)
-    spectrum = SelfAffine(rough.hurst, rough.slope, rough.lambda_s, rough.lambda_L or rough.n / 2)
-    heights = spectrum.synthesise(grid, np.random.default_rng(rough.seed))
-    m, wall = moments(grid, heights), rough.wall
-    problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
+    problem = rough.problem()
+    grid, wall, m = problem.grid, problem.wall, moments(problem.grid, problem.heights)
     settings = Settings(1e-6 * m.rms_slope)
     for state in follow(problem, "repulsive-area", areas, settings, search=Search(area_tolerance=within)):
         found = state

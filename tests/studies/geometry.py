@@ -19,15 +19,16 @@ from continuum.measure.profile import GapProfile, gap_profile
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
-from continuum.model.surface import SelfAffine, moments
-from continuum.model.walls import HardWall, LennardJonesSpline
+from continuum.model.surface import moments
+from continuum.model.walls import HardWall
 from continuum.path.loading import follow
 from continuum.runs.analysis import gap_ratio
 from continuum.show import plot
 from continuum.solve.hard import constrain
 from continuum.solve.smooth import Settings
 from continuum.theory import paper
-from tests.studies.contacts import Rough, RoughContact, contacts
+from tests.problems import Rough
+from tests.studies.contacts import RoughContact, contacts
 
 DOCS = Path(__file__).parents[2] / "docs"
 MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
@@ -51,7 +52,9 @@ def perimeter_contacts(target: float = 0.01) -> Iterator[RoughContact]:
             for hurst in (0.3, 0.5, 0.8):
                 for length in (0.0005, 0.005, 0.05):
                     yield from contacts(
-                        Rough(512 if lambda_s < 16 else 1024, lambda_s, length, hurst, slope), [target], within=0.2
+                        Rough(512 if lambda_s < 16 else 1024, length, lambda_s, hurst=hurst, slope=slope),
+                        [target],
+                        within=0.2,
                     )
 
 
@@ -124,11 +127,11 @@ def diameter() -> None:
     axis = figure.subplots()
     rows = []
     cases = (
-        Rough(2048, 16),
-        Rough(2048, 16, 0.005),
-        Rough(1024, 8),
-        Rough(1024, 8, hurst=0.3),
-        Rough(1024, 8, hard=True),
+        Rough(2048, 0.0, 16),
+        Rough(2048, 0.005, 16),
+        Rough(1024, 0.0, 8),
+        Rough(1024, 0.0, 8, hurst=0.3),
+        Rough(1024, 0.0, 8, hard=True),
     )
     for i, rough in enumerate(cases):
         measured = list(contacts(rough, AREAS, within=0.1))
@@ -168,8 +171,8 @@ def gap() -> None:
     figure = plot.new_figure(7.6, 3.2)
     left, right = figure.subplots(1, 2)
     rows = []
-    cases = [Rough(2048, s, hard=True, seed=seed) for s in (32, 64) for seed in (1, 2)]
-    cases += [Rough(2048, s, length) for s in (32, 64) for length in (0.0, 0.0005, 0.005, 0.05)]
+    cases = [Rough(2048, 0.0, s, hard=True, seed=seed) for s in (32, 64) for seed in (1, 2)]
+    cases += [Rough(2048, length, s) for s in (32, 64) for length in (0.0, 0.0005, 0.005, 0.05)]
     for rough in cases:
         (c,) = contacts(rough, [0.01])
         found, wall = profile_of(c), rough.wall
@@ -234,10 +237,8 @@ def pull_off() -> None:
     left, right = figure.subplots(1, 2)
     rows = []
     for length, colour in ((0.005, COLOURS[0.005]), (0.05, COLOURS[0.05])):
-        grid = Grid.square(256)
-        heights = SelfAffine(0.8, 0.1, 16.0, 128.0).synthesise(grid, np.random.default_rng(1))
-        m, wall = moments(grid, heights), LennardJonesSpline(adhesion_length=length)
-        problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
+        problem = Rough(256, length, 16.0).problem()
+        m, wall = moments(problem.grid, problem.heights), problem.wall
         peaks, forces = [], []
         for deepest in (3.0, 2.4, 1.8, 1.4, 1.1, 0.97):
             found, curve, largest = cycle(problem, deepest, 41, Settings(1e-6 * m.rms_slope))

@@ -81,7 +81,7 @@ def main() -> None:
     parser.add_argument("--lambda-s", type=float, default=32.0, help="shortest wavelength, in a0")
     parser.add_argument("--threads", type=int, default=2, help="of each system")
     parser.add_argument("--workers", type=int, default=1, help="systems at once; each needs 1.5 GiB at 4096²")
-    parser.add_argument("--kept", type=Path, default=Path("results/kappa.jsonl"), help="what is done so far")
+    parser.add_argument("--kept", type=Path, default=Path("results/kappa"), help="folder of what is done so far")
     parser.add_argument("--page", type=Path, default=Path("docs/kappa.md"))
     given = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s")

@@ -192,7 +192,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--n", type=int, default=1024, help="points a side")
     parser.add_argument("--workers", type=int, default=3, help="systems at once, one thread each")
-    parser.add_argument("--kept", type=Path, default=Path("results/stickiness.jsonl"), help="what is done so far")
+    parser.add_argument("--kept", type=Path, default=Path("results/stickiness"), help="folder of what is done so far")
     parser.add_argument("--page", type=Path, default=Path("docs/stickiness.md"))
     given = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s")

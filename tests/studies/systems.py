@@ -1,29 +1,24 @@
-"""Self-affine systems followed on approach to given repulsive areas.
-
-Results are kept line by line, one system each, so that a study that was killed goes on.
-"""
+"""Self-affine systems followed on approach to given repulsive areas: a file each, by the engine."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 import time
 from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from continuum.measure.contact import REPULSIVE, contact_map, measure
-from continuum.model.grid import Grid
-from continuum.model.problem import ContactProblem
-from continuum.model.substrates import HalfSpace
-from continuum.model.surface import SelfAffine, moments
-from continuum.model.walls import LennardJonesSpline
-from continuum.path.loading import Search, follow
-from continuum.solve.smooth import Settings
+from continuum.model.surface import moments
+from continuum.path.loading import follow
+from continuum.path.state import Search
+from continuum.runs.engine import Task, run_tasks
+from continuum.solve.solution import Settings
+from tests.problems import Rough
 
 __all__ = ["System", "each", "followed"]
 
@@ -45,21 +40,27 @@ class System:
     threads: int = 1
 
     @property
+    def rough(self) -> Rough:
+        """The wall."""
+        return Rough(self.n, self.adhesion_length, self.lambda_s, self.seed, self.rms_slope, self.hurst)
+
+    @property
     def key(self) -> str:
         """Physics of the system; the number of threads is not."""
         return json.dumps({k: v for k, v in asdict(self).items() if k != "threads"})
+
+    def task(self, folder: Path) -> Task:
+        """What the engine is given."""
+        name = hashlib.sha256(self.key.encode()).hexdigest()[:16]
+        label = f"H = {self.hurst}, h' = {self.rms_slope}, lambda_s = {self.lambda_s:g}, l_a = {self.adhesion_length:g}"
+        return Task(folder / f"{name}.json", f"{label}, seed {self.seed}", self.n**2 * (1 + 20 * self.adhesion_length))
 
 
 def followed(system: System) -> dict[str, Any]:
     """Approach to each area; the states as numbers, with status and work."""
     began = time.perf_counter()
-    grid = Grid.square(system.n, threads=system.threads)
-    spectrum = SelfAffine(system.hurst, system.rms_slope, system.lambda_s, system.n / 2)
-    heights = spectrum.synthesise(grid, np.random.default_rng(system.seed))
-    heights.flags.writeable = False
-    wall = LennardJonesSpline(adhesion_length=system.adhesion_length)
-    problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
-    found = moments(grid, heights)
+    problem = system.rough.problem()
+    grid, wall, found = problem.grid, problem.wall, moments(problem.grid, problem.heights)
     states = []
     settings = Settings(1e-6 * system.rms_slope)
     for state in follow(problem, "repulsive-area", system.areas, settings, search=Search(area_tolerance=0.01)):
@@ -86,26 +87,19 @@ def followed(system: System) -> dict[str, Any]:
     }
 
 
-def each(systems: Iterable[System], kept: Path, workers: int) -> list[dict[str, Any]]:
-    """Results of all systems, in order; those that are kept already come from the file."""
-    wanted = {system.key: system for system in systems}
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    done: dict[str, dict[str, Any]] = {}
-    if kept.exists():
-        for line in kept.read_text().splitlines():
-            try:
-                result = json.loads(line)
-            except json.JSONDecodeError:
-                continue  # the line that was being written when the study was killed
-            done[result["system"]] = result
-    missing = [system for key, system in wanted.items() if key not in done]
-    with ProcessPoolExecutor(workers) as pool:
-        tasks = [pool.submit(followed, system) for system in missing]
-        for count, task in enumerate(as_completed(tasks), 1):
-            result = task.result()
-            done[result["system"]] = result
-            with kept.open("a") as file:
-                file.write(json.dumps(result) + "\n")
-            ended = ", ".join(f"{s['status'].lower()} {s['pairs'] + s['search_pairs']:.0f}" for s in result["states"])
-            log.info("%d/%d  %s  %.0f s  [%s pairs]", count, len(missing), result["system"], result["seconds"], ended)
-    return [done[key] for key in wanted]
+def each(systems: Iterable[System], folder: Path, workers: int) -> list[dict[str, Any]]:
+    """Results of all systems, in order; those whose file is there already are not run again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tasks = {system.task(folder).path: system for system in systems}
+    work = partial(_write, {path.name: system for path, system in tasks.items()})
+    todo = [system.task(folder) for system in tasks.values()]
+    for count, ended in enumerate(run_tasks(todo, work, lambda task: task.path.exists(), workers=workers), 1):
+        log.info("%d/%d  %s  %.0f s  %s", count, len(todo), ended.task.label, ended.seconds, ended.reason)
+    return [json.loads(path.read_text()) for path in tasks]
+
+
+def _write(systems: dict[str, System], task: Task) -> None:
+    """One system, in a process of its own."""
+    temporary = task.path.with_suffix(".tmp")
+    temporary.write_text(json.dumps(followed(systems[task.path.name])))
+    temporary.replace(task.path)

@@ -33,10 +33,10 @@ from continuum.files.tables import load
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.smooth import Settings
+from tests.problems import Rough, lattice
 
 ROOT = Path(__file__).parents[3]
 
@@ -106,10 +106,8 @@ def columns(results: list[PathResult]) -> dict[str, np.ndarray]:
 
 
 def contact(adhesion_length: float = 0.0, slope: float = 0.1, depth: float = 12.0) -> ContactProblem:
-    grid = Grid.square(24)
-    lattice = LatticeResponse.of_springs(Slab.of_depth(grid, depth), Springs())
-    heights = SelfAffine(0.8, slope, 8.0, 24.0).synthesise(grid, np.random.default_rng(2))
-    return ContactProblem(grid, LennardJonesSpline(adhesion_length=adhesion_length), heights, lattice)
+    rough = Rough(24, adhesion_length, seed=2, slope=slope, lambda_L=24.0)
+    return rough.problem(substrate=lattice(24, "springs", depth))
 
 
 # --- the ladder --------------------------------------------------------------------------------------------

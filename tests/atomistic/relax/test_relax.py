@@ -3,28 +3,21 @@
 import subprocess
 import sys
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import LennardJones, Model, Springs
-from atomistic.crystal.potentials import EmbeddedAtom, find_potential
+from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck, read_wall_table, write_deck
 from atomistic.lammps.engine import Session, run_command
-from atomistic.relax.relax import apply_wall, iterate, lattice_start, relax
+from atomistic.relax.relax import apply_wall, iterate, relax
 from atomistic.response.lattice import LatticeResponse
-from atomistic.response.material import model_of
-from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
-from continuum.model.problem import ContactProblem
-from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
-from continuum.path.loading import State, solve
-from continuum.solve.smooth import Settings
+from tests.problems import crystal, lattice, on_atoms
 
 SPRINGS = Springs()
 
@@ -59,43 +52,8 @@ def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
     assert np.log(errors[0] / errors[1]) / np.log(4) == pytest.approx(2, abs=0.1)
 
 
-@cache
-def response(n: int, name: str) -> LatticeResponse:
-    model = crystal(name)
-    return LatticeResponse.of_model(Slab.of_depth(Grid.square(n), float(n), model.reach), model)
-
-
-@cache
-def crystal(name: str) -> Model:
-    if name == "springs":
-        return SPRINGS
-    return model_of(LennardJones() if name == "lj" else EmbeddedAtom.read(find_potential(name)))
-
-
-def contact(
-    n: int = 16, slope: float = 0.01, adhesion_length: float = 0.0, area: float = 0.15, name: str = "springs"
-) -> tuple[ContactProblem, State, Deck]:
-    """A rough wall at about the repulsive area wanted, in equilibrium with the lattice response."""
-    grid, lattice = Grid.square(n), response(n, name)
-    heights = SelfAffine(0.8, slope, 8.0, float(n)).synthesise(grid, np.random.default_rng(3))
-    wall = LennardJonesSpline(adhesion_length=adhesion_length)
-    problem = ContactProblem(grid, wall, heights, lattice)
-    low, high = 1 - 6 * np.std(heights), 1 - heights.min() + wall.range
-    for _ in range(12):
-        separation = (low + high) / 2
-        state = solve(problem, "separation", separation, Settings(1e-13))
-        if totals_of(grid, wall, state.gap).area_rep < area:
-            high = separation
-        else:
-            low = separation
-    state = solve(problem, "separation", separation, Settings(1e-15), start=state.gap)
-    state.solution.require()
-    start = lattice_start(lattice, wall, state.gap)
-    return problem, state, Deck(lattice.slab, crystal(name), wall, heights, separation, start, rise=lattice.rise)
-
-
 def test_the_lattice_start_is_the_lattice_equilibrium():
-    problem, state, deck = contact()
+    problem, state, deck = on_atoms()
     assert np.abs(deck.start).max() > 1e-3
     expected = problem.displacement(state.gap, state.separation)
     assert np.allclose(deck.start[0, ..., 2], expected, rtol=0, atol=1e-12)
@@ -104,7 +62,7 @@ def test_the_lattice_start_is_the_lattice_equilibrium():
 @pytest.mark.parametrize("adhesion_length", [0.0, 0.005])
 @pytest.mark.parametrize("slope", [0.1, 0.001])
 def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
-    problem, _, deck = contact(slope=slope, adhesion_length=adhesion_length)
+    problem, _, deck = on_atoms(slope=slope, adhesion_length=adhesion_length)
     lattice = problem.substrate
     assert isinstance(lattice, LatticeResponse)
     # Ten times below what is asked of every equilibrium: forces of 1e-8 h' on all atoms can add up to
@@ -129,7 +87,7 @@ def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
 def test_the_difference_to_the_lattice_is_geometric(tmp_path):
     loads, displacements, slopes = [], [], (0.01, 0.0025)
     for slope in slopes:
-        problem, state, deck = contact(slope=slope)
+        problem, state, deck = on_atoms(slope=slope)
         lattice = problem.substrate
         assert isinstance(lattice, LatticeResponse)
         atoms = relax(deck, tmp_path, lattice).require()
@@ -145,7 +103,7 @@ def test_the_difference_to_the_lattice_is_geometric(tmp_path):
 
 
 def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
-    _, _, deck = contact(slope=0.05, adhesion_length=0.005)
+    _, _, deck = on_atoms(slope=0.05, adhesion_length=0.005)
     native = relax(deck, tmp_path).require()
     table = read_wall_table(tmp_path / "wall.table")
     with Session(tmp_path) as session:
@@ -161,7 +119,7 @@ def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
 
 
 def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_path):
-    problem, _, deck = contact(slope=0.1)
+    problem, _, deck = on_atoms(slope=0.1)
     # Each correction overshoots forty times.
     wrong = LatticeResponse.of_springs(deck.slab, Springs(SPRINGS.stiffness / 40))
     write_deck(tmp_path, deck)
@@ -178,7 +136,7 @@ def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_pat
 
 @pytest.mark.parametrize(("name", "adhesion_length"), [("lj", 0.005), ("Ni_u3.eam", 0.0)])
 def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhesion_length):
-    problem, state, deck = contact(slope=0.05, adhesion_length=adhesion_length, name=name)
+    problem, state, deck = on_atoms(slope=0.05, adhesion_length=adhesion_length, name=name)
     lattice = problem.substrate
     assert isinstance(lattice, LatticeResponse)
     deck = replace(deck, tolerance=1e-9 * 0.05)
@@ -198,7 +156,7 @@ def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhe
 @pytest.mark.parametrize("name", ["lj", "Cu_mishin1.eam.alloy"])
 def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path, name):
     # Lennard-Jones rises, copper sinks: either by several times what the wall is rough.
-    problem, state, deck = contact(slope=0.001, name=name)
+    problem, state, deck = on_atoms(slope=0.001, name=name)
     rise = deck.rise[0]
     assert np.sign(rise) == (1 if name == "lj" else -1)
     assert abs(rise) > 4 * np.std(deck.heights)
@@ -239,15 +197,16 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
 
 
 def test_ranks_share_the_atoms_of_the_iteration(tmp_path):
-    _, _, deck = contact(slope=0.05, adhesion_length=0.005)
+    _, _, deck = on_atoms(slope=0.05, adhesion_length=0.005)
     with Session(write_deck(tmp_path / "deck", deck)) as session:
-        alone = iterate(deck, session, response(16, "springs"))
+        alone = iterate(deck, session, lattice(16, "springs"))
     # Each rank writes a file of its own: what two processes print may arrive in any order, even letter by letter.
     script = (
-        "import os, sys; from pathlib import Path; from tests.atomistic.relax.test_relax import *\n"
-        "_, _, deck = contact(slope=0.05, adhesion_length=0.005)\n"
+        "import os, sys; from pathlib import Path; from tests.problems import lattice, on_atoms\n"
+        "from atomistic.lammps.engine import Session; from atomistic.relax.relax import iterate\n"
+        "_, _, deck = on_atoms(slope=0.05, adhesion_length=0.005)\n"
         "with Session(Path(sys.argv[1])) as session:\n"
-        "    found = iterate(deck, session, response(16, 'springs'))\n"
+        "    found = iterate(deck, session, lattice(16, 'springs'))\n"
         "text = f'{found.evaluations} {found.converged} {found.displacements[0, ..., 2].sum().hex()}'\n"
         "Path(sys.argv[2], f'rank-{os.getpid()}').write_text(text)\n"
     )
@@ -267,7 +226,7 @@ def test_ranks_share_the_atoms_of_the_iteration(tmp_path):
 
 
 def test_heights_of_another_surface_are_refused(tmp_path):
-    _, _, deck = contact()
+    _, _, deck = on_atoms()
     with Session(write_deck(tmp_path, deck)) as session, pytest.raises(ValueError, match="do not fit"):
         apply_wall(session, deck.wall, np.zeros((4, 4)), 1.0)
 
@@ -276,7 +235,7 @@ def test_heights_of_another_surface_are_refused(tmp_path):
 @pytest.mark.parametrize("slope", [0.1, 0.03, 0.01, 0.003, 0.001])
 @pytest.mark.parametrize("adhesion_length", [0.0, 0.0005, 0.005, 0.05])
 def test_the_written_deck_converges_alone(tmp_path, slope, adhesion_length):
-    _, _, deck = contact(n=32, slope=slope, adhesion_length=adhesion_length, area=0.1)
+    _, _, deck = on_atoms(n=32, slope=slope, adhesion_length=adhesion_length, area=0.1)
     assert deck.start.any()
     for start in (deck, replace(deck, displacements=None)):
         relax(start, tmp_path).require()

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from tests.studies.contacts import Rough, contacts
+from tests.problems import Rough
+from tests.studies.contacts import contacts
 from tests.studies.geometry import AREAS, perimeter_ratio, profile_of, ratio
 
 pytestmark = pytest.mark.long
@@ -28,7 +29,7 @@ def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_belo
 ) -> None:
     found = []
     for lambda_s in (4, 8, 16, 32):
-        (contact,) = contacts(Rough(512 if lambda_s < 16 else 1024, lambda_s, adhesion_length, hurst), [0.01])
+        (contact,) = contacts(Rough(512 if lambda_s < 16 else 1024, adhesion_length, lambda_s, hurst=hurst), [0.01])
         found.append((contact.numbers.chord, perimeter_ratio(contact)))
         if contact.numbers.chord > 10:
             assert found[-1][1] == pytest.approx(1, abs=0.1)  # Fig. S-2
@@ -39,7 +40,7 @@ def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_belo
 
 
 def test_the_diameter_hardly_depends_on_the_area() -> None:
-    measured = list(contacts(Rough(2048, 16), AREAS))
+    measured = list(contacts(Rough(2048, 0.0, 16), AREAS))
     d = np.array([c.numbers.diameter for c in measured])
     area = np.array([c.numbers.area_rep for c in measured])
     assert area[-1] > 80 * area[0]
@@ -55,7 +56,7 @@ def test_the_diameter_hardly_depends_on_the_area() -> None:
 
 @pytest.mark.parametrize("lambda_s", [32, 64])
 def test_the_gap_outside_a_hard_contact_follows_the_paper(lambda_s: int) -> None:
-    (contact,) = contacts(Rough(2048, lambda_s, hard=True), [0.01])
+    (contact,) = contacts(Rough(2048, 0.0, lambda_s, hard=True), [0.01])
     low, high = ratio(contact, profile_of(contact), centres=False)
     assert low > 0.8
     assert high < 1.3
@@ -64,7 +65,7 @@ def test_the_gap_outside_a_hard_contact_follows_the_paper(lambda_s: int) -> None
 @pytest.mark.parametrize(("adhesion_length", "centres"), [(0.0, True), (0.0005, True), (0.005, False)])
 def test_and_that_outside_a_soft_one(adhesion_length: float, centres: bool) -> None:
     # A soft wall opens the gap earlier, as if the edge were that of the perimeter cells; adhesion closes it again.
-    (contact,) = contacts(Rough(2048, 32, adhesion_length), [0.01])
+    (contact,) = contacts(Rough(2048, adhesion_length, 32), [0.01])
     low, high = ratio(contact, profile_of(contact), centres=centres)
     assert low > 0.8
     assert high < 1.3

@@ -17,14 +17,7 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.smooth import Settings
 from continuum.theory.paper import PERIMETER_FACTOR, PERIMETER_FACTOR_PAPER
-
-
-def distance(grid: Grid, centre: tuple[float, float]) -> np.ndarray:
-    """From the nearest image of a point."""
-    offsets = []
-    for position, length, middle in zip(grid.positions, grid.lengths, centre, strict=True):
-        offsets.append((position - middle + length / 2) % length - length / 2)
-    return np.hypot(*offsets)
+from tests.problems import distance
 
 
 def disc(grid: Grid, radius: float, centre: tuple[float, float]) -> Mask:

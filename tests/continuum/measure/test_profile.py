@@ -21,16 +21,9 @@ from continuum.solve.smooth import Settings
 from continuum.theory.paper import attraction_width
 from continuum.theory.paper import gap_profile as predicted_gap
 from continuum.theory.smooth import Hertz, Westergaard
+from tests.problems import distance
 
 WALL = LennardJonesSpline(adhesion_length=0.005)
-
-
-def distance(grid: Grid, centre: tuple[float, float]) -> np.ndarray:
-    """From the nearest image of a point."""
-    offsets = []
-    for position, length, middle in zip(grid.positions, grid.lengths, centre, strict=True):
-        offsets.append((position - middle + length / 2) % length - length / 2)
-    return np.hypot(*offsets)
 
 
 # --- areas -------------------------------------------------------------------------------------------------

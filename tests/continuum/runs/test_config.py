@@ -15,7 +15,7 @@ from continuum.cli import main
 from continuum.files.tables import ConfigError, identity, load, resolved
 from continuum.files.toml import find
 from continuum.runs.config import RunConfig
-from tests.continuum.conftest import SMALL
+from tests.problems import SMALL
 
 
 def faults(path: Path) -> str:

@@ -20,31 +20,9 @@ from continuum.files.tables import load
 from continuum.model.walls import LennardJonesSpline
 from continuum.runs.build import cost_of
 from continuum.runs.config import RunConfig
-from continuum.runs.record import Point
 from continuum.runs.run import OutputError, run
-from tests.continuum.conftest import SMALL
-
-
-def content(path: Path) -> dict[str, np.ndarray]:
-    """Everything that must be reproducible: all but the journal."""
-    file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
-    assert file.attributes["finished"]
-    return {n: d.values for n, d in file.datasets.items() if not n.startswith("journal/")}
-
-
-def same(a: Path, b: Path) -> None:
-    one, other = content(a), content(b)
-    assert one.keys() == other.keys()
-    for name, values in one.items():
-        np.testing.assert_array_equal(values, other[name], err_msg=name)
-
-
-def stop_after(points: int, error: type[BaseException]):
-    def progress(point: Point, done: int, total: int) -> None:
-        if done == points:
-            raise error
-
-    return progress
+from tests.problems import SMALL
+from tests.stored import same, stop_after
 
 
 @pytest.fixture
@@ -100,7 +78,7 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
         "import sys, time; from pathlib import Path\n"
         "from continuum.runs.config import RunConfig; from continuum.files.tables import load\n"
         "from continuum.runs.run import run\n"
-        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(0.5))"
+        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(600))"  # killed after its first point
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])
     for _ in range(600):

@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 from continuum.measure.contact import OUT_OF_RANGE, REPULSIVE, contact_map, totals_of
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import HalfSpace, Layer, MeanMode
+from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine, sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import State, follow, solve
@@ -19,14 +19,9 @@ from continuum.path.state import state_of
 from continuum.solve.hard import constrain
 from continuum.solve.smooth import Settings, Solution, Status
 from continuum.theory.smooth import Hertz, Westergaard
+from tests.problems import Rough
 
 TIGHT = Settings(tolerance=1e-10)
-
-
-def rough(n: int = 64, seed: int = 1, mean: MeanMode = "clamped") -> ContactProblem:
-    grid = Grid.square(n)
-    heights = SelfAffine(0.8, 0.1, 8.0, n / 2).synthesise(grid, np.random.default_rng(seed))
-    return ContactProblem(grid, HardWall(), heights, HalfSpace(mean))
 
 
 def at_pressure(grid: Grid, heights: Real, pressure: float, tolerance: float = 1e-10) -> Solution:
@@ -162,7 +157,7 @@ def test_dense_reference(shape: tuple[int, int], mean: float) -> None:
 
 
 def test_limit_of_a_stiff_law() -> None:
-    problem = rough()
+    problem = Rough(hard=True).problem()
     target = 1.0
     hard = solve(problem, "mean-gap", target, TIGHT)
     errors = []
@@ -181,7 +176,7 @@ def test_limit_of_a_stiff_law() -> None:
 
 
 def test_three_controls_agree() -> None:
-    problem = rough()
+    problem = Rough(hard=True).problem()
     grid = problem.grid
     held = solve(problem, "mean-gap", 0.8, TIGHT)
     pushed = at_pressure(grid, problem.heights, held.load)
@@ -203,7 +198,7 @@ def test_three_controls_agree() -> None:
 
 
 def test_translation_and_transposition() -> None:
-    problem = rough()
+    problem = Rough(hard=True).problem()
     expected = solve(problem, "mean-gap", 0.8, TIGHT)
 
     def of(heights: Real) -> State:
@@ -220,7 +215,7 @@ def test_translation_and_transposition() -> None:
 
 
 def test_threads_change_no_bit() -> None:
-    heights = rough(512).heights
+    heights = Rough(512, hard=True).problem().heights
     one, two = (
         constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(1e-7), pressure=4e-4)
         for grid in (Grid.square(512), Grid.square(512, threads=2))
@@ -230,7 +225,7 @@ def test_threads_change_no_bit() -> None:
 
 
 def test_a_path_is_reversible_and_resumes() -> None:
-    problem = rough(96)
+    problem = Rough(96, hard=True).problem()
     targets = [1.6, 1.3, 1.0, 0.7, 1.0, 1.3, 1.6]
     states = list(follow(problem, "mean-gap", targets, Settings(1e-9)))
     assert all(state.status.ok for state in states)
@@ -272,7 +267,7 @@ def test_any_small_surface(
 
 
 def test_the_minimum_of_a_rough_contact() -> None:
-    problem = rough(128)
+    problem = Rough(128, hard=True).problem()
     state = solve(problem, "mean-gap", 1.0, Settings(1e-8))
     assert_minimum(problem.grid, problem.heights, state.solution, 1e-8)
     p = state.traction
@@ -304,7 +299,7 @@ def test_work_stays_what_was_measured() -> None:
 
 
 def test_no_contact_is_an_equilibrium_without_load() -> None:
-    problem = rough()
+    problem = Rough(hard=True).problem()
     away = -problem.heights.min() + 0.1
     for start in (None, np.full(problem.grid.shape, away)):
         state = solve(problem, "separation", away, TIGHT, start)
@@ -314,7 +309,7 @@ def test_no_contact_is_an_equilibrium_without_load() -> None:
 
 
 def test_what_a_hard_wall_cannot_do_is_refused() -> None:
-    problem = rough(16)
+    problem = Rough(16, hard=True).problem()
     free = HalfSpace("free").stiffness(problem.grid)
     with pytest.raises(ValueError, match="only pushes"):
         constrain(problem.grid, free, problem.heights, None, TIGHT, pressure=-1e-3)
@@ -330,7 +325,7 @@ def test_what_a_hard_wall_cannot_do_is_refused() -> None:
 
 
 def test_unfinished_is_said() -> None:
-    problem = rough()
+    problem = Rough(hard=True).problem()
     limited = solve(problem, "mean-gap", 0.8, Settings(1e-10, max_iterations=2))
     assert limited.status is Status.ITERATION_LIMIT
     assert np.isfinite(limited.gap).all()

@@ -18,22 +18,9 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import Control, State, follow, solve
 from continuum.solve.smooth import NotConvergedError, Settings, Status, minimise
 from continuum.theory.smooth import Hertz, Westergaard
+from tests.problems import Rough, touching
 
 TIGHT = Settings(tolerance=1e-9)
-
-
-def rough(
-    n: int = 64, adhesion_length: float = 0.005, seed: int = 1, slope: float = 0.1, response=None
-) -> ContactProblem:
-    grid = Grid.square(n)
-    heights = SelfAffine(0.8, slope, 8.0, n / 2).synthesise(grid, np.random.default_rng(seed))
-    wall = LennardJonesSpline(adhesion_length=adhesion_length)
-    return ContactProblem(grid, wall, heights, response or HalfSpace("clamped"))
-
-
-def touching(problem: ContactProblem) -> float:
-    """Separation at which the highest asperity reaches the undeformed surface."""
-    return problem.wall.zero_gap - float(problem.heights.min())
 
 
 def residual(problem: ContactProblem, state: State) -> float:
@@ -107,7 +94,7 @@ def solve_at_pressure(problem: ContactProblem, pressure: float) -> State:
 
 @pytest.mark.parametrize("adhesion_length", [0.0, 0.0005, 0.005])
 def test_the_state_does_not_depend_on_the_start(adhesion_length: float) -> None:
-    problem = rough(adhesion_length=adhesion_length)
+    problem = Rough(adhesion_length=adhesion_length).problem()
     target = 0.75 * touching(problem)
     reference = solve(problem, "separation", target, TIGHT)
     assert reference.status.ok
@@ -146,7 +133,7 @@ def test_whatever_the_system_a_converged_state_is_an_equilibrium(
 
 
 def test_coarser_grids_save_work_and_change_nothing() -> None:
-    problem = rough(256, 0.005)
+    problem = Rough(256).problem()
     target = 0.7 * touching(problem)
     cascade = solve(problem, "mean-gap", target, TIGHT)
     assert [work.shape for work in cascade.solution.work] == [(256, 256), (128, 128)]
@@ -162,7 +149,7 @@ def test_coarser_grids_save_work_and_change_nothing() -> None:
 
 
 def test_a_start_relaxed_on_coarser_grids_saves_work_and_changes_nothing() -> None:
-    problem = rough(256, slope=0.1)
+    problem = Rough(256).problem()
     near, far = 0.6 * touching(problem), 0.7 * touching(problem)
     start = solve(problem, "mean-gap", far, TIGHT).gap + (near - far)
     plain, warm = (solve(problem, "mean-gap", near, Settings(1e-9, warm_grids=k), start) for k in (0, 2))
@@ -178,7 +165,7 @@ def test_a_start_relaxed_on_coarser_grids_saves_work_and_changes_nothing() -> No
 @pytest.mark.parametrize("warm_grids", [0, 2])
 @pytest.mark.parametrize("control", ["mean-gap", "separation"])
 def test_an_equilibrium_as_the_start_is_the_end(control: Control, warm_grids: int) -> None:
-    problem = rough(adhesion_length=0.05)
+    problem = Rough(adhesion_length=0.05).problem()
     target = 0.6 * touching(problem)
     state = solve(problem, control, target, TIGHT)
     again = solve(problem, control, target, Settings(1e-8, warm_grids=warm_grids), state.gap)
@@ -199,7 +186,7 @@ def test_results_do_not_depend_on_the_number_of_threads() -> None:
 
 
 def test_mean_gap_and_separation_control_find_the_same_state() -> None:
-    problem = rough(response=Layer(32.0, 0.3, Layer(32.0, 0.3, "free").compressive_stiffness))
+    problem = Rough().problem(substrate=Layer(32.0, 0.3, Layer(32.0, 0.3, "free").compressive_stiffness))
     by_gap = solve(problem, "mean-gap", 0.8 * touching(problem), TIGHT)
     by_separation = solve(problem, "separation", by_gap.separation, TIGHT)
     assert by_separation.mean_gap == pytest.approx(by_gap.mean_gap, abs=1e-7)
@@ -231,7 +218,7 @@ def test_adhesion_makes_approach_and_retraction_differ() -> None:
 
 def test_units_do_not_matter() -> None:
     """The same contact with lengths in units of s a0 and moduli in units of e E*."""
-    problem = rough()
+    problem = Rough().problem()
     target = 0.8 * touching(problem)
     gap = np.linspace(0.7, 1 + problem.wall.range, 401)
     base = TabulatedWall(gap, problem.wall.evaluate(gap).traction)
@@ -250,7 +237,7 @@ def test_units_do_not_matter() -> None:
 
 
 def test_translation_and_exchange_of_axes_do_not_matter() -> None:
-    problem = rough()
+    problem = Rough().problem()
     target = 0.8 * touching(problem)
     gap = solve(problem, "separation", target, TIGHT).gap
 
@@ -268,7 +255,7 @@ def test_translation_and_exchange_of_axes_do_not_matter() -> None:
 def test_adhesion_needs_less_load_for_the_same_area() -> None:
     loads = []
     for adhesion_length in (0.0, 0.0005, 0.005):
-        problem = rough(128, adhesion_length)
+        problem = Rough(128, adhesion_length).problem()
         state = solve(problem, "mean-gap", 0.7 * touching(problem), TIGHT)
         contact = totals_of(problem.grid, problem.wall, state.gap)
         loads.append(contact.load / contact.area_rep)
@@ -285,7 +272,7 @@ def test_adhesion_needs_less_load_for_the_same_area() -> None:
 
 
 def test_a_resumed_path_is_the_undisturbed_one() -> None:
-    problem = rough()
+    problem = Rough().problem()
     targets = [f * touching(problem) for f in (1.1, 1.0, 0.9, 0.8, 0.9, 1.0)]
     whole = list(follow(problem, "separation", targets, TIGHT))
     for done in (1, 2, 4, 5):
@@ -296,7 +283,7 @@ def test_a_resumed_path_is_the_undisturbed_one() -> None:
 
 
 def test_a_path_costs_less_than_its_points_from_scratch() -> None:
-    problem = rough(adhesion_length=0.0)
+    problem = Rough(adhesion_length=0.0).problem()
     targets = [f * touching(problem) for f in (0.80, 0.79, 0.78, 0.77)]
     warm = [s.solution.fft_pairs for s in follow(problem, "separation", targets, Settings(1e-7))]
     cold = [solve(problem, "separation", t, Settings(1e-7)).solution.fft_pairs for t in targets]
@@ -304,7 +291,7 @@ def test_a_path_costs_less_than_its_points_from_scratch() -> None:
 
 
 def test_a_failed_step_is_never_a_start() -> None:
-    problem = rough()
+    problem = Rough().problem()
     good = solve(problem, "separation", touching(problem), TIGHT)
     failed = solve(problem, "separation", 0.9 * touching(problem), Settings(1e-9, max_iterations=2))
     assert failed.status is Status.ITERATION_LIMIT
@@ -319,7 +306,7 @@ def test_a_failed_step_is_never_a_start() -> None:
 
 
 def test_running_out_of_iterations_is_said() -> None:
-    problem = rough()
+    problem = Rough().problem()
     state = solve(problem, "separation", 0.7 * touching(problem), Settings(1e-9, max_iterations=3))
     assert state.status is Status.ITERATION_LIMIT
     assert state.solution.residual > 1e-9
@@ -328,21 +315,21 @@ def test_running_out_of_iterations_is_said() -> None:
 
 
 def test_going_below_the_core_is_said() -> None:
-    problem = rough()
+    problem = Rough().problem()
     state = solve(problem, "separation", problem.heights.max() - 4.0, TIGHT)
     assert state.gap.min() < problem.wall.core
     assert state.status is Status.BELOW_CORE
 
 
 def test_a_tolerance_below_rounding_is_said_not_reached() -> None:
-    problem = rough()
+    problem = Rough().problem()
     state = solve(problem, "separation", 0.7 * touching(problem), Settings(1e-30, max_iterations=400))
     assert state.status in (Status.LINE_SEARCH, Status.ITERATION_LIMIT)
     assert state.solution.residual < 1e-12
 
 
 def test_a_start_that_is_not_finite_is_said() -> None:
-    problem = rough()
+    problem = Rough().problem()
     state = solve(problem, "separation", 1.0, TIGHT, np.full(problem.grid.shape, np.nan))
     assert state.status is Status.NON_FINITE
 
@@ -362,7 +349,7 @@ def test_an_energy_that_does_not_belong_to_its_traction_is_said() -> None:
 
 
 def test_history_ends_at_the_residual_and_never_rises_in_energy() -> None:
-    solution = solve(rough(), "separation", 1.0, TIGHT).solution
+    solution = solve(Rough().problem(), "separation", 1.0, TIGHT).solution
     energies = np.array([line.energy for line in solution.history])
     assert (np.diff(energies) <= 1e-14).all()
     assert solution.history[-1].residual == pytest.approx(solution.residual, rel=0.1)
