@@ -150,9 +150,9 @@ class State:
         NotConvergedError
             Otherwise.
         """
-        self.solution.require()
         if self.outcome is not None:
             raise NotConvergedError(self.outcome.value)
+        self.solution.require()
         return self
 
 

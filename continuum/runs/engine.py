@@ -100,29 +100,32 @@ def _in_parallel(todo: list[Task], work: Work, workers: int) -> Generator[Ended,
         # "spawn": a forked copy of a process that has threads, or MPI, is undefined.
         with ProcessPoolExecutor(min(workers, len(waiting)), mp_context=get_context("spawn")) as pool:
             running: dict[Future[float], Task] = {}
+            alive = True
             try:
-                while running or waiting:
-                    while waiting and len(running) < workers:
-                        task = waiting.pop()
-                        running[pool.submit(_timed, work, task)] = task
-                    finished, _ = wait(running, return_when=FIRST_COMPLETED)
-                    for future in finished:
-                        yield _ended(future, running.pop(future))
-            except BrokenProcessPool:
+                while alive and (running or waiting):
+                    while alive and waiting and len(running) < workers:
+                        try:
+                            future = pool.submit(_timed, work, waiting[-1])
+                        except BrokenProcessPool:
+                            alive = False
+                        else:
+                            running[future] = waiting.pop()
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        task, error = running.pop(future), future.exception()
+                        if isinstance(error, BrokenProcessPool):
+                            suspects.append(task)
+                            alive = False
+                        elif error is None:
+                            yield Ended(task, future.result())
+                        elif isinstance(error, Exception):
+                            yield Ended(task, 0.0, f"{type(error).__name__}: {error}", error)
+                        else:
+                            raise error
                 suspects += running.values()
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise
     return suspects
-
-
-def _ended(future: Future[float], task: Task) -> Ended:
-    try:
-        return Ended(task, future.result())
-    except BrokenProcessPool:
-        raise
-    except Exception as error:
-        return Ended(task, 0.0, f"{type(error).__name__}: {error}", error)
 
 
 def _timed(work: Work, task: Task) -> float:

@@ -74,11 +74,12 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
 
 def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     path = small.with_name("killed.h5")
+    # It waits after its first point to be killed.
     code = (
         "import sys, time; from pathlib import Path\n"
         "from continuum.runs.config import RunConfig; from continuum.files.tables import load\n"
         "from continuum.runs.run import run\n"
-        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(600))"  # killed after its first point
+        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(600))"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])
     for _ in range(600):

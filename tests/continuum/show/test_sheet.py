@@ -1,0 +1,63 @@
+"""Sheets say the same in every form; pages need no other file."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from continuum.show.page import Page
+from continuum.show.plot import new_figure, save
+from continuum.show.sheet import Column, Sheet, pairs
+
+cells = (
+    st.none() | st.integers(-1000, 1000) | st.floats() | st.text(st.characters(codec="utf-8", exclude_characters="\r"))
+)
+
+
+@given(st.integers(1, 5).flatmap(lambda n: st.lists(st.tuples(*[cells] * n), max_size=6)))
+def test_every_form_holds_every_cell(rows: list[tuple[str | float | int | None, ...]]) -> None:
+    width = len(rows[0]) if rows else 2
+    sheet = Sheet.of("a title", [Column(f"c{i}", "a0" if i else "") for i in range(width)], rows, "a note")
+    assert sheet.text().startswith("a title\n")
+    assert sheet.text().endswith("a note")
+    assert sheet.html().count("<tr>") == len(rows) + 1
+    assert sheet.html().count("<td>") == len(rows) * width
+    back = list(csv.reader(io.StringIO(sheet.csv())))
+    assert len(back) == len(rows) + 1
+    for row, cells in zip(rows, back[1:], strict=True):
+        for value, cell in zip(row, cells, strict=True):
+            if isinstance(value, float):
+                assert float(cell) == value or np.isnan(value)  # to the last digit
+
+
+def test_numbers_have_units_and_forms() -> None:
+    columns = ("name", Column("gap", "a0", ".2f"), Column("area", "%", ".1f"), Column("count"))
+    sheet = Sheet.of("", columns, [("one", 1.0, 0.25, 3), ("two", np.nan, None, 4)])
+    assert sheet.head == ("name", "gap (a0)", "area", "count")
+    assert sheet.cells == (("one", "1.00", "25.0 %", "3"), ("two", "-", "-", "4"))
+    assert [sheet.numeric(i) for i in range(4)] == [False, True, True, True]
+    assert sheet.markdown().splitlines()[2] == "| one | 1.00 | 25.0 % | 3 |"
+
+
+def test_a_row_of_another_length_is_refused() -> None:
+    with pytest.raises(ValueError, match="1 cells under 2 columns"):
+        Sheet.of("t", ("a", "b"), [("only one",)])
+
+
+def test_a_page_stands_alone_and_escapes_what_it_is_told(tmp_path: Path) -> None:
+    figure = new_figure(1, 1)
+    figure.subplots()
+    picture = save(figure, tmp_path / "figure")
+    sheets, listing = [pairs("t", [("<q>", 1)])], ("Input", "<x>")
+    page = Page("a < b", "not & so", ["<script>"], [(picture, "a caption")], sheets, listing)
+    text = page.write(tmp_path / "page.html").read_text()
+    assert "<script" not in text
+    assert text.count("&lt;") == 5  # the title twice
+    assert 'src="data:image/png;base64,' in text
+    assert "http" not in text
