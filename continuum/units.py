@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 import scipy.constants
 
-__all__ = ["ANGSTROM", "GPA_PER_EV_PER_A3", "Quantity", "Units", "parse", "show", "unit_size"]
+__all__ = ["ANGSTROM", "GPA_PER_EV_PER_A3", "Quantity", "Units", "parse", "readable", "unit_size"]
 
 ANGSTROM: float = scipy.constants.angstrom
 """In m."""
@@ -152,7 +152,7 @@ def parse(text: str, quantity: Quantity) -> float:
     return value
 
 
-def show(value: float, quantity: Quantity, digits: int = 4) -> str:
+def readable(value: float, quantity: Quantity, digits: int = 4) -> str:
     """A quantity in SI as text with the unit that suits its size."""
     if not (np.isfinite(value) and value):
         return f"{value:g}"

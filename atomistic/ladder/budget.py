@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from atomistic.config import BoundTable, CaseTable, ExponentTable, ValidateConfig
 
-__all__ = ["Cost", "Exponent", "Verdict", "costs", "exponents", "verdicts"]
+__all__ = ["BudgetLine", "Exponent", "Verdict", "costs", "exponents", "verdicts"]
 
 Columns = Mapping[str, NDArray[Any]]
 """Columns over states (``case``, ``rms_slope``, ``seed``, ``area``, ``branch``, ...), and the differences
 ``step_quantity``, e.g. ``nonlinearity_load``."""
 
 
-class Cost(NamedTuple):
+class BudgetLine(NamedTuple):
     """What the steps of the ladder cost, for one case at one slope: largest magnitudes over its states."""
 
     case: str
@@ -74,7 +74,7 @@ class Exponent(NamedTuple):
     """Slope between neighbours, from the steepest down."""
 
 
-def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[Cost]:
+def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
     """A row of the budget for each case and slope, in the order of the input."""
     points = columns["points"][0]
     for case in dict.fromkeys(columns["case"].tolist()):
@@ -86,7 +86,7 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[Cost]:
             if "geometry" in steps:
                 rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
                 load["anharmonicity"] = float(np.fmax.reduce(np.abs(rest)))
-            yield Cost(
+            yield BudgetLine(
                 case,
                 float(columns["lambda_s"][mine][0]),
                 slope,

@@ -27,7 +27,7 @@ from atomistic.ladder.rungs import (
     compare,
     response_of,
     rung_of,
-    select,
+    state_at_area,
 )
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import runner
@@ -229,7 +229,7 @@ class _Comparison:
             ("area", area, branch, state)
             for branch in self.path.branches
             for area in self.path.areas
-            if (state := select(lattice, states, area, branch, self.settings)) not in beside.values()
+            if (state := state_at_area(lattice, states, area, branch, self.settings)) not in beside.values()
         ]
         compared = tuple(self.compared(*each) for each in taken)
         curves = self.curves(states) if self.path.curves else ()

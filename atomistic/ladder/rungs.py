@@ -50,7 +50,7 @@ __all__ = [
     "kinds_of",
     "response_of",
     "rung_of",
-    "select",
+    "state_at_area",
 ]
 
 RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms", "spring-lattice", "spring-atoms"]
@@ -127,7 +127,7 @@ def approach_and_retract(problem: ContactProblem, largest_area: float, settings:
         yield state
 
 
-def select(problem: ContactProblem, path: list[State], area: float, branch: Branch, settings: Settings) -> State:
+def state_at_area(problem: ContactProblem, path: list[State], area: float, branch: Branch, settings: Settings) -> State:
     """State of at least the given repulsive area, and as little more as the path allows, on one of its branches.
 
     Without adhesion the area is met by bisection in the separation.  With adhesion states are taken from the path
@@ -195,7 +195,7 @@ class Difference(NamedTuple):
 
     load: float
     """(N - N')/N'_rep: relative to the repulsive load, since the total may cross zero.  Infinite if only the
-    reference is out of contact: the two are on different branches; not a number if both are."""
+    reference is out of contact: the two are on different branches; NaN if both are."""
     gross_load: float
     """(N - N')/(N'_rep + N'_att): relative to all that pushes and pulls; infinite where that is nothing."""
     area_rep: float

@@ -11,7 +11,7 @@ from atomistic.response.discreteness import Discreteness
 from atomistic.response.force_constants import relaxation
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import CrystalModel
-from continuum.show.sheet import Cell, Column, Sheet, pairs
+from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
 
 __all__ = ["crystal_sheet", "lattice_sheet"]
@@ -24,7 +24,7 @@ def crystal_sheet(model: Model) -> Sheet:
     """Lattice constant, elastic constants, E*(100) by direction, relaxation of the surface."""
     reduced = ContactModulus.of(model.elastic_constants)
     length, pressure, unit = "a0", "E*", 1.0
-    rows: list[tuple[Cell, ...]] = [("model", model.reference, "", None)]
+    rows: list[tuple[Entry, ...]] = [("model", model.reference, "", None)]
     if isinstance(model, CrystalModel):
         metal = model.units == "metal"
         length, pressure = ("Å", "GPa") if metal else ("σ", "ε/σ³")
@@ -65,7 +65,7 @@ def lattice_sheet(response: LatticeResponse, found: Discreteness) -> Sheet:
     """Surface stiffness of a lattice against the cubic layer of its constants, by wavelength."""
     constants, slab = response.force_constants, response.slab
     n = slab.shape[0]
-    rows: list[tuple[str, Cell]] = [
+    rows: list[tuple[str, Entry]] = [
         ("forces reach", f"{constants.reach} layers"),
         ("layers not as in the bulk", constants.depth),
     ]

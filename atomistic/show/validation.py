@@ -13,7 +13,7 @@ from atomistic.ladder.comparison import GEOMETRY, STEPS
 from atomistic.ladder.validate import Validation
 from atomistic.show.figures import draw_all
 from continuum.show.page import Page
-from continuum.show.sheet import Cell, Column, Sheet, pairs
+from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
 
 __all__ = ["budget_sheet", "page_of", "sentence", "validation_sheets", "write"]
@@ -39,7 +39,7 @@ def budget_sheet(archive: Archive) -> Sheet:
     costs = list(budget.costs(columns, tuple(measured)))
     # The total last, after the parts of the nonlinearity.
     steps = [step for step in costs[0].load if step != "total"] + ["total"]
-    rows: list[tuple[Cell, ...]] = [
+    rows: list[tuple[Entry, ...]] = [
         (
             cost.case,
             cost.lambda_s,
@@ -129,7 +129,7 @@ def _tolerances(verdicts: Sequence[Verdict]) -> Sheet:
 def page_of(validation: Validation, figures: Sequence[Path]) -> Page:
     """One page: how many bounds hold, the tables, the figures, the substrate, the input."""
     stored, config = validation.stored, validation.config
-    made: list[tuple[str, Cell]] = [
+    made: list[tuple[str, Entry]] = [
         (name.removeprefix("provenance/"), str(value))
         for name, value in stored.attributes.items()
         if name.startswith("provenance/")
@@ -153,7 +153,7 @@ def write(validation: Validation) -> list[Path]:
 def _substrate(archive: Archive, config: ValidateConfig) -> Sheet:
     known = archive.attributes
     n, depth = config.slab.n, config.slab.depth
-    rows: list[tuple[str, Cell]] = [("slab", f"{n} x {n} surface atoms, {depth:g} a0 deep")]
+    rows: list[tuple[str, Entry]] = [("slab", f"{n} x {n} surface atoms, {depth:g} a0 deep")]
     if "model/reference" in known:
         rows.append(("model", str(known["model/reference"])))
         constants = ", ".join(f"{float(known[f'model/{name}']):.5f}" for name in ("c11", "c12", "c44"))

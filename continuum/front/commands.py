@@ -259,7 +259,7 @@ def predict(
         [Path(file) for file in files], size=several(size), unit=several(unit), dataset=several(dataset),
         part=several(part), periodic=periodic,
     )  # fmt: skip
-    interface = materials.parse(
+    interface = materials.read_interface(
         material=several(material), modulus=several(modulus), poisson=several(poisson),
         contact_modulus=contact_modulus, work=work, range=range, spacing=spacing,
     )  # fmt: skip

@@ -64,7 +64,7 @@ class Curve:
 
 
 def normal_stiffness(curve: Curve) -> Real:
-    """k_N = -dN/d(mean gap) per A0 at each point, in E*/a0; not a number where a stretch has one point.
+    """k_N = -dN/d(mean gap) per A0 at each point, in E*/a0; NaN where a stretch has one point.
 
     Differences of second order along each stretch of approach or retraction; the turning point takes that of the
     approach.  In the paper it is proportional to the load, and lowered by adhesion by the factor κ_rep/κ.
@@ -86,7 +86,7 @@ class Adhesion:
     largest_tension: float
     """Largest tension on approach, in E*, not negative: the paper's N_max (Suppl. S-III)."""
     pull_off: float
-    """Largest tension on retraction, in E*, not negative; not a number without retraction."""
+    """Largest tension on retraction, in E*, not negative; NaN without retraction."""
     work_of_separation: float
     """Work against tension on retraction, in E* a0: from where the load turns tensile to the end."""
     loss: float

@@ -41,7 +41,7 @@ Correction = Literal["paper", "exact", "edges"]
 
 
 def ratio(numerator: float, denominator: float) -> float:
-    """Quotient of two numbers: infinite with the sign of the numerator over zero, not a number for 0/0."""
+    """Quotient of two numbers: infinite with the sign of the numerator over zero, NaN for 0/0."""
     if denominator == 0:
         return np.nan if numerator == 0 else float(np.copysign(np.inf, numerator))
     return float(numerator / denominator)
@@ -85,7 +85,7 @@ class Outline:
         return float(factor * side * self.perimeter_cells)
 
     def diameter(self, correction: Correction = "paper") -> float:
-        """Mean diameter d = π A/P, in a0; infinite without perimeter, not a number without area."""
+        """Mean diameter d = π A/P, in a0; infinite without perimeter, NaN without area."""
         return ratio(np.pi * self.area, self.perimeter(correction))
 
     @property

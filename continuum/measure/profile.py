@@ -48,7 +48,7 @@ class GapProfile:
     def width(self, range: float) -> float:
         """Distance d_att at which the mean gap reaches the range of the attraction, in a0.
 
-        Not a number if it does not.  Between two distances gap^(2/3) is taken to be linear, as in Eq. (S-1).
+        NaN if it does not.  Between two distances gap^(2/3) is taken to be linear, as in Eq. (S-1).
         """
         reached = np.flatnonzero(self.gap >= range)
         if reached.size == 0:

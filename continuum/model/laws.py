@@ -206,7 +206,7 @@ def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:
 # A sweep is a function of the rows first:last of a block, which writes that block's sums.  Fields are whole arrays
 # with padded rows, of which n points count; ``out`` and ``s`` are buffers of the block alone, which is transformed
 # while it stays in the cache.  Tiles of a row are followed by the line search where they are marked as near; points
-# that are not numbers are near, so that they are not lost.
+# that are NaN are near, so that they are not lost.
 
 
 @compiled

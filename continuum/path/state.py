@@ -103,7 +103,7 @@ class State:
     branch: Branch
     """Direction from which it was reached."""
     separation: float
-    """Height of the wall's zero above the undeformed surface, in a0; not a number where the mean is free."""
+    """Height of the wall's zero above the undeformed surface, in a0; NaN where the mean is free."""
     mean_gap: float
     """In a0."""
     totals: Totals
@@ -161,7 +161,7 @@ def state_of(
 ) -> State:
     """A state with all that follows from its gap.
 
-    A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown, not numbers.
+    A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown: NaN.
     """
     if not isinstance(solution, Solution):
         solution = Solution(solution, Status.CONVERGED, 0.0, 0, by=problem.wall.law)

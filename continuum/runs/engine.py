@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
-__all__ = ["Ended", "Task", "Work", "run_tasks"]
+__all__ = ["Ended", "Job", "Task", "run_tasks"]
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 DIED = "its process died: killed, or out of memory"
@@ -56,12 +56,12 @@ class Ended:
         return not self.reason
 
 
-Work = Callable[[Task], None]
+Job = Callable[[Task], None]
 """What a task does: a function of a module, or a partial one, since it travels to another process."""
 
 
 def run_tasks(
-    tasks: Iterable[Task], work: Work, is_done: Callable[[Task], bool], *, workers: int = 1, threads: int = 1
+    tasks: Iterable[Task], work: Job, is_done: Callable[[Task], bool], *, workers: int = 1, threads: int = 1
 ) -> Generator[Ended, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
@@ -93,7 +93,7 @@ def run_tasks(
                 yield Ended(task, 0.0, DIED)
 
 
-def _in_parallel(todo: list[Task], work: Work, workers: int) -> Generator[Ended, None, list[Task]]:
+def _in_parallel(todo: list[Task], work: Job, workers: int) -> Generator[Ended, None, list[Task]]:
     """Run tasks until all have ended; returns those whose process died."""
     waiting, suspects = list(reversed(todo)), list[Task]()
     while waiting:
@@ -128,7 +128,7 @@ def _in_parallel(todo: list[Task], work: Work, workers: int) -> Generator[Ended,
     return suspects
 
 
-def _timed(work: Work, task: Task) -> float:
+def _timed(work: Job, task: Task) -> float:
     began = time.perf_counter()
     work(task)
     return time.perf_counter() - began

@@ -11,7 +11,7 @@ from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.page import Page
 from continuum.show.prediction_figures import contact_figure, overview
-from continuum.show.sheet import Cell, Sheet, pairs
+from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import Estimate
 from continuum.sticky.predict import Prediction, distinct, turning_modulus, turning_work
 from continuum.sticky.roughness import spectrum
@@ -23,15 +23,15 @@ __all__ = ["page_of", "prediction_sheets", "sentence", "write"]
 
 
 def _length(value: float) -> str:
-    return units.show(value, "length", 3)
+    return units.readable(value, "length", 3)
 
 
 def _pressure(value: float) -> str:
-    return units.show(value, "pressure", 3)
+    return units.readable(value, "pressure", 3)
 
 
 def _work(value: float) -> str:
-    return units.show(value, "energy_per_area", 3)
+    return units.readable(value, "energy_per_area", 3)
 
 
 def _answer(estimate: Estimate) -> str:
@@ -68,7 +68,7 @@ def prediction_sheets(prediction: Prediction) -> list[Sheet]:
 
 
 def _surfaces(prediction: Prediction) -> Sheet:
-    rows: list[tuple[str, Cell]] = []
+    rows: list[tuple[str, Entry]] = []
     for topography, fit in zip(prediction.topographies, prediction.fits, strict=True):
         size, pixel = topography.lengths, topography.grid.spacing
         rows += [
@@ -112,7 +112,7 @@ def _moments(prediction: Prediction) -> Sheet:
 
 def _contact(prediction: Prediction) -> Sheet:
     contact = prediction.contact
-    rows: list[tuple[str, Cell]] = [
+    rows: list[tuple[str, Entry]] = [
         ("contact modulus E*", _pressure(contact.contact_modulus)),
         ("work of adhesion w", _work(contact.work_of_adhesion)),
         ("range Δr", _length(contact.range)),

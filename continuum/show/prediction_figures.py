@@ -35,7 +35,7 @@ def overview(prediction: Prediction) -> Figure:
 
 def _scale(value: float) -> tuple[float, str]:
     """Unit of length for an axis that reaches a value: its size and name."""
-    name = units.show(value, "length").split()[1]
+    name = units.readable(value, "length").split()[1]
     return units.unit_size(name, "length"), name
 
 

@@ -9,9 +9,9 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["Cell", "Column", "Sheet", "pairs"]
+__all__ = ["Column", "Entry", "Sheet", "pairs"]
 
-Cell = str | float | int | None
+Entry = str | float | int | None
 """What a row may hold; None where there is nothing to say."""
 
 
@@ -35,7 +35,7 @@ class Column:
         """Name and unit."""
         return f"{self.name} ({self.unit})" if self.unit and self.unit != "%" else self.name
 
-    def text(self, cell: Cell) -> str:
+    def text(self, cell: Entry) -> str:
         """A cell as people read it."""
         if cell is None or (isinstance(cell, float) and math.isnan(cell)):
             return "-"
@@ -60,11 +60,11 @@ class Sheet:
 
     title: str
     columns: tuple[Column, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[Entry, ...], ...]
     note: str = ""
 
     @classmethod
-    def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Cell]], note: str = "") -> Sheet:
+    def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Entry]], note: str = "") -> Sheet:
         """A sheet from any sequences.
 
         Raises
@@ -138,6 +138,6 @@ class Sheet:
         return f"<b>{html.escape(self.title)}</b>{self.html()}{note}"
 
 
-def pairs(title: str, rows: Iterable[tuple[str, Cell]], note: str = "") -> Sheet:
+def pairs(title: str, rows: Iterable[tuple[str, Entry]], note: str = "") -> Sheet:
     """A sheet of quantities and their values, one a row."""
     return Sheet.of(title, ("quantity", "value"), rows, note)

@@ -284,7 +284,7 @@ class _Step(NamedTuple):
     """A step along the direction."""
 
     length: float
-    """α; not a number if none was found."""
+    """α; NaN if none was found."""
     slope: float
     """Slope after it."""
     rise: float

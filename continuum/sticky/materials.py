@@ -15,7 +15,16 @@ import numpy as np
 
 from continuum import units
 
-__all__ = ["MATERIALS", "Body", "Interface", "InterfaceError", "Material", "interface", "parse", "reduced_modulus"]
+__all__ = [
+    "MATERIALS",
+    "Body",
+    "Interface",
+    "InterfaceError",
+    "Material",
+    "interface",
+    "read_interface",
+    "reduced_modulus",
+]
 
 _RANGE = 0.35e-9
 _RANGE_SOURCE = "range: paper, Eq. (S-5), 1.153 a0 of the 9-3 law, with a0 = 0.3 nm between atoms that are not bonded"
@@ -209,7 +218,7 @@ def interface(
     return Interface(contact_modulus, work_of_adhesion, range, spacing, tuple(origin))
 
 
-def parse(
+def read_interface(
     *,
     material: Sequence[str] = (),
     modulus: Sequence[str] = (),

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from continuum import units
 from continuum.sticky.criteria import Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.materials import Interface
-from continuum.sticky.roughness import Cut, Fit, Roughness, analyse, fit_self_affine, spectrum, together
+from continuum.sticky.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 from continuum.sticky.topography import Topography
 from continuum.theory import paper
 
@@ -124,7 +124,7 @@ def predict(topographies: Sequence[Topography], interface: Interface) -> Predict
     if not 1 <= len(topographies) <= 2:
         msg = f"a contact has one or two rough surfaces, got {len(topographies)}"
         raise ValueError(msg)
-    analysed = [analyse(topography) for topography in topographies]
+    analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
     contact = rough_contact(roughness.whole, interface)
     fits = tuple(fit_self_affine(*spectrum(topography)) for topography in topographies)
@@ -204,7 +204,7 @@ def _warnings(
 
 
 def _length(value: float) -> str:
-    return units.show(value, "length")
+    return units.readable(value, "length")
 
 
 def distinct(prediction: Prediction) -> list[int]:

@@ -19,7 +19,17 @@ from continuum.model.surface import Moments, moments, power_spectrum
 from continuum.sticky.topography import Topography, mirror
 from continuum.theory.rough import conformal_energy
 
-__all__ = ["Cut", "Fit", "Roughness", "analyse", "fit_self_affine", "hann", "spectrum", "stencil_moments", "together"]
+__all__ = [
+    "Cut",
+    "Fit",
+    "Roughness",
+    "fit_self_affine",
+    "hann",
+    "roughness_of",
+    "spectrum",
+    "stencil_moments",
+    "together",
+]
 
 BANDS_PER_DECADE = 12
 """Of the logarithmic bands that a fit sees."""
@@ -142,7 +152,7 @@ def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
     return Moments(float(inner.std()), float(np.sqrt(slope)), float(np.sqrt(np.mean(laplacian**2))))
 
 
-def analyse(topography: Topography) -> Roughness:
+def roughness_of(topography: Topography) -> Roughness:
     """Statistics of a topography, which has been detrended before."""
     grid, heights = topography.grid, topography.heights
     weighted = windowed(topography)

@@ -31,7 +31,7 @@ __all__ = ["Detrending", "Topography", "TopographyError", "detrend", "mirror", "
 
 Detrending = Literal["plane", "none"]
 
-SMALLEST = 16
+FEWEST = 16
 """Points in each direction below which a map has no statistics."""
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 _FLAT = 1e-12
@@ -71,9 +71,9 @@ class Topography:
     def __post_init__(self) -> None:
         """Refuse what is no map of heights."""
         heights = np.array(self.heights, dtype=np.float64)
-        if heights.ndim != 2 or min(heights.shape) < SMALLEST:
+        if heights.ndim != 2 or min(heights.shape) < FEWEST:
             shape = " x ".join(map(str, heights.shape))
-            self._refuse(f"an array of {shape or 'one number'}: a map has two directions of at least {SMALLEST} points")
+            self._refuse(f"an array of {shape or 'one number'}: a map has two directions of at least {FEWEST} points")
         missing = np.count_nonzero(~np.isfinite(heights))
         if missing:
             self._refuse(
@@ -159,7 +159,7 @@ def opposed(first: Topography, second: Topography) -> Topography:
         If their pixels differ by more than one part in a million.
     """
     if not np.allclose(first.grid.spacing, second.grid.spacing, rtol=1e-6, atol=0):
-        pixels = [" x ".join(units.show(d, "length") for d in t.grid.spacing) for t in (first, second)]
+        pixels = [" x ".join(units.readable(d, "length") for d in t.grid.spacing) for t in (first, second)]
         msg = (
             f"{first.source} and {second.source} have pixels of {pixels[0]} and {pixels[1]}: "
             "heights can be added only on the same points; resample one (statistics need no such thing)"

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.units import GPA_PER_EV_PER_A3, Quantity, Units, parse, show
+from continuum.units import GPA_PER_EV_PER_A3, Quantity, Units, parse, readable
 
 sizes = st.floats(1e-12, 1e3)
 
@@ -75,7 +75,7 @@ def test_a_number_with_its_unit_is_read(value: float, quantity: Quantity, data: 
 
 @given(st.floats(1e-15, 1e15), st.sampled_from(sorted(QUANTITIES)))
 def test_what_is_shown_can_be_read(value: float, quantity: Quantity) -> None:
-    assert parse(show(value, quantity, 6), quantity) == pytest.approx(value, rel=1e-5)
+    assert parse(readable(value, quantity, 6), quantity) == pytest.approx(value, rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from atomistic.ladder.rungs import (
     kinds_of,
     response_of,
     rung_of,
-    select,
+    state_at_area,
 )
 from atomistic.lammps.engine import run_command
 from atomistic.response.lattice import LatticeResponse
@@ -165,7 +165,7 @@ def test_a_path_approaches_touches_and_lets_go() -> None:
 def test_an_area_is_met_to_the_point_without_adhesion(area: float) -> None:
     problem = contact()
     settings = Settings(1e-9)
-    state = select(problem, list(approach_and_retract(problem, 0.25, settings)), area, "approach", settings)
+    state = state_at_area(problem, list(approach_and_retract(problem, 0.25, settings)), area, "approach", settings)
     found = totals_of(problem.grid, problem.wall, state.gap).area_rep
     assert area <= found <= area + 2 / problem.grid.size  # two points may touch at once
 
@@ -190,7 +190,7 @@ def test_an_area_that_the_path_does_not_reach_is_refused() -> None:
     problem = contact()
     path = list(approach_and_retract(problem, 0.05, Settings(1e-9)))
     with pytest.raises(ValueError, match="does not reach"):
-        select(problem, path, 0.5, "approach", Settings(1e-9))
+        state_at_area(problem, path, 0.5, "approach", Settings(1e-9))
 
 
 def test_a_rung_does_not_differ_from_itself_and_differs_as_it_was_changed() -> None:

@@ -100,7 +100,7 @@ def test_text_in_si_and_in_other_units_gives_the_verdict_of_reduced_units(tmp_pa
         ("m", "1.92e-8 m", "m", "1e4 MPa", "0.015 N/m", "1.05 Å"),
     ):
         maps = read_all([tmp_path / f"{name}.npy"], size=[size], unit=[unit], periodic=True)
-        contact = materials.parse(contact_modulus=modulus, work=work, range=reach, spacing="3 Å")
+        contact = materials.read_interface(contact_modulus=modulus, work=work, range=reach, spacing="3 Å")
         found = predict([detrend(topography) for topography in maps], contact)
         assert [e.margin for e in found.verdicts] == pytest.approx([e.margin for e in expected.verdicts])
         assert [e.sticky for e in found.verdicts] == [e.sticky for e in expected.verdicts]
@@ -196,7 +196,7 @@ def test_every_material_names_its_sources_and_makes_a_contact() -> None:
         for quantity in ("E", "w", "range"):
             assert re.search(rf"\b{quantity}\b", text), (name, quantity)
         assert re.search(r"\(\d{4}\)|paper", text)
-        contact = materials.parse(material=[name])
+        contact = materials.read_interface(material=[name])
         assert contact.contact_modulus == pytest.approx(material.modulus / (1 - material.poisson**2))
     # The range between atoms at 0.3 nm is that of the 9-3 law.
     assert MATERIALS["diamond"].range == pytest.approx(0.3e-9 * InversePowers((9, 3), 1.0).effective_range, rel=0.02)
@@ -213,7 +213,7 @@ def test_two_bodies_have_their_compliances_added() -> None:
     assert both.work_of_adhesion == pytest.approx(np.sqrt(0.1 * 0.044))
     assert both.spacing is None
     assert any("geometric mean" in line for line in both.origin)
-    given_modulus = materials.parse(modulus=["1GPa"], poisson=["0.5"], work="50mJ/m2", range="0.5nm")
+    given_modulus = materials.read_interface(modulus=["1GPa"], poisson=["0.5"], work="50mJ/m2", range="0.5nm")
     assert given_modulus.contact_modulus == pytest.approx(4 / 3 * 1e9)
 
 
@@ -236,7 +236,7 @@ def test_a_contact_that_is_not_described_is_refused_with_all_faults(
     options: dict[str, object], expected: list[str]
 ) -> None:
     with pytest.raises(InterfaceError) as error:
-        materials.parse(**options)  # type: ignore[arg-type]
+        materials.read_interface(**options)  # type: ignore[arg-type]
     for text in expected:
         assert text in str(error.value)
 

@@ -9,7 +9,15 @@ from hypothesis import strategies as st
 
 from continuum.model.grid import Grid, Real
 from continuum.model.surface import SelfAffine, moments
-from continuum.sticky.roughness import Roughness, analyse, fit_self_affine, hann, spectrum, stencil_moments, together
+from continuum.sticky.roughness import (
+    Roughness,
+    fit_self_affine,
+    hann,
+    roughness_of,
+    spectrum,
+    stencil_moments,
+    together,
+)
 from continuum.sticky.topography import Topography, detrend
 
 
@@ -28,14 +36,14 @@ def self_affine(hurst: float, seed: int = 0, n: int = 256, lambda_s: float = 8.0
 def test_a_wave_has_its_moments_whatever_the_pixels(shape: tuple[int, int]) -> None:
     grid = Grid(shape, (3.0, 11.0))
     q = 2 * np.pi * np.hypot(3 / 3.0, 5 / 11.0)
-    found = analyse(Topography(sine(grid, 3, 5), grid.lengths, periodic=True))
+    found = roughness_of(Topography(sine(grid, 3, 5), grid.lengths, periodic=True))
     assert found.moments == pytest.approx(np.sqrt(0.5) * np.array([1, q, q**2]), rel=1e-10)
     assert found.conformal_energy == pytest.approx(q / 8, rel=1e-10)  # E*/4 q <h²>
 
 
 def test_a_periodic_map_has_the_moments_of_the_solver_s_surfaces() -> None:
     topography = self_affine(0.8)
-    found = analyse(topography)
+    found = roughness_of(topography)
     assert found.moments == pytest.approx(moments(topography.grid, topography.heights), rel=1e-10)
     assert found.whole.moments == pytest.approx(found.moments, rel=1e-10)
 
@@ -60,7 +68,7 @@ def test_the_window_keeps_the_mean_square(nx: int, ny: int) -> None:
 
 def test_a_cut_off_is_a_filter() -> None:
     topography = self_affine(0.5, n=128)
-    grid, found = topography.grid, analyse(topography)
+    grid, found = topography.grid, roughness_of(topography)
     for wavelength in (8.0, 13.0, 30.0):
         spectrum_q = grid.forward(topography.heights)
         spectrum_q[grid.wavenumber > 2 * np.pi / wavelength * (1 + 1e-12)] = 0
@@ -70,7 +78,7 @@ def test_a_cut_off_is_a_filter() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_cut_out_part_has_the_roughness_of_the_whole(seed: int) -> None:
     whole = self_affine(0.8, seed, n=512)
-    part = analyse(detrend(Topography(whole.heights[:250, :260], (250.0, 260.0))))
+    part = roughness_of(detrend(Topography(whole.heights[:250, :260], (250.0, 260.0))))
     expected = moments(whole.grid, whole.heights)
     # A quarter of a surface with 64 patches of λ_L²: 6 % of scatter in the slope, three times that is allowed.
     assert part.moments.rms_slope == pytest.approx(expected.rms_slope, rel=0.18)
@@ -82,16 +90,16 @@ def test_a_cut_out_part_has_the_roughness_of_the_whole(seed: int) -> None:
 def test_an_edge_is_no_roughness(rng: np.random.Generator) -> None:
     # A parabola repeats with a kink, a cubic with a step: the window, and differences, do not see it.
     x = np.linspace(-1, 1, 256)[:, None] + np.zeros((1, 256))
-    found = analyse(detrend(Topography(x**3, (256.0, 256.0))))
+    found = roughness_of(detrend(Topography(x**3, (256.0, 256.0))))
     exact = float(np.sqrt(np.mean((3 * x**2 - np.mean(3 * x**2) + 0.4) ** 2))) * 2 / 255
     assert found.moments.rms_slope == pytest.approx(exact, rel=0.02)
-    closed = analyse(detrend(Topography(x**3, (256.0, 256.0), periodic=True)))
+    closed = roughness_of(detrend(Topography(x**3, (256.0, 256.0), periodic=True)))
     assert closed.moments.rms_slope > 5 * exact
 
 
 def test_two_bodies_together_are_rougher_by_their_squares() -> None:
     first, second = self_affine(0.8, 1), self_affine(0.3, 2, n=128)
-    a, b = analyse(first), analyse(second)
+    a, b = roughness_of(first), roughness_of(second)
     both = together(a, b)
     assert both.moments == pytest.approx(np.hypot(a.moments, b.moments))
     assert both.conformal_energy == pytest.approx(a.conformal_energy + b.conformal_energy)
@@ -99,8 +107,8 @@ def test_two_bodies_together_are_rougher_by_their_squares() -> None:
     # Disjoint waves on one grid: the sum of the maps has exactly these moments.
     grid = Grid.square(64)
     maps = [sine(grid, 3, 1), 0.3 * sine(grid, 1, 7)]
-    parts: list[Roughness] = [analyse(Topography(h, grid.lengths, periodic=True)) for h in maps]
-    summed = analyse(Topography(maps[0] + maps[1], grid.lengths, periodic=True))
+    parts: list[Roughness] = [roughness_of(Topography(h, grid.lengths, periodic=True)) for h in maps]
+    summed = roughness_of(Topography(maps[0] + maps[1], grid.lengths, periodic=True))
     assert together(*parts).moments == pytest.approx(summed.moments, rel=1e-9)
 
 
