@@ -45,9 +45,8 @@ def test_whatever_happens_to_one_task_the_others_are_done(tmp_path: Path, worker
     assert tasks[2].path.read_text() == "1"
     runs = Counter((tmp_path / "log").read_text().splitlines())
     assert "good 1" not in runs
-    assert runs["dies"] == 2  # among others, and alone
-    # Who ran beside one that died, finished or not, begins again: alone, so once.
-    assert max(runs.values()) <= 2
+    # Who ran beside one that died, finished or not yet begun, begins again: alone, so once.
+    assert all(1 <= runs[name] <= 2 for name in names[1:])
 
 
 def test_the_longest_is_begun_first(tmp_path: Path) -> None:
