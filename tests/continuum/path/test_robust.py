@@ -71,7 +71,7 @@ def solve_any(seed: int, kind: int) -> Status:
 
 
 @given(st.integers(0, 10**6), st.integers(0, LAWS - 1))
-@settings(max_examples=300)
+@settings(max_examples=150)
 def test_equilibrium_or_an_honest_status(seed: int, kind: int) -> None:
     status = solve_any(seed, kind)
     event(status.name)

@@ -285,7 +285,7 @@ contacts = st.builds(
 
 
 @given(contacts)
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: RoughContact) -> None:
     estimates = verdicts(contact)
     for index, estimate in enumerate(estimates):
@@ -303,7 +303,7 @@ def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: R
 
 
 @given(contacts, st.floats(1e-9, 1e3), st.floats(1e-6, 1e12))
-@settings(max_examples=30)
+@settings(max_examples=10)
 def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: float) -> None:
     values = {
         name: None if value is None else value * length ** ARGUMENTS[name][0][0] * modulus ** ARGUMENTS[name][0][1]
