@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test long verification kappa stickiness bench lint clean
+.PHONY: validate test docs long verification figures kappa stickiness bench bench-gpu lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -13,6 +13,12 @@ validate: .venv/installed
 # On all cores, at most 8.
 test: .venv/installed-dev lint
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+
+# The site, into build/site; a warning is an error.
+docs: .venv/installed-dev
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/site
+	@echo "build/site/index.html"
 
 # The long validations: minutes to an hour.
 long: .venv/installed-dev
@@ -22,8 +28,16 @@ long: .venv/installed-dev
 verification: .venv/installed-dev
 	$(BIN)/python -m tests.verification.report docs
 
-# Studies of many systems; each goes on from where it was stopped.  WORKERS systems at once.
 WORKERS = 2
+# The paper's figures and verdicts from reduced sweeps (512 x 512, all 90 systems of Figure 4 and the surfaces without
+# adhesion, 2 seeds): into results/paper.  About 40 core minutes; goes on from where it was stopped.
+figures: .venv/installed
+	for sweep in figure1 figure4; do \
+	  $(BIN)/continuum sweep run inputs/sweep/$$sweep.toml --reduced --workers $(WORKERS) || [ $$? = 1 ] || exit; \
+	done
+	$(BIN)/continuum plot page results/figure4-reduced results/figure1-reduced -o results/paper
+
+# Studies of many systems; each goes on from where it was stopped.  WORKERS systems at once.
 # The paper's system at 1 % area on 4096² points, 1.5 GiB for each worker: docs/kappa.md.
 kappa: .venv/installed-dev
 	$(BIN)/python -m tests.studies.kappa --workers 1 --threads $(WORKERS)
@@ -40,6 +54,11 @@ ATOMS = 32 64
 MINUTES = 20
 bench: .venv-bench/installed
 	.venv-bench/bin/python -m tests.benchmarks.run --sizes $(SIZES) --tables $(TABLES) --atoms $(ATOMS) --minutes $(MINUTES)
+
+# The GPU beside the CPU; where there is no GPU it says what is missing.  GPU_SIZES="1024 2048": these grids only.
+GPU_SIZES = 1024 2048 4096 8192 16384 32768
+bench-gpu: .venv/installed
+	$(BIN)/python -m tests.benchmarks.gpu --sizes $(GPU_SIZES)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from atomistic.crystal.potentials import EmbeddedAtom, PotentialError
     from atomistic.front.commands import (
         Deck,
-        DeckResult,
+        DeckRun,
         Elastic,
         Validation,
         deck,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "front.commands": (
-        "Deck", "DeckResult", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate",
+        "Deck", "DeckRun", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate",
     ),
     "crystal.crystal": ("Slab",),
     "crystal.interatomic": ("LennardJones", "Springs"),
@@ -46,7 +46,7 @@ _MODULES = {name: module for module, names in _WHERE.items() for name in names}
 
 __all__ = [
     "Deck",
-    "DeckResult",
+    "DeckRun",
     "Elastic",
     "EmbeddedAtom",
     "LammpsError",

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import continuum
+from continuum.options import add_init, at_least_one
 
 if TYPE_CHECKING:
-    from atomistic.front.commands import DeckResult
+    from atomistic.front.commands import DeckRun
+    from continuum.files.tables import Document
 
-__all__ = ["main"]
+__all__ = ["main", "parser"]
 
 
+EXAMPLES = {"validate": "inputs/validate/quick.toml", "deck": "inputs/lammps/rough.toml"}
+"""Inputs of which there is a template, and the example that it is made of."""
 LMP_HELP = 'how your site starts LAMMPS, e.g. "srun lmp" (default: the installed library, in this process)'
 
 
-def _parser() -> argparse.ArgumentParser:
+def parser() -> argparse.ArgumentParser:
+    """Of the command ``atomistic``."""
     parser = argparse.ArgumentParser(
         prog="atomistic",
         description="Explicit fcc(100) atoms under a rigid rough wall, in LAMMPS: the check on Green's functions.",
@@ -43,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
     validate.add_argument(
         "-j",
         "--workers",
-        type=int,
+        type=at_least_one,
         default=None,
         help="processes, one core each (default: all cores, at most 4)",
     )
@@ -51,15 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     validate.add_argument("--lmp-command", metavar="CMD", help=LMP_HELP)
     validate.add_argument("--force", action="store_true", help="start anew, whatever is stored")
 
-    deck = commands.add_parser("deck", help="write a LAMMPS deck that a stock lmp runs, serial or with MPI")
-    deck.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
-    deck.add_argument("-o", "--output", type=Path, help="directory of the deck (default: decks/NAME)")
-    deck.add_argument("--run", action="store_true", help="run it at once and print what it found")
-    deck.add_argument("--lmp-command", metavar="CMD", help=LMP_HELP)
-
-    read = commands.add_parser("read", help="print what a run of a deck found, and whether it is an equilibrium")
-    read.add_argument("deck", type=Path, help="directory of the deck")
-
+    _deck_parsers(commands)
     elastic = commands.add_parser(
         "elastic", help="lattice constant, elastic constants, E*(100) by direction and surface relaxation of a crystal"
     )
@@ -76,36 +74,89 @@ def _parser() -> argparse.ArgumentParser:
     )
 
     commands.add_parser("doctor", help="is LAMMPS usable here, which one, and if not what to do")
+    add_init(commands, tuple(EXAMPLES))
     return parser
+
+
+def _deck_parsers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    deck = commands.add_parser("deck", help="write a LAMMPS deck that a stock lmp runs, serial or with MPI")
+    deck.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
+    deck.add_argument("-o", "--output", type=Path, help="directory of the deck (default: decks/NAME)")
+    deck.add_argument("--run", action="store_true", help="run it at once and print what it found")
+    deck.add_argument("--lmp-command", metavar="CMD", help=LMP_HELP)
+
+    read = commands.add_parser(
+        "read", help="print, store and draw what a run of a deck found, and whether these are equilibria"
+    )
+    read.add_argument("deck", type=Path, help="directory of the deck")
+    read.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("results"),
+        help="folder of the HDF5 file, the figure and the walls (default: results)",
+    )
+    read.add_argument("--compare", action="store_true", help="put the continuum of the same wall beside it")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    parsed = _parser().parse_args(arguments)
-    from atomistic.crystal.potentials import PotentialError
-    from atomistic.ladder.validate import ValidationError
-    from atomistic.lammps.result import LammpsError
-    from continuum.files.store import StoreError
-    from continuum.files.tables import ConfigError
-    from continuum.show.console import exit_code
-    from continuum.solve.smooth import NotConvergedError
+    try:
+        return _main(arguments)
+    except KeyboardInterrupt:  # before the work began, which has its own message
+        print("stopped; nothing was done", file=sys.stderr)
+        return 1
 
-    command = {"validate": _validate, "deck": _deck, "read": _read, "elastic": _elastic, "doctor": _doctor}[
-        parsed.command
-    ]
+
+def _main(arguments: Sequence[str] | None) -> int:
+    parsed = parser().parse_args(arguments)
+    from continuum.show.console import exit_code
+
+    command = {
+        "validate": _validate,
+        "deck": _deck,
+        "read": _read,
+        "elastic": _elastic,
+        "doctor": _doctor,
+        "init": _init,
+        "schema": _schema,
+    }[parsed.command]
     return exit_code(
         lambda: command(parsed),
-        (ConfigError, PotentialError, StoreError, FileExistsError),
-        (LammpsError, NotConvergedError, ValidationError),
         "What is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.",
     )
+
+
+def _model(kind: str) -> type[Document]:
+    """What an input of a command holds."""
+    from atomistic.config import DeckConfig, ValidateConfig
+
+    models: dict[str, type[Document]] = {"validate": ValidateConfig, "deck": DeckConfig}
+    return models[kind]
+
+
+def _init(parsed: argparse.Namespace) -> int:
+    from continuum.files.reference import template
+    from continuum.show.console import OK
+
+    print(template(_model(parsed.kind), EXAMPLES[parsed.kind]), end="")
+    return OK
+
+
+def _schema(parsed: argparse.Namespace) -> int:
+    from continuum.files.reference import schema
+    from continuum.show.console import OK
+
+    print(schema(_model(parsed.kind)), end="")
+    return OK
 
 
 def _validate(parsed: argparse.Namespace) -> int:
     from atomistic.config import ValidateConfig
     from atomistic.front.commands import validate
     from atomistic.ladder.comparison import paths_of
-    from continuum.files.tables import Fault, load, refuse
+    from continuum.files.inputs import load
+    from continuum.files.tables import Fault, refuse
     from continuum.show.console import NOT_CONVERGED, OK, progress, show
 
     config = load(parsed.file, ValidateConfig)
@@ -134,13 +185,19 @@ def _validate(parsed: argparse.Namespace) -> int:
 
 def _deck(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import deck, run_deck
-    from continuum.show.console import OK
+    from atomistic.lammps.engine import command_words
+    from continuum.show.console import OK, progress
 
+    if parsed.lmp_command is not None:
+        command_words(parsed.lmp_command)
     made = deck(parsed.file)
     directory = made.write(parsed.output or Path("decks") / Path(parsed.file).stem)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if parsed.run:
-        return _show(run_deck(directory, parsed.lmp_command))
+        steps = 1 if made.protocol is None else made.protocol.steps
+        with progress(steps, f"deck {directory.name}") as tell:
+            found = run_deck(directory, parsed.lmp_command, lambda done, _: tell(done, ""))
+        return _show(found)
     print("run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory")
     print(f"then     atomistic read {directory}")
     return OK
@@ -149,20 +206,28 @@ def _deck(parsed: argparse.Namespace) -> int:
 def _read(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import read
 
-    return _show(read(parsed.deck))
+    run = read(parsed.deck)
+    code = _show(run, compare=parsed.compare)
+    stored, figure, *walls = run.write(parsed.output, compare=parsed.compare)
+    print(f"result   {stored}")
+    print(f"figure   {figure}")
+    print(f"wall     {walls[0]}{f' and {len(walls) - 1} more' if len(walls) > 1 else ''}, for OVITO and ParaView")
+    return code
 
 
-def _show(result: DeckResult) -> int:
+def _show(run: DeckRun, *, compare: bool = False) -> int:
     from continuum.show.console import NOT_CONVERGED, OK, show
 
-    show(result.sheet())
-    return OK if result.status.ok else NOT_CONVERGED
+    for sheet in run.sheets(compare=compare):
+        show(sheet)
+    return OK if run.converged and run.finished else NOT_CONVERGED
 
 
 def _elastic(parsed: argparse.Namespace) -> int:
     from atomistic.config import ElasticConfig
     from atomistic.front.commands import elastic
-    from continuum.files.tables import Fault, load, refuse
+    from continuum.files.inputs import load
+    from continuum.files.tables import Fault, refuse
     from continuum.show.console import OK, show
 
     if parsed.lattice is not None and not 48 <= parsed.lattice <= 256:

@@ -25,7 +25,7 @@ Totals
 Fourier transforms
     ``field(x) = sum_q field_q exp(i q x)``, so that the q = 0 component is the mean.  The suffix ``_q`` marks
     a field over wavevectors, stored as the half spectrum of a real FFT, shape (nx, ny // 2 + 1); no suffix
-    marks a field over the grid, shape (nx, ny).  :class:`continuum.model.grid.Grid` has the only ones.
+    marks a field over the grid, shape (nx, ny).  All transforms are those of :mod:`continuum.model.fourier`.
 Elastic response
     ``traction_q = -K_q displacement_q`` with K_q = 1/G_zz(q): lateral tractions vanish.  For an isotropic
     half-space K_q = E* |q|/2.
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from continuum.files.tables import ConfigError
     from continuum.front.commands import Analysis, Prediction, Result, analyse, check, examples, plot, predict, run
     from continuum.front.contact import Contact, Path, State
+    from continuum.front.sweeps import sweep
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
     from continuum.model.surface import SelfAffine, moments, sine, sphere
@@ -60,6 +61,7 @@ __version__ = "0.1.0"
 _WHERE = {
     "front.contact": ("Contact", "Path", "State"),
     "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"),
+    "front.sweeps": ("sweep",),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments", "sine", "sphere"),
     "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline"),
@@ -102,6 +104,7 @@ __all__ = [
     "run",
     "sine",
     "sphere",
+    "sweep",
 ]
 
 

@@ -3,115 +3,54 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import continuum
+from continuum.options import parser
+
+if TYPE_CHECKING:
+    from continuum.front.commands import Prediction
 
 __all__ = ["main"]
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="continuum",
-        description="Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
-        epilog="Units: a0 = 1 (atomic spacing), E* = 1 (contact modulus).  "
-        "Exit code: 0 all converged, 1 some point did not converge or has no state (a tension too large, an area that "
-        "is jumped over), 2 bad input (nothing is written).",
-    )
-    parser.add_argument("--version", action="version", version=f"stickiness {continuum.__version__}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-
-    check = commands.add_parser("check", help="validate an input file and print what it amounts to")
-    check.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
-
-    run = commands.add_parser(
-        "run",
-        help="follow a loading path and store areas, loads, contact maps and jumps",
-        description="Follow a loading path.  [loading] of the input says how: control (separation, mean-gap, "
-        "mean-pressure, repulsive-area) and targets; retract = true or [loading.retraction] for the way back; "
-        "event_resolution to bracket jumps.  Stopped with Ctrl-C or otherwise, the same command goes on.",
-    )
-    run.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
-    run.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("results"),
-        help="folder of the result, NAME.h5 after the input's name (default: results)",
-    )
-    run.add_argument("--force", action="store_true", help="start anew, whatever is stored")
-
-    plot = commands.add_parser("plot", help="draw the figures of a stored run")
-    plot.add_argument("result", type=Path, help="file written by `continuum run`")
-    plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
-
-    analyse = commands.add_parser(
-        "analyse",
-        help="measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
-        description="Measure every point of stored runs, compare with the paper, and draw the figures.  The "
-        "gap profile, d_att and the distributions need a run with fields = true in [output].",
-    )
-    analyse.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="files written by `continuum run`")
-    analyse.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of each result)")
-
-    _add_predict(commands.add_parser(
-        "predict",
-        help="is my surface sticky? every criterion on a measured topography",
-        description="Roughness of a measured topography, or of two that face each other, the verdict of every "
-        "criterion of stickiness with its margin, and warnings.  Writes figures and a one-page HTML report.",
-        epilog="Every quantity has a unit: 70GPa, 50mJ/m2, 0.5nm.  Example: continuum predict map.npy --size 10um "
-        "--unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm",
-    ))  # fmt: skip
-    commands.add_parser("examples", help="print the paper's worked examples beside ours, as Markdown")
-    return parser
-
-
-def _add_predict(predict: argparse.ArgumentParser) -> None:
-    predict.add_argument("files", nargs="+", type=Path, metavar="FILE", help="topography; two for two rough bodies")
-    maps = predict.add_argument_group("topography (given twice: one for each file)")
-    maps.add_argument("--size", action="append", metavar="LX[,LY]",
-                      help="physical size, from the first row of the array to the last, and from the first column to "
-                      "the last; one number: square pixels; only if the file does not say")  # fmt: skip
-    maps.add_argument("--unit", action="append", help="unit of the heights; only if the file does not say")
-    maps.add_argument("--dataset", action="append", help="dataset of an HDF5 file")
-    maps.add_argument("--part", action="append", help="map of a container, or channel of a file, if it has several")
-    maps.add_argument(
-        "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
-    )
-    maps.add_argument("--detrend", choices=("plane", "none"),
-                      help="what is taken off: the mean plane (default), or the mean (if periodic)")  # fmt: skip
-    contact = predict.add_argument_group("contact")
-    contact.add_argument("--material", action="append", default=[], metavar="NAME",
-                         help="diamond, silicon, mica, pdms, rubber, with cited values; given once the other body is "
-                         "rigid, twice for two elastic bodies")  # fmt: skip
-    contact.add_argument("--modulus", action="append", default=[], help="Young's modulus of a body; twice for two")
-    contact.add_argument("--poisson", action="append", default=[], help="its Poisson's ratio; twice for two")
-    contact.add_argument("--estar", help="contact modulus E* = E/(1 - nu^2), instead of modulus and Poisson's ratio")
-    contact.add_argument("--work", help="work of adhesion w")
-    contact.add_argument("--range", help="range of the attraction (for a law without cut-off, its effective range)")
-    contact.add_argument("--spacing", help="spacing of the atoms a0, for the necessary condition on crystals")
-    predict.add_argument("--solve", action="store_true", help="also solve the contact of the map and compare")
-    predict.add_argument("--threads", type=int, default=1, help="threads of the solver (default: 1)")
-    predict.add_argument("-o", "--output", type=Path, default=Path("results"),
-                         help="folder of report and figures (default: results)")  # fmt: skip
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    parsed = _parser().parse_args(arguments)
-    from continuum.files.store import StoreError
-    from continuum.files.tables import ConfigError
-    from continuum.runs.run import OutputError
-    from continuum.show.console import exit_code
-    from continuum.sticky.materials import InterfaceError
-    from continuum.sticky.topography import TopographyError
+    try:
+        return _main(arguments)
+    except KeyboardInterrupt:  # before the work began, which has its own message
+        print("stopped; nothing was done", file=sys.stderr)
+        return 1
 
-    command = {"check": _check, "run": _run, "plot": _plot, "analyse": _analyse, "predict": _predict,
-               "examples": _examples}[parsed.command]  # fmt: skip
-    bad_input = (ConfigError, OutputError, StoreError, TopographyError, InterfaceError)
-    return exit_code(lambda: command(parsed), bad_input)
+
+def _main(arguments: Sequence[str] | None) -> int:
+    parsed = parser().parse_args(arguments)
+    from continuum.show.console import exit_code
+
+    command = {"check": _check, "run": _run, "sweep": _sweep, "plot": _plot, "analyse": _analyse, "predict": _predict,
+               "examples": _examples, "init": _init, "schema": _schema}[parsed.command]  # fmt: skip
+    return exit_code(lambda: command(parsed))
+
+
+def _init(parsed: argparse.Namespace) -> int:
+    from continuum.files.reference import template
+    from continuum.runs.config import RunConfig
+    from continuum.show.console import OK
+
+    print(template(RunConfig, "inputs/smoke/path.toml"), end="")
+    return OK
+
+
+def _schema(parsed: argparse.Namespace) -> int:
+    from continuum.files.reference import schema
+    from continuum.runs.config import RunConfig
+    from continuum.show.console import OK
+
+    print(schema(RunConfig), end="")
+    return OK
 
 
 def _check(parsed: argparse.Namespace) -> int:
@@ -125,14 +64,14 @@ def _check(parsed: argparse.Namespace) -> int:
 
 
 def _run(parsed: argparse.Namespace) -> int:
-    from continuum.files.tables import load
+    from continuum.files.inputs import load
     from continuum.front.commands import run
     from continuum.runs.config import RunConfig
     from continuum.runs.record import Point
     from continuum.show.console import NOT_CONVERGED, OK, progress, show, warn
     from continuum.show.runs import progress_line
 
-    config = load(parsed.file, RunConfig)
+    config = load(parsed.file, RunConfig, dict(parsed.set))
     with progress(config.loading.points, Path(parsed.file).stem) as report:
         since = time.monotonic()
 
@@ -141,7 +80,7 @@ def _run(parsed: argparse.Namespace) -> int:
             seconds, since = time.monotonic() - since, time.monotonic()
             report(done, progress_line(point, seconds))
 
-        result = run(config, parsed.output, force=parsed.force, progress=after, warn=warn)
+        result = run(config, parsed.output, force=parsed.force, device=parsed.device, progress=after, warn=warn)
     for sheet in result.sheets():
         show(sheet)
     failed = [(i, point) for i, point in enumerate(result.points) if not point.converged]
@@ -150,10 +89,86 @@ def _run(parsed: argparse.Namespace) -> int:
     return NOT_CONVERGED if failed else OK
 
 
+def _sweep(parsed: argparse.Namespace) -> int:
+    action = {"run": _sweep_run, "slurm": _sweep_slurm, "status": _sweep_status, "collect": _sweep_collect,
+              "verify": _sweep_verify}[parsed.action]  # fmt: skip
+    return action(parsed)
+
+
+def _sweep_run(parsed: argparse.Namespace) -> int:
+    from continuum.front.sweeps import sweep
+    from continuum.show.console import NOT_CONVERGED, OK, Counted, warn
+    from continuum.show.sweeps import ended_line
+
+    with Counted(Path(parsed.file).stem) as report:
+        done = sweep(
+            parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, workers=parsed.workers,
+            threads=parsed.threads, memory=parsed.memory and 1e9 * parsed.memory, retry=parsed.retry,
+            shard=parsed.shard, scheduler_file=parsed.scheduler_file,
+            begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
+            progress=lambda ended, n, total: report.ended(ended.task.path, ended_line(ended), new=not ended.found),
+        )  # fmt: skip
+    print(f"{done.folder}: {done.done} systems done, {done.found} were there, {len(done.failed)} failed")
+    if done.held:
+        print(f"{len(done.held)} are in hand of another process: {done.held[0].reason}")
+    warn([f"{ended.task.label}: {ended.reason}" for ended in done.failed[:20]])
+    return OK if done.ok else NOT_CONVERGED
+
+
+def _sweep_slurm(parsed: argparse.Namespace) -> int:
+    from continuum.front.sweeps import slurm
+    from continuum.show.console import OK
+
+    print(slurm(parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, nodes=parsed.nodes,
+                time=parsed.time, workers=parsed.workers, shards=parsed.array), end="")  # fmt: skip
+    return OK
+
+
+def _sweep_status(parsed: argparse.Namespace) -> int:
+    from continuum.front.sweeps import status
+    from continuum.show.console import OK, show
+    from continuum.show.sweeps import failed_sheet, progress_sheet
+
+    found = status(parsed.folder)
+    show(progress_sheet(found))
+    if found.failed:
+        show(failed_sheet(found))
+    return OK
+
+
+def _sweep_collect(parsed: argparse.Namespace) -> int:
+    from continuum.front.sweeps import collected
+    from continuum.show.console import NOT_CONVERGED, OK, show, warn
+    from continuum.show.sweeps import collected_sheet
+
+    found, paths = collected(parsed.folder, parsed.output)
+    show(collected_sheet(found))
+    warn(found.faults)
+    for path in paths:
+        print(path)
+    return NOT_CONVERGED if found.faults else OK
+
+
+def _sweep_verify(parsed: argparse.Namespace) -> int:
+    from continuum.front.sweeps import verified
+    from continuum.show.console import NOT_CONVERGED, OK, warn
+
+    count, faults = verified(parsed.folder, aside=parsed.aside)
+    warn(faults)
+    print(f"{parsed.folder}: {count} files, {len(faults)} of them damaged")
+    return NOT_CONVERGED if faults else OK
+
+
 def _plot(parsed: argparse.Namespace) -> int:
     from continuum.front.commands import plot
     from continuum.show.console import OK
 
+    if parsed.folders:
+        from continuum.front.sweeps import plot_figure
+
+        for path in plot_figure(parsed.result, *parsed.folders, into=parsed.output):
+            print(path)
+        return OK
     for path in plot(parsed.result, parsed.output):
         print(path)
     return OK
@@ -175,15 +190,20 @@ def _analyse(parsed: argparse.Namespace) -> int:
 
 
 def _predict(parsed: argparse.Namespace) -> int:
-    from continuum.front.commands import predict
+    from continuum.files import output
     from continuum.show.console import NOT_CONVERGED, OK, show
 
-    found = predict(
-        *parsed.files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=parsed.part,
-        periodic=parsed.periodic, detrend=parsed.detrend, material=parsed.material, modulus=parsed.modulus,
-        poisson=parsed.poisson, contact_modulus=parsed.estar, work=parsed.work, range=parsed.range,
-        spacing=parsed.spacing, solve=parsed.solve, threads=parsed.threads,
-    )  # fmt: skip
+    if parsed.csv is not None:
+        return _predict_each(parsed)
+    found = _predicted(parsed, parsed.files)
+    # Before hours of work, and after all that can be wrong with the input.
+    output.folder(parsed.output)
+    for path in filter(None, [parsed.json]):
+        output.distinct(path, parsed.files)
+        output.folder(path.parent)
+    if parsed.solve:
+        print(_planned(found), flush=True)
+        found = found.solved(parsed.threads)
     for sheet in found.sheets():
         show(sheet)
     print(found.sentence)
@@ -191,7 +211,59 @@ def _predict(parsed: argparse.Namespace) -> int:
         print(f"warning: {doubt}")
     for path in found.write(parsed.output, "-".join([*(path.stem for path in parsed.files), "predict"])):
         print(path)
+    if parsed.json is not None:
+        print(output.save(parsed.json, found.json()))
     return NOT_CONVERGED if found.unsolved else OK
+
+
+def _predicted(parsed: argparse.Namespace, files: Sequence[Path]) -> Prediction:
+    from continuum.front.commands import predict
+
+    return predict(
+        *files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=parsed.part,
+        periodic=parsed.periodic, override_size=parsed.override_size,
+        detrend=parsed.detrend, fill=parsed.fill, crop=parsed.crop, cutoff=parsed.cutoff,
+        material=parsed.material, modulus=parsed.modulus,
+        poisson=parsed.poisson, contact_modulus=parsed.estar, work=parsed.work, range=parsed.range,
+        spacing=parsed.spacing,
+    )  # fmt: skip
+
+
+def _planned(found: Prediction) -> str:
+    """What will be solved, or why nothing can be."""
+    from continuum.sticky.simulate import UnresolvedError, facing, resolvable
+
+    try:
+        instead = resolvable(facing(found), found.interface)[1]
+    except UnresolvedError as error:
+        return f"nothing will be solved: {error}"
+    return instead or "the contact of the map will be solved as it is"
+
+
+def _predict_each(parsed: argparse.Namespace) -> int:
+    """A table: each file is a contact by itself, and one that cannot be used has its reason in its row."""
+    from continuum.errors import InputError
+    from continuum.files import output
+    from continuum.show.console import BAD_INPUT, OK
+    from continuum.show.prediction_data import as_csv
+    from continuum.sticky.materials import InterfaceError
+
+    output.distinct(parsed.csv, parsed.files)
+    rows: list[dict[str, str | float | None]] = []
+    for path in parsed.files:
+        try:
+            found = _predicted(parsed, [path])
+            found = found.solved(parsed.threads) if parsed.solve else found
+        except InterfaceError:
+            raise  # the same for all
+        except InputError as error:
+            rows.append({"map": str(path), "error": str(error)})
+        else:
+            rows.append({**found.row(), "map": str(path)})
+        print(f"{path}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
+    output.folder(parsed.csv.parent)
+    print(output.save(parsed.csv, as_csv(rows)))
+    return BAD_INPUT if any("error" in row for row in rows) else OK
 
 
 def _examples(parsed: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks import atoms, ours, report, run
-from tests.benchmarks.cases import Rough
+from tests.benchmarks.cases import rough as surface_of
 
 POINT = {"n": 64, "seed": 1, "adhesion_length": 0.005}
 
@@ -37,8 +37,8 @@ def test_the_judge_finds_what_the_solver_says(tmp_path: Path) -> None:
 
 def test_the_judge_of_the_hard_wall_accepts_full_contact(tmp_path: Path) -> None:
     """Pressed flat, u = h: the pressure is P - K h, the gap zero everywhere."""
-    rough = Rough(64, 1, 16.0)
-    pressure = 1.0 - rough.grid.inverse(rough.problem(0.0).elastic_traction_q(rough.grid.forward(rough.heights())))
+    rough = surface_of(64, 1, lambda_s=16.0)
+    pressure = 1.0 - rough.grid.inverse(rough.problem().elastic_traction_q(rough.grid.forward(rough.heights())))
     assert pressure.min() > 0
     file = tmp_path / "pressure.npy"
     np.save(file, pressure)
@@ -101,14 +101,14 @@ def test_what_is_missing_is_named_and_tried_again(tmp_path: Path) -> None:
 
 def test_a_job_that_fails_says_why(tmp_path: Path) -> None:
     results = run.Results(tmp_path / "results.json", minutes=1.0)
-    with pytest.raises(run.Missing, match="at least 2 points"):
+    with pytest.raises(run.Missing, match=r"lambda_s = 32.0: allowed"):
         results.job("ours.mean_gap_at", n=1, seed=1, adhesion_length=0.005, mean_gap=2.0)
 
 
 def test_both_ways_to_the_equilibrium_of_atoms_end_at_one() -> None:
-    row = {"n": 12, "crystal": "springs", "adhesion_length": 0.005, "peak_mib": 1.0}
-    row |= atoms.equilibrium(12, "springs", 0.005, alone=True)
-    # To 1e-9 h'rms E* a0² of force on 12² x 17 atoms.
+    row = {"n": 16, "crystal": "springs", "adhesion_length": 0.005, "peak_mib": 1.0}
+    row |= atoms.equilibrium(16, "springs", 0.005, alone=True)
+    # To 1e-9 h'rms E* a0² of force on 16² atoms a layer.
     assert row["ours"]["load"] == pytest.approx(row["lammps"]["load"], abs=1e-6)
     assert row["lammps"]["evaluations"] > 5 * row["ours"]["evaluations"]
     assert f"| **{row['ours']['evaluations']}** |" in report.atoms([row])

@@ -17,6 +17,7 @@ import numpy as np
 
 from atomistic.crystal.elastic import CubicConstants, contact_modulus
 from continuum.model.grid import Real
+from continuum.units import Units
 
 __all__ = ["LennardJones", "Model", "Potential", "Springs"]
 
@@ -35,6 +36,10 @@ class Potential(Protocol):
     @property
     def mass(self) -> float:
         """Of an atom."""
+
+    @property
+    def element(self) -> str:
+        """Chemical symbol; "X", ASE's for none, where the model is of no element."""
 
     @property
     def cutoff(self) -> float:
@@ -94,6 +99,10 @@ class Model(Potential, Protocol):
     def energy(self) -> float:
         """E* a0³ in LAMMPS' unit of energy; E* a0² is :attr:`energy`/:attr:`length` in that of force."""
 
+    @property
+    def real_units(self) -> Units | None:
+        """Size of a0 and E*; None for a crystal of no size."""
+
 
 @dataclass(frozen=True)
 class Springs:
@@ -111,11 +120,13 @@ class Springs:
     units: Literal["lj"] = field(default="lj", init=False)
     atom_style: Literal["bond"] = field(default="bond", init=False)
     mass: float = field(default=1.0, init=False)
+    element: str = field(default="X", init=False)
     cutoff: float = field(default=1.1, init=False)
     force_range: float = field(default=1.0, init=False)
     guess: float = field(default=float(np.sqrt(0.5)), init=False)
     length: float = field(default=1.0, init=False)
     energy: float = field(default=1.0, init=False)
+    real_units: None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
@@ -219,6 +230,7 @@ class LennardJones:
     units: Literal["lj"] = field(default="lj", init=False)
     atom_style: Literal["atomic"] = field(default="atomic", init=False)
     mass: float = field(default=1.0, init=False)
+    element: str = field(default="X", init=False)
     guess: float = field(default=0.92, init=False)
 
     def __post_init__(self) -> None:

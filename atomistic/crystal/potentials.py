@@ -19,9 +19,10 @@ from typing import Literal
 import numpy as np
 
 from atomistic.crystal.crystal import chemical_symbol
+from continuum.errors import InputError
 from continuum.files.toml import nearest
 
-__all__ = ["POTENTIAL", "EmbeddedAtom", "PotentialError", "find_potential"]
+__all__ = ["POTENTIAL", "EmbeddedAtom", "PotentialError", "content_of", "find_potential"]
 
 Style = Literal["eam", "eam/alloy", "eam/fs"]
 
@@ -31,8 +32,26 @@ _LARGEST = 200_000_000  # bytes
 _ELEMENT = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 
 
-class PotentialError(ValueError):
+class PotentialError(InputError, ValueError):
     """A potential cannot be used: its file is missing or malformed, or its crystal is not a stable fcc one."""
+
+
+def content_of(path: Path) -> bytes:
+    """What is in a file of a potential.
+
+    Raises
+    ------
+    PotentialError
+        If it cannot be read, or is too large to be one.
+    """
+    try:
+        if path.stat().st_size > _LARGEST:
+            msg = f"{path} has more than {_LARGEST} bytes: this is no potential"
+            raise PotentialError(msg)
+        return path.read_bytes()
+    except OSError as error:
+        msg = f"{path} cannot be read: {error}"
+        raise PotentialError(msg) from error
 
 
 def find_potential(name: str, folder: Path | None = None) -> Path:
@@ -118,14 +137,7 @@ class EmbeddedAtom:
             If the file cannot be read, is of no such format, or does not hold the element.
         """
         path = Path(path)
-        try:
-            if path.stat().st_size > _LARGEST:
-                msg = f"{path} has more than {_LARGEST} bytes: this is no potential"
-                raise PotentialError(msg)
-            content = path.read_bytes()
-        except OSError as error:
-            msg = f"{path} cannot be read: {error}"
-            raise PotentialError(msg) from error
+        content = content_of(path)
         try:
             table = _parse(content)
         except (ValueError, IndexError, OverflowError) as error:

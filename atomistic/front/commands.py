@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import atomistic.ladder.validate
 import atomistic.lammps.deck
-import atomistic.lammps.result
-from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
+import atomistic.relax.deckrun
+from atomistic.config import DeckConfig, ElasticConfig, Steps, ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential
 from atomistic.ladder.validate import Progress
-from atomistic.lammps.deck import write_deck
-from atomistic.lammps.engine import Doctor, runner
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.engine import Doctor, command_words, runner
 from atomistic.lammps.engine import doctor as look
+from atomistic.relax.deckrun import read_run
 from atomistic.relax.relax import deck_of, deck_under
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
-from continuum.files.tables import load
+from continuum.errors import InputError
+from continuum.files.inputs import load
+from continuum.files.output import folder
 from continuum.front.contact import Contact
-from continuum.show.sheet import Sheet, pairs
+from continuum.show.sheet import Sheet
 
-__all__ = ["Deck", "DeckResult", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate"]
+__all__ = ["Deck", "DeckRun", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate"]
 
 MOST_WORKERS = 4
 """Processes of a validation, if their number is not given: each holds a slab."""
@@ -70,38 +74,35 @@ class Deck(atomistic.lammps.deck.Deck):
 
         Raises
         ------
-        FileExistsError
-            If the directory holds anything but an earlier deck.
+        OutputError
+            If the directory holds anything but an earlier deck, or cannot be written to.
         """
         return write_deck(Path(directory), self)
 
 
-class DeckResult(atomistic.lammps.result.DeckResult):
-    """What a run of a deck left behind; see :class:`atomistic.lammps.result.DeckResult`."""
+class DeckRun(atomistic.relax.deckrun.DeckRun):
+    """What a run of a deck left behind; see :class:`atomistic.relax.deckrun.DeckRun`."""
 
-    def sheet(self) -> Sheet:
-        """Its numbers, and whether it is an equilibrium."""
-        area = self.slab.shape[0] * self.slab.shape[1]
-        pushing, pulling = self.traction > 0, self.traction < 0
-        return pairs(
-            "Equilibrium of the deck",
-            [
-                ("separation", f"{self.separation:.10g} a0"),
-                ("mean gap", f"{self.gap.mean():.10g} a0"),
-                ("load N", f"{self.load:.10g} E* a0²"),
-                ("repulsive load N_rep", f"{self.traction[pushing].sum():.10g} E* a0²"),
-                ("A_rep/A0", f"{pushing.sum() / area:.6g}"),
-                ("A_att/A0", f"{pulling.sum() / area:.6g}"),
-                ("total energy", f"{self.total_energy:.10g} E* a0³"),
-                ("largest force left", f"{self.largest_force:.3g} E* a0²"),
-                ("force evaluations", self.evaluations),
-                ("LAMMPS", str(self.lammps_version)),
-                ("status", self.status.value),
-            ],
-        )
+    def sheets(self, *, compare: bool = False) -> list[Sheet]:
+        """Its steps, the last of them in detail, and the continuum of the same wall beside them."""
+        from atomistic.show.decks import run_sheets
+
+        return run_sheets(self, self.compare() if compare else ())
+
+    def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
+        """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written there.
+        """
+        from atomistic.show.decks import write_run
+
+        return write_run(self, Path(folder), self.compare() if compare else ())
 
     def _repr_html_(self) -> str:
-        return self.sheet()._repr_html_()
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 def validate(
@@ -133,6 +134,9 @@ def validate(
         If the input cannot be run, the result not be stored, or a path not be compared.
     """
     config = file if isinstance(file, ValidateConfig) else load(file, ValidateConfig)
+    command_words(lmp_command)
+    if decks is not None:
+        folder(decks)
     path = Path(output)
     if path.suffix != ".h5":
         path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
@@ -153,6 +157,8 @@ def deck(
     model: Potential | None = None,
     *,
     separation: float | None = None,
+    separations: Sequence[float] = (),
+    pressures: Sequence[float] = (),
     depth: float | None = None,
 ) -> Deck:
     """A LAMMPS deck: of a contact of your own, or of an input file.
@@ -161,7 +167,9 @@ def deck(
     ----------
     contact : its wall and heights, one for each surface atom, are those of the deck; or an input (TOML).
     model : what holds the atoms together; springs if None.
-    separation : of the wall's zero from the surface at rest, in a0.
+    separation : of the wall's zero from the surface at rest, in a0: one equilibrium.
+    separations : several, visited in this order, each from the equilibrium before: approach and retraction.
+    pressures : mean pressures, in E*, met one after the other by moving the wall.
     depth : of the slab, in a0; its width if None.
 
     Raises
@@ -171,36 +179,49 @@ def deck(
         from.
     """
     if isinstance(contact, Contact):
-        if separation is None:
-            msg = "a deck needs the separation of its wall: separation=1.2"
-            raise ValueError(msg)
-        made = deck_under(contact.problem, model, separation, depth)
+        made = deck_under(contact.problem, model, _steps(separation, separations, pressures), depth)
     else:
         config = contact if isinstance(contact, DeckConfig) else load(contact, DeckConfig)
         made = deck_of(config)
     return Deck(**vars(made))
 
 
-def read(directory: str | Path) -> DeckResult:
-    """What a run of a deck found, and whether it is an equilibrium.
+def _steps(separation: float | None, separations: Sequence[float], pressures: Sequence[float]) -> Steps:
+    if (separation is not None) + bool(len(separations)) + bool(len(pressures)) != 1:
+        msg = "a deck needs one of separation=1.2, separations=[1.3, 1.2, 1.3] and pressures=[0.01, 0.02]"
+        raise InputError(msg)
+    if separation is not None:
+        return Steps("separation", (float(separation),), single=True)
+    if len(separations):
+        return Steps("separation", tuple(map(float, separations)))
+    return Steps("mean-pressure", tuple(map(float, pressures)))
+
+
+def read(directory: str | Path) -> DeckRun:
+    """What a run of a deck found, step by step, and whether these are equilibria.
 
     Raises
     ------
-    LammpsError
+    DeckError
         If there is no complete result.
     """
-    return DeckResult(**vars(atomistic.lammps.result.read_result(Path(directory))))
+    return DeckRun(**vars(read_run(Path(directory))))
 
 
-def run_deck(directory: str | Path, lmp_command: str | None = None) -> DeckResult:
+def run_deck(
+    directory: str | Path, lmp_command: str | None = None, progress: Callable[[int, int], None] | None = None
+) -> DeckRun:
     """Run the deck of a directory, in this process or by the command of a site, and read what it found.
+
+    Steps of a protocol that are finished stay as they are; ``progress`` is called after each with how many there are.
 
     Raises
     ------
     LammpsError
         If LAMMPS cannot be started or fails.
     """
-    return DeckResult(**vars(runner(lmp_command)(Path(directory))))
+    runner(lmp_command, progress)(Path(directory))
+    return read(directory)
 
 
 @dataclass(frozen=True, eq=False)

@@ -185,7 +185,7 @@ def write(
 
     Raises
     ------
-    continuum.files.store.StoreError
+    OutputError
         If the file cannot be written.
     """
     columns = {name: dataset.values for name, dataset in datasets.items()}
@@ -224,7 +224,7 @@ def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset])
 
     Raises
     ------
-    continuum.files.store.StoreError
+    OutputError
         If the file cannot be written.
     """
     about: dict[str, store.Attribute] = {"schema": PART, "schema_version": config.result_version}
@@ -246,21 +246,16 @@ def read_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     return dict(file.datasets)
 
 
-def resume(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
-    """What a file holds of the same validation; nothing if there is no file.
+def resume(path: Path, config: ValidateConfig, *, force: bool) -> dict[str, Dataset]:
+    """What a file holds of the same validation; nothing if there is no file, or with ``force``.
 
     Raises
     ------
-    continuum.files.store.StoreError
+    OutputError
         If it holds something else, or is damaged: it is left as it is.
     """
-    if not path.exists():
-        return {}
-    archive, datasets = read(path)
-    if archive.attributes["identity"] != identity(config):
-        msg = f"{path}: holds another validation; choose another folder with --output, or start anew with --force"
-        raise store.StoreError(msg)
-    return datasets
+    found = store.earlier(path, config.result_schema, config.result_version, identity(config), force=force)
+    return {} if found is None else dict(found.datasets)
 
 
 def join(config: ValidateConfig, old: dict[str, Dataset], new: dict[str, Dataset]) -> dict[str, Dataset]:

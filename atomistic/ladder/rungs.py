@@ -35,7 +35,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
 from continuum.model.walls import Wall
 from continuum.path.loading import Branch, State, follow, solve
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 
 __all__ = [
     "CONTINUUM_RUNGS",

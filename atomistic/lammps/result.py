@@ -6,28 +6,48 @@ import enum
 import json
 import math
 import re
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.lammps.deck import read_slab
+from atomistic.lammps.directory import FORMAT, read_slab
+from atomistic.lammps.protocol import LOAD_TOLERANCE
+from continuum.errors import InputError, StickinessError
 from continuum.model.grid import Real
-from continuum.solve.smooth import NotConvergedError
+from continuum.solve.solution import NotConvergedError
+from continuum.units import Units
 
-__all__ = ["DeckResult", "DeckStatus", "LammpsError", "read_result", "tail"]
+__all__ = [
+    "DeckDescription",
+    "DeckError",
+    "DeckResult",
+    "DeckStatus",
+    "LammpsError",
+    "finished_steps",
+    "read_description",
+    "read_result",
+    "tail",
+]
 
 
-class LammpsError(RuntimeError):
+class LammpsError(StickinessError, RuntimeError):
     """LAMMPS could not be loaded or started, or it failed: the message says where and what helps."""
+
+
+class DeckError(InputError, LammpsError):
+    """A directory holds no deck, or no complete result of one."""
 
 
 class DeckStatus(enum.Enum):
     """What a run has found.  Each failure names its usual cause and what helps."""
 
     CONVERGED = "converged"
+    TARGET_MISSED = "the load is not that of the mean pressure: no separation near here has it"
     FORCES_LEFT = "forces are left: allow more evaluations or time, or start from the lattice solution"
     BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
     DISTORTED = "neighbours have moved apart or past one another: the separation is too small, or the start wrong"
@@ -43,10 +63,18 @@ class DeckResult:
     """The last state of a run.  Arrays are in the order of :class:`atomistic.crystal.crystal.Slab`."""
 
     slab: Slab
+    step: int
+    """Of a protocol, from 1; 0 of a single equilibrium."""
     separation: float
     """Of the wall's zero from the surface at rest, in a0."""
+    target_load: float
+    """Load to be met, in E* a0²; 0 if none was given."""
     load: float
     """Force of the wall on the surface, compression positive, in E* a0²."""
+    area_rep: float
+    """A_rep/A0."""
+    area_att: float
+    """A_att/A0."""
     wall_energy: float
     """In E* a0³."""
     total_energy: float
@@ -63,6 +91,8 @@ class DeckResult:
     """Of the forces."""
     lammps_version: int
     """Date of the release, yyyymmdd."""
+    heights: Real = field(repr=False)
+    """Of the wall above each surface atom, shape (nx, ny), in a0."""
     gap: Real = field(repr=False)
     """Height of the wall above each surface atom, shape (nx, ny), in a0."""
     traction: Real = field(repr=False)
@@ -98,6 +128,8 @@ class DeckResult:
             return DeckStatus.BELOW_CORE
         if not self.distortion < 0.5:
             return DeckStatus.DISTORTED
+        if self.target_load and not abs(self.load - self.target_load) <= LOAD_TOLERANCE * abs(self.target_load):
+            return DeckStatus.TARGET_MISSED
         return DeckStatus.CONVERGED
 
     def require(self) -> DeckResult:
@@ -118,57 +150,155 @@ class DeckResult:
         return self
 
 
-def read_result(directory: Path) -> DeckResult:
-    """What a run of a deck has left in its directory, however it was run.
+@dataclass(frozen=True)
+class DeckDescription:
+    """What a ``deck.json`` says."""
+
+    identity: str
+    """Hash of all that LAMMPS reads."""
+    steps: int
+    """Of the protocol; 0 for a single equilibrium."""
+    wall: Mapping[str, Any]
+    """Name and parameters of the law."""
+    element: str
+    """Chemical symbol, "X" for none."""
+    model: str
+    """What holds the atoms together, in words."""
+    surface: float
+    """Of the surface at rest above its lattice plane, in a0."""
+    notes: tuple[str, ...]
+    """Where the heights come from."""
+    length: float
+    """a0 in LAMMPS' unit."""
+    real_units: Units | None
+    """Size of a0 and E*, if the crystal has one."""
+
+
+def read_description(directory: Path) -> DeckDescription:
+    """What the deck of a directory is.
 
     Raises
     ------
-    LammpsError
+    DeckError
+        If there is none, or it is damaged.
+    """
+    directory = Path(directory)
+    if not directory.is_dir():
+        what = "is a file, not the directory of a deck" if directory.exists() else "is not there"
+        msg = f"{directory} {what}"
+        raise DeckError(msg)
+    path = directory / "deck.json"
+    if not (path.is_file() and (directory / "in.contact").is_file()):
+        msg = f"{directory} holds no deck: there is no in.contact with its deck.json in it; `atomistic deck` writes one"
+        raise DeckError(msg)
+    try:
+        numbers = json.loads(path.read_text(encoding="utf-8"))
+        if numbers.pop("format") != FORMAT:
+            msg = f"it is no {FORMAT}"
+            raise ValueError(msg)
+        real, notes = numbers.pop("real_units"), tuple(numbers.pop("notes"))
+        return DeckDescription(notes=notes, real_units=None if real is None else Units(**real), **numbers)
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        msg = f"{path} is damaged, or of another version ({error}): write the deck anew"
+        raise DeckError(msg) from error
+
+
+def finished_steps(directory: Path) -> tuple[int, ...]:
+    """Numbers of the steps whose result is there, in order; (0,) for a single equilibrium."""
+    found = (re.fullmatch(r"result(?:\.(\d+))?\.json", entry.name) for entry in Path(directory).iterdir())
+    return tuple(sorted(int(name[1] or 0) for name in found if name))
+
+
+def read_result(directory: Path, step: int | None = None) -> DeckResult:
+    """What a run of a deck has left in its directory, however it was run.
+
+    Parameters
+    ----------
+    directory : of the deck.
+    step : of the protocol, from 1; the last that is finished if None.
+
+    Raises
+    ------
+    DeckError
         If there is no complete result, or it holds numbers that are not finite.
     """
     directory = Path(directory)
-    slab = read_slab(directory / "slab.data")
+    read_description(directory)
+    if step is None:
+        finished = finished_steps(directory)
+        if not finished and not any(directory.glob("log*lammps")):
+            msg = f"{directory} holds a deck that has not been run: `lmp -in in.contact` there runs it first"
+            raise DeckError(msg)
+        if not finished:
+            msg = (
+                f"{directory} holds no complete result of a run: it was stopped, or is under way; "
+                f"`lmp -in in.contact` there runs it{tail(directory)}"
+            )
+            raise DeckError(msg)
+        step = finished[-1]
+    mark = f".{step}" if step else ""
     try:
-        numbers = json.loads((directory / "result.json").read_text(encoding="utf-8"))
-        log = (directory / "log.lammps").read_text(encoding="utf-8", errors="replace")
-        surface = _read_dump(directory / "surface.dump", slab.ids[0].size)
-        state = _read_dump(directory / "state.dump", slab.size)
-    except (OSError, ValueError) as error:
-        msg = f"{directory} holds no complete result of a run: {error}{tail(directory)}"
-        raise LammpsError(msg) from error
-    if not (all(map(math.isfinite, numbers.values())) and all(np.isfinite(d).all() for d in (surface, state))):
-        msg = f"the result in {directory} holds numbers that are not finite: check separation and start"
-        raise LammpsError(msg)
+        slab = read_slab(directory / "slab.data")
+        numbers = json.loads((directory / f"result{mark}.json").read_text(encoding="utf-8"))
+        log = (directory / f"log{mark}.lammps").read_text(encoding="utf-8", errors="replace")
+        surface = _read_dump(directory / f"surface{mark}.dump", slab.ids[0].size)
+        state = _read_dump(directory / f"state{mark}.dump", slab.size)
+        return _result(slab, numbers, log, surface, state)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        msg = f"{directory} holds no complete result of a run: {error}; `lmp -in in.contact` there runs it anew"
+        raise DeckError(msg) from error
+
+
+def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
+    known = [values for rows in (surface, state) for values in rows.values()]
+    if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
+        msg = "it holds numbers that are not finite: check separation and start"
+        raise ValueError(msg)
     minimisers = re.findall(r"Iterations, force evaluations = \d+ (\d+)", log)
     evaluations = sum(map(int, minimisers)) + len(re.findall(r"Loop time of .* for 0 steps", log))
     sites = (slab.layers, *slab.shape, 3)
-    version = int(numbers.pop("lammps_version"))
-    length, force = numbers.pop("length_unit"), numbers.pop("force_unit")
+    length, force = numbers["length_unit"], numbers["force_unit"]
+    vectors = [np.stack([state[name] for name in names], axis=-1) for names in (_DISPLACEMENT, ("fx", "fy", "fz"))]
+    own = {column.name for column in fields(DeckResult)}
     return DeckResult(
         slab=slab,
+        step=int(numbers.pop("step")),
         evaluations=evaluations,
-        lammps_version=version,
-        gap=surface[:, 5].reshape(slab.shape).copy(),
-        traction=surface[:, 6].reshape(slab.shape).copy(),
-        displacements=state[:, 5:8].reshape(sites) / length,
-        forces=state[:, 8:11].reshape(sites) / force,
-        **numbers,
+        lammps_version=int(numbers.pop("lammps_version")),
+        gap=surface["gap"].reshape(slab.shape),
+        traction=surface["traction"].reshape(slab.shape),
+        heights=surface["wall_height"].reshape(slab.shape),
+        displacements=vectors[0].reshape(sites) / length,
+        forces=vectors[1].reshape(sites) / force,
+        **{name: float(value) for name, value in numbers.items() if name in own},
     )
 
 
 def tail(directory: Path, lines: int = 12) -> str:
-    """Last lines of the log."""
+    """Last lines of the log that was written last."""
     try:
-        log = (directory / "log.lammps").read_text(encoding="utf-8", errors="replace")
-    except OSError:
+        logs = sorted(Path(directory).glob("log*lammps"), key=lambda path: path.stat().st_mtime)
+        log = logs[-1].read_text(encoding="utf-8", errors="replace")
+    except (OSError, IndexError):
         return ""
-    return "\nLast lines of log.lammps:\n" + "\n".join(log.splitlines()[-lines:])
+    return f"\nLast lines of {logs[-1].name}:\n" + "\n".join(log.splitlines()[-lines:])
 
 
-def _read_dump(path: Path, atoms: int) -> Real:
-    """Rows of a dump in the order of the atoms."""
-    rows = np.loadtxt(path, skiprows=9, ndmin=2)
+_Rows = dict[str, Real]
+_DISPLACEMENT = ("Displacement.X", "Displacement.Y", "Displacement.Z")
+
+
+def _read_dump(path: Path, atoms: int) -> _Rows:
+    """Columns of numbers of a dump, by name, in the order of the atoms."""
+    with path.open(encoding="utf-8") as file:
+        header = [next(file, "") for _ in range(9)]
+        if not file.read(1):
+            msg = f"{path} ends before its atoms"
+            raise ValueError(msg)
+    names = header[8].split()[2:]
+    wanted = [i for i, name in enumerate(names) if name != "element"]
+    rows = np.loadtxt(path, skiprows=9, ndmin=2, usecols=wanted)
     if len(rows) != atoms or not np.array_equal(rows[:, 0], np.arange(1, atoms + 1)):
         msg = f"{path} does not hold the atoms 1 to {atoms} in order"
         raise ValueError(msg)
-    return rows
+    return {names[i]: rows[:, k].copy() for k, i in enumerate(wanted)}

@@ -15,20 +15,27 @@ from pathlib import Path
 
 import numpy as np
 
-from atomistic.config import AtomsSolverTable, DeckConfig
+from atomistic.config import AtomsSolverTable, DeckConfig, Steps, TopographySurface
 from atomistic.crystal.interatomic import Potential, Springs
-from atomistic.lammps.deck import Deck, write_deck
-from atomistic.lammps.engine import Session, run_in_process
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.engine import run_in_process
+from atomistic.lammps.law import native_law
+from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import DeckResult, LammpsError
+from atomistic.lammps.session import Session
 from atomistic.relax.specimen import Specimen, specimen_of
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
+from continuum.errors import InputError
+from continuum.files.tables import Fault, refuse
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import moments
-from continuum.model.walls import LennardJonesSpline, Wall
+from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import Settings
+from continuum.units import parse
 
 __all__ = ["Iterated", "apply_wall", "deck_of", "deck_under", "iterate", "lattice_start", "relax"]
 
@@ -61,37 +68,72 @@ def deck_of(config: DeckConfig) -> Deck:
     Raises
     ------
     continuum.solve.smooth.NotConvergedError
-        If the lattice model has no equilibrium at this separation.
+        If the lattice model has no equilibrium at its first step, or at one of its pressures.
     ConfigError, PotentialError, LammpsError
         See :func:`~atomistic.relax.specimen.specimen_of`.
     """
     specimen = specimen_of(config)
-    heights = config.surface.build(specimen.slab.grid)
-    return _started(specimen, config.wall.build(), heights, config.separation, config.solver)
+    try:
+        heights, notes = _heights(config, specimen)
+    except (ValueError, OSError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise refuse(config, Fault(("surface",), str(error))) from error
+    try:
+        wall = config.wall.build()
+    except (ValueError, OSError) as error:
+        raise refuse(config, Fault(("wall",), str(error))) from error
+    return replace(_started(specimen, wall, heights, config.steps(), config.solver), notes=notes)
 
 
-def _started(specimen: Specimen, wall: Wall, heights: Real, separation: float, solver: AtomsSolverTable) -> Deck:
-    """A deck that starts from the lattice solution."""
+def _heights(config: DeckConfig, specimen: Specimen) -> tuple[Real, tuple[str, ...]]:
+    """Of the wall, in a0, and where they come from."""
+    surface, real = config.surface, specimen.model.real_units
+    if not isinstance(surface, TopographySurface):
+        return surface.build(specimen.slab.grid), ()
+    if (surface.spacing is None) == (real is None):
+        allowed = 'a0, as "0.3nm": this crystal has no size' if real is None else "left out: the crystal has its own a0"
+        raise refuse(config, Fault(("surface", "spacing"), allowed))
+    a0 = parse(surface.spacing, "length") if surface.spacing is not None else real.a0  # type: ignore[union-attr]
+    wall = surface.read(config.slab.n, a0)
+    return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
+
+
+def _started(specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable) -> Deck:
+    """A deck that starts from the lattice solution of its first step."""
     slab, response = specimen.slab, specimen.response
-    if not isinstance(wall, LennardJonesSpline):
-        msg = f"a deck has formulas for LennardJonesSpline only, got {type(wall).__name__}"
-        raise TypeError(msg)
+    native_law(wall)  # refused before anything is solved
     slope = moments(slab.grid, heights).rms_slope
+    scale = slope or 1.0  # a flat wall
     problem = ContactProblem(slab.grid, wall, heights, response)
-    state = loading.solve(problem, "separation", separation, solver.build(slope))
-    start = lattice_start(response, wall, state.solution.require().gap)
-    tolerance = solver.force_tolerance * slope
-    return Deck(slab, specimen.model, wall, heights, separation, start, tolerance, rise=response.rise)
+    settings = solver.build(scale)
+    protocol: Protocol | None
+    if steps.control == "mean-pressure":
+        states = list(loading.follow(problem, "mean-pressure", steps.values, settings))
+        gap = states[0].solution.require().gap
+        separations = tuple(state.require().separation for state in states)
+        protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
+    else:
+        gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
+        separations = steps.values
+        protocol = None if steps.single else Separations(separations)
+    start = lattice_start(response, wall, gap)
+    tolerance = solver.force_tolerance * scale
+    model = specimen.model
+    return Deck(
+        slab, model, wall, heights, separations[0], start, tolerance, rise=response.rise, protocol=protocol
+    )  # fmt: skip
 
 
-def deck_under(contact: ContactProblem, model: Potential | None, separation: float, depth: float | None = None) -> Deck:
+def deck_under(contact: ContactProblem, model: Potential | None, steps: Steps, depth: float | None = None) -> Deck:
     """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
 
     Parameters
     ----------
     contact : on a grid with one point for each surface atom; its substrate is replaced by the atoms.
     model : what holds these together; springs if None.
-    separation, depth : of the wall and of the slab, in a0; the slab is as deep as it is wide if None.
+    steps : what is done.
+    depth : of the slab, in a0; as deep as it is wide if None.
 
     Raises
     ------
@@ -102,7 +144,7 @@ def deck_under(contact: ContactProblem, model: Potential | None, separation: flo
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
     specimen = Specimen.of_model(model_of(model or Springs()), grid, max(grid.lengths) if depth is None else depth)
-    return _started(specimen, wall, heights, separation, AtomsSolverTable())
+    return _started(specimen, wall, heights, steps, AtomsSolverTable())
 
 
 def relax(
@@ -116,7 +158,7 @@ def relax(
     Parameters
     ----------
     deck : what to relax; ``deck.displacements`` is where to start.
-    directory : of the deck; see :func:`atomistic.lammps.deck.write_deck`.
+    directory : of the deck; see :func:`atomistic.lammps.directory.write_deck`.
     response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the
         deck.
     run : how to run it: :func:`~atomistic.lammps.engine.run_in_process`, or

@@ -16,7 +16,8 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.response.force_constants import Checks, ForceConstants
 from atomistic.response.lattice import LatticeResponse
-from continuum.files import store
+from continuum.errors import OutputError
+from continuum.files import output, store
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Dataset, StoreError
 from continuum.model.grid import Grid
@@ -73,9 +74,9 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
         return _read(path, slab, key)
     response = LatticeResponse.of_model(slab, model)
     # Nor does a folder that cannot be written change a result: the next run measures again.
-    with contextlib.suppress(StoreError, OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        store.remove_stale(path)
+    with contextlib.suppress(OutputError):
+        output.folder(path.parent)
+        output.remove_stale(path)
         _write(path, response, model, key)
     return response
 

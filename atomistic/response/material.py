@@ -17,8 +17,11 @@ from scipy.optimize import brentq, minimize_scalar
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.elastic import CubicConstants, contact_modulus
 from atomistic.crystal.interatomic import Model, Potential, Springs
+from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.cell import Cell
+from atomistic.lammps.engine import pair_styles
+from continuum.files.toml import nearest
 from continuum.model.grid import Real
 from continuum.units import Units
 
@@ -84,6 +87,11 @@ class CrystalModel:
     def mass(self) -> float:
         """Of an atom, in LAMMPS' unit."""
         return self.potential.mass
+
+    @property
+    def element(self) -> str:
+        """Chemical symbol."""
+        return self.potential.element
 
     @property
     def cutoff(self) -> float:
@@ -196,6 +204,11 @@ def measure_crystal(potential: Potential) -> Crystal:
     if potential.atom_style != "atomic":
         msg = f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}"
         raise ValueError(msg)
+    if isinstance(potential, PairStyle) and potential.style not in pair_styles():
+        meant = nearest(potential.style, sorted(pair_styles()))
+        hint = f"; did you mean {meant}?" if meant else ""
+        msg = f"the installed LAMMPS has no pair_style {potential.style!r}{hint}; `atomistic doctor` lists its packages"
+        raise PotentialError(msg)
     volume = potential.guess or (0.5 * potential.cutoff) ** 3
     with _Strained(potential, _SQUARE, _FCC) as fcc:
         a0 = fcc.equilibrium(volume)

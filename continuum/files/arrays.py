@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.files import store
+from continuum.files.hdf5 import read_array
 from continuum.model.grid import Real
 
 __all__ = ["HDF5_SUFFIXES", "read_numbers", "read_text"]
@@ -33,7 +33,7 @@ def read_numbers(path: Path, dataset: str | None = None, shape: tuple[int, int] 
     """
     suffix = path.suffix.lower()
     if suffix in HDF5_SUFFIXES:
-        return store.read_array(path, dataset or "", shape)
+        return read_array(path, dataset or "", shape)
     if suffix == ".npy":
         # Mapped, so that a header that claims terabytes costs nothing; never pickled.
         try:

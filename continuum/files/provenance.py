@@ -8,7 +8,8 @@ import platform
 import shutil
 import socket
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 from continuum import __version__
@@ -16,14 +17,18 @@ from continuum import __version__
 __all__ = ["journal", "now", "provenance"]
 
 
-def provenance(packages: Iterable[str] = ("numpy", "scipy", "ducc0", "h5py")) -> dict[str, str | bool]:
-    """Versions of the program and of the packages that its numbers depend on; commit, if in a checkout."""
+@cache
+def provenance(packages: tuple[str, ...] = ("numpy", "scipy", "ducc0", "h5py")) -> Mapping[str, str | bool]:
+    """Versions of the program and of the packages that its numbers depend on; commit, if in a checkout.
+
+    Looked up once: a process runs what it has read when it began.
+    """
     versions = {f"provenance/{name}": importlib.metadata.version(name) for name in packages}
     return {
         "provenance/stickiness": __version__,
         "provenance/python": platform.python_version(),
         **versions,
-        **_commit(Path(__file__).resolve().parent.parent),
+        **_commit(Path(__file__).resolve().parents[2]),
     }
 
 

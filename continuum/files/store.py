@@ -1,21 +1,16 @@
-"""Results on disk: one HDF5 file each, written whole or not at all.  The only module that knows h5py.
-
+"""Results on disk: one HDF5 file each, written whole or not at all.
 A file is a mapping of names to :class:`Dataset` (arrays with named dimensions) and of names to attributes
 (numbers and text).  A name ``group/name`` lies in a group; ``journal`` holds times, hosts and dates, so that
 everything outside it is reproducible bit for bit.  A dataset that is named as a dimension holds its
 coordinates.  xarray opens a file with the same names: ``xarray.open_dataset(path, engine="h5netcdf")``.
 
 Damage is noticed: datasets carry a Fletcher-32 sum, and the file format is one whose headers carry sums of
-their own, which is also why text has a fixed length.  What could lead a reader to other files (external
-links, external storage, virtual datasets) is refused.
+their own, which is also why text has a fixed length.
 """
 
 from __future__ import annotations
 
-import os
-import socket
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -24,29 +19,28 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from continuum.errors import OutputError
+from continuum.files.hdf5 import StoreError, created, datasets_in, member, opened
+
 __all__ = [
     "Attribute",
     "Dataset",
     "File",
     "StoreError",
+    "earlier",
     "pack",
     "read",
-    "read_array",
+    "read_few",
     "read_part",
-    "remove_stale",
+    "schema_of",
     "unpack",
     "write",
 ]
 
 Attribute = bool | int | float | str
 
-_FORMAT = ("v110", "v110")  # the oldest with sums on its headers; HDF5 1.10 (2016) and later read it
 _CHUNK = 4 * 1024 * 1024  # bytes
 _NO_COORDINATES = "This is a netCDF dimension but not a netCDF variable. %10d"
-
-
-class StoreError(OSError):
-    """A result cannot be read or written: damaged, of another kind, or refused.  The message says which."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,61 +96,15 @@ def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping
     ------
     ValueError
         If the schema is not named, or datasets disagree on the length of a dimension.
-    StoreError
+    OutputError
         If the file cannot be written; an older one under that name stays as it was.
     """
-    path = Path(path)
     if not isinstance(attributes.get("schema"), str) or not isinstance(attributes.get("schema_version"), int):
         msg = 'a file names its "schema" (text) and "schema_version" (a whole number)'
         raise ValueError(msg)
     lengths = _dimensions(datasets)
-    # Same folder, so that the replacement is a rename; host and process, so that two writers never share it.
-    temporary = path.with_name(f"{_stem(path)}{socket.gethostname()}.{os.getpid()}.tmp")
-    try:
-        with h5py.File(temporary, "w", libver=_FORMAT) as file:
-            _fill(file, datasets, attributes, lengths)
-        _sync(temporary)
-        os.replace(temporary, path)  # noqa: PTH105 - the name says what happens
-        _sync(path.parent)
-    except OSError as error:
-        msg = f"{path}: cannot be written: {error}"
-        raise StoreError(msg) from error
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _stem(path: Path) -> str:
-    return f".{path.name}."
-
-
-def remove_stale(path: str | Path) -> None:
-    """Remove what writers of this file left behind when they were killed on this machine."""
-    path = Path(path)
-    stem = _stem(path) + socket.gethostname() + "."
-    if not path.parent.is_dir():
-        return
-    for entry in path.parent.iterdir():
-        process = entry.name.removeprefix(stem).removesuffix(".tmp")
-        if entry.name == f"{stem}{process}.tmp" and process.isdecimal() and not _alive(int(process)):
-            entry.unlink(missing_ok=True)
-
-
-def _alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
-
-
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    with created(path) as file:
+        _fill(file, datasets, attributes, lengths)
 
 
 def _dimensions(datasets: Mapping[str, Dataset]) -> dict[str, int]:
@@ -244,7 +192,7 @@ def read(path: str | Path, schema: str, version: int, names: Collection[str] | N
         If the file is missing, damaged, of another kind, or holds what is refused.
     """
     path = Path(path)
-    with _opened(path) as file:
+    with opened(path) as file:
         attributes = dict(_attributes(file))
         found = attributes.get("schema"), attributes.get("schema_version")
         if found != (schema, version):
@@ -253,53 +201,54 @@ def read(path: str | Path, schema: str, version: int, names: Collection[str] | N
             raise StoreError(msg)
         datasets = {
             name: _load(item)
-            for name, item in _walk(path, file)
+            for name, item in datasets_in(path, file)
             if (names is None or name in names) and not _only_dimension(item)
         }
     return File(datasets, attributes)
 
 
-@contextmanager
-def _opened(path: Path) -> Iterator[h5py.File]:
-    """A file open for reading; one kind of error for all that h5py raises on damaged files."""
-    if not path.is_file():
-        msg = f"{path}: there is no such file"
-        raise StoreError(msg)
+def schema_of(path: str | Path) -> str | None:
+    """The schema that a file names, in whatever version; None if there is no such file, or it is none of ours."""
     try:
-        # Files are replaced, never changed, so locks protect nothing and read-only folders need none.
-        file = h5py.File(path, "r", locking=False)
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        msg = f"{path}: not an HDF5 file, or damaged or truncated ({error})"
-        raise StoreError(msg) from error
-    with file:
-        try:
-            yield file
-        except StoreError:
-            raise
-        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError, MemoryError) as error:
-            msg = f"{path}: cannot be read, probably damaged ({error})"
-            raise StoreError(msg) from error
+        with opened(Path(path)) as file:
+            return _as_text(file.attrs.get("schema")) or None
+    except StoreError:
+        return None
 
 
-def _walk(path: Path, group: h5py.Group, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, h5py.Dataset]]:
-    """All datasets of a file, refusing whatever is not stored in it."""
-    for name in group:
-        link = group.get(name, getlink=True)
-        full = prefix + name
-        if not isinstance(link, h5py.HardLink):
-            msg = f"{path}: {full} is a link to elsewhere ({type(link).__name__}), which is refused"
-            raise StoreError(msg)
-        item = group[name]
-        if isinstance(item, h5py.Group):
-            if depth > 8:
-                msg = f"{path}: groups are nested too deep at {full}"
-                raise StoreError(msg)
-            yield from _walk(path, item, full + "/", depth + 1)
-        elif isinstance(item, h5py.Dataset):
-            if item.is_virtual or item.external:
-                msg = f"{path}: the data of {full} lie in other files, which is refused"
-                raise StoreError(msg)
-            yield full, item
+def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool) -> File | None:
+    """What an earlier call stored of the same work; None if there is no file, or with ``force``.
+
+    Parameters
+    ----------
+    path : the file.
+    schema, version, identity : what it must be.
+    force : replace it, if it holds a result of that schema.
+
+    Raises
+    ------
+    OutputError
+        If something else is in the way.
+    """
+    if not path.exists():
+        return None
+    found = schema_of(path)
+    if found != schema:
+        what = f"holds {found}" if found else "is no result of this program, or is damaged"
+        msg = f"{path}: {what}, and is left alone; move it, or choose another folder with --output"
+        raise OutputError(msg)
+    if force:
+        return None
+    try:
+        file = read(path, schema, version)
+        same = file.attributes.get("identity") == identity
+        fault = "" if same else f"{path}: holds another result (other physics, solver settings or input data)"
+    except StoreError as error:
+        fault = str(error)
+    if fault:
+        msg = f"{fault}\n    Choose another folder with --output, or start anew with --force"
+        raise OutputError(msg)
+    return file
 
 
 def _only_dimension(item: h5py.Dataset) -> bool:
@@ -307,13 +256,15 @@ def _only_dimension(item: h5py.Dataset) -> bool:
     return bytes(name).startswith(_NO_COORDINATES[:40].encode()) if isinstance(name, bytes) else False
 
 
+def _values(item: h5py.Dataset) -> NDArray[Any]:
+    values: NDArray[Any] = item[()]
+    if h5py.check_string_dtype(item.dtype) is not None:
+        return np.strings.decode(np.asarray(values, dtype=np.bytes_), "utf-8")
+    return values.view(np.bool_) if _as_text(item.attrs.get("dtype")) == "bool" else values
+
+
 def _load(item: h5py.Dataset) -> Dataset:
-    values = item[()]
-    string = h5py.check_string_dtype(item.dtype)
-    if string is not None:
-        values = np.strings.decode(np.asarray(values, dtype=np.bytes_), "utf-8")
-    elif _as_text(item.attrs.get("dtype")) == "bool":
-        values = values.view(np.bool_)
+    values = _values(item)
     scales = [item.dims[i].keys() for i in range(item.ndim)]
     own = item.name.lstrip("/")
     dims = tuple(item.dims[i][0].name.lstrip("/") if keys else own for i, keys in enumerate(scales))
@@ -324,49 +275,23 @@ def _as_text(value: Any) -> str:
     return value.decode() if isinstance(value, bytes) else value if isinstance(value, str) else ""
 
 
-def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attribute]]:
-    for name, value in group.attrs.items():
+def _plain_values(attributes: Mapping[str, Any]) -> Iterator[tuple[str, Attribute]]:
+    for name, value in attributes.items():
         if isinstance(value, (bytes, str)):
-            yield prefix + name, _as_text(value)
+            yield name, _as_text(value)
         elif isinstance(value, np.uint8):
-            yield prefix + name, bool(value)
+            yield name, bool(value)
         elif isinstance(value, np.generic):
-            yield prefix + name, value.item()
+            yield name, value.item()
+
+
+def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attribute]]:
+    for name, value in _plain_values(group.attrs):
+        yield prefix + name, value
     for name in group:
         link = group.get(name, getlink=True)
         if isinstance(link, h5py.HardLink) and group.get(name, getclass=True) is h5py.Group:
             yield from _attributes(group[name], f"{prefix}{name}/")
-
-
-def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
-    """A dataset of real numbers from a user's own HDF5 file.
-
-    Parameters
-    ----------
-    path, dataset : where.
-    shape : refused if it has another; looked at before anything is loaded.
-
-    Raises
-    ------
-    StoreError
-        If it is not there, damaged, no array of real numbers, of another shape, or stored elsewhere.
-    """
-    path = Path(path)
-    with _opened(path) as file:
-        found = dict(_walk(path, file))
-        item = found.get(dataset.strip("/"))
-        if item is None:
-            names = ", ".join(list(found)[:10]) or "none"
-            msg = f"{path}: there is no dataset {dataset!r}; datasets: {names}"
-            raise StoreError(msg)
-        if item.dtype.kind not in "iuf":
-            msg = f"{path}: dataset {dataset!r} holds {item.dtype}, not real numbers"
-            raise StoreError(msg)
-        if shape is not None and item.shape != shape:
-            msg = f"{path}: dataset {dataset!r} has shape {item.shape}, expected {shape}"
-            raise StoreError(msg)
-        values: NDArray[np.float64] = item[()].astype(np.float64)
-        return values
 
 
 def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
@@ -378,9 +303,35 @@ def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None
         If the file is missing or damaged.
     """
     path = Path(path)
-    with _opened(path) as file:
-        item = dict(_walk(path, file)).get(dataset)
+    with opened(path) as file:
+        item = dict(datasets_in(path, file)).get(dataset)
         return None if item is None else np.asarray(item[index])
+
+
+def read_few(
+    path: str | Path, datasets: Collection[str], attributes: Collection[str]
+) -> tuple[dict[str, NDArray[Any]], dict[str, Attribute]]:
+    """Values of a few datasets and attributes of one of many files, of whatever schema; absent ones are left out.
+
+    Dimensions and units are not looked at: of thousands of files that takes most of the time.
+
+    Raises
+    ------
+    StoreError
+        If the file is missing, damaged, or such a dataset lies elsewhere.
+    """
+    path = Path(path)
+    with opened(path) as file:
+        held = {name: item for name in datasets if isinstance(item := member(path, file, name), h5py.Dataset)}
+        found = {name: value for name in attributes if (value := _attribute(file, name)) is not None}
+        return {name: _values(item) for name, item in held.items()}, found
+
+
+def _attribute(file: h5py.File, name: str) -> Attribute | None:
+    group, _, key = name.rpartition("/")
+    owner = member(Path(file.filename), file, group) if group else file
+    value = owner.attrs.get(key) if isinstance(owner, h5py.Group) else None
+    return None if value is None else next((v for _, v in _plain_values({key: value})), None)
 
 
 def pack(masks: ArrayLike) -> NDArray[np.uint8]:

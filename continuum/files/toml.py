@@ -6,18 +6,23 @@ import bisect
 import difflib
 import json
 import re
+import stat
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-__all__ = ["ConfigError", "Fault", "Key", "Source", "find", "nearest"]
+from continuum.errors import InputError
+
+__all__ = ["ConfigError", "Fault", "Key", "Source", "find", "nearest", "value_of"]
 
 Key = tuple[str | int, ...]
 """Where a value stands: names of tables and keys, and indices of arrays."""
 
-_LARGEST = 1_000_000  # bytes; an input file is written by hand, anything larger is something else
+_LARGEST = 8_000_000  # bytes: two paths of 100 000 targets with all their digits have 5 million; more is something else
+_DEEPEST = 32  # levels of nesting; no table of ours has more than four
+_MOST_FAULTS = 20  # that a message describes
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,7 @@ class Fault:
     cause: str = ""
 
 
-class ConfigError(ValueError):
+class ConfigError(InputError, ValueError):
     """An input file cannot be used: the message names every fault with file, line, key, value and remedy."""
 
     def __init__(self, source: Source | Path, faults: Sequence[Fault]) -> None:
@@ -45,7 +50,14 @@ class ConfigError(ValueError):
         self.source = source
         self.faults = tuple(sorted(faults, key=lambda fault: source.line(fault.key)))
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
-        super().__init__("\n".join([f"{source.path}: {count}", *map(source.describe, self.faults)]))
+        said = [f"{source.path}: {count}", *map(source.describe, self.faults[:_MOST_FAULTS])]
+        if len(self.faults) > _MOST_FAULTS:
+            said.append(f"and {len(self.faults) - _MOST_FAULTS} more: mend these first, most follow from one another")
+        super().__init__("\n".join(said))
+
+    def __reduce__(self) -> tuple[type[ConfigError], tuple[Source, tuple[Fault, ...]]]:
+        """As it travels from one process to another."""
+        return type(self), (self.source, self.faults)
 
 
 @dataclass(frozen=True)
@@ -66,29 +78,40 @@ class Source:
         ConfigError
             If there is no such file, or it is no TOML.
         """
-        try:
-            # A folder, a device or a huge result file by mistake: look before reading.
-            if not path.is_file():
-                what = "a folder" if path.is_dir() else "not a file" if path.exists() else "missing"
-                raise ConfigError(path, [Fault((), "a TOML file", f"the path is {what}; look for a slip in it")])
-            if path.stat().st_size > _LARGEST:
-                raise ConfigError(path, [Fault((), f"a TOML file of at most {_LARGEST} bytes", "a wrong file")])
-            # "utf-8-sig" drops the mark that some editors put in front.
-            text = path.read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError:
-            raise ConfigError(path, [Fault((), "a TOML file in UTF-8", "a binary file, or Latin-1")]) from None
-        except (OSError, ValueError) as error:
-            raise ConfigError(path, [Fault((), f"a readable TOML file ({error})")]) from None
+        text = _text(path)
         try:
             data = tomllib.loads(text)
+            deep = _is_deep(data)
         except RecursionError:
-            raise ConfigError(path, [Fault((), "TOML with a few levels of nesting")]) from None
+            deep = True
         except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
             cause = f"{error}; text needs quotes, true and false are lower case"
             at = re.search(r"line (\d+)", str(error))
             lines: dict[Key, int] = {(): int(at[1]) if at else text.count("\n") + 1}
             raise ConfigError(cls(path, text, {}, lines), [Fault((), "valid TOML", cause)]) from None
+        if deep:
+            raise ConfigError(path, [Fault((), f"TOML with at most {_DEEPEST} levels of nesting")])
         return cls(path, text, data, _Positions(text).lines)
+
+    def changed(self, settings: Mapping[str, Any]) -> Source:
+        """The same file with some values given elsewhere, by dotted keys such as ``surface.seed``; its text says so.
+
+        Raises
+        ------
+        ConfigError
+            If such a key leads through something that is no table.
+        """
+        data = dict(self.data)
+        for name, value in settings.items():
+            table, parts = data, name.split(".")
+            for i, part in enumerate(parts[:-1]):
+                inner = table.get(part, {})
+                if not isinstance(inner, Mapping):
+                    raise ConfigError(self, [Fault(tuple(parts[: i + 1]), f"a table, since {name} is set in it")])
+                table[part] = table = dict(inner)
+            table[parts[-1]] = value
+        said = "".join(f"# set: {name} = {_toml(value)}\n" for name, value in settings.items())
+        return replace(self, data=data, text=f"{self.text.rstrip()}\n{said}")
 
     def line(self, key: Key) -> int:
         """Line of a key, or of the innermost table that should hold it; 1 if there is none."""
@@ -104,6 +127,38 @@ class Source:
         given = f" = {_toml(value)}" if found and fault.key else "" if not fault.key else " is not given"
         text = f"{self.path}:{self.line(fault.key)}: {name}{given}\n    allowed: {fault.allowed}"
         return f"{text}\n    usual cause: {fault.cause}" if fault.cause else text
+
+
+def _text(path: Path) -> str:
+    """What a file of moderate size holds; a folder, a device or a huge result by mistake is not read."""
+    try:
+        mode, size = path.stat().st_mode, path.stat().st_size
+        if not stat.S_ISREG(mode):
+            what = "a folder" if stat.S_ISDIR(mode) else "no plain file"
+            raise ConfigError(path, [Fault((), "a TOML file", f"the path is {what}; look for a slip in it")])
+        if size > _LARGEST:
+            raise ConfigError(path, [Fault((), f"a TOML file of at most {_LARGEST} bytes", "a wrong file")])
+        # "utf-8-sig" drops the mark that some editors put in front.
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise ConfigError(path, [Fault((), "a TOML file", "there is none of that name; look for a slip")]) from None
+    except OSError as error:
+        raise ConfigError(path, [Fault((), "a TOML file", f"it cannot be read: {error.strerror or error}")]) from None
+    except UnicodeDecodeError:
+        raise ConfigError(path, [Fault((), "a TOML file in UTF-8", "a binary file, or Latin-1")]) from None
+    except ConfigError:
+        raise
+    except ValueError as error:  # a name that no file can have
+        raise ConfigError(path, [Fault((), "a TOML file", f"it cannot be read: {error}")]) from None
+
+
+def _is_deep(data: Any) -> bool:
+    """Whether tables and arrays are nested deeper than is allowed; without recursion, which has a limit of its own."""
+    level = [data]
+    for _ in range(_DEEPEST):
+        inner = [item.values() if isinstance(item, Mapping) else item for item in level]
+        level = [x for items in inner for x in items if isinstance(x, Mapping | list)]
+    return bool(level)
 
 
 def _lookup(data: Any, key: Key) -> tuple[bool, Any]:
@@ -125,6 +180,14 @@ def _toml(value: Any) -> str:
         text = "(too large to print)"
     text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def value_of(text: str) -> Any:
+    """A value as in an input file, given on a command line: quotes around words may be left out there."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return text
 
 
 def nearest(word: str, choices: Iterable[str]) -> str | None:

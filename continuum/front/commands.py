@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import continuum.runs.analysis
 import continuum.runs.result
 import continuum.sticky.predict
-from continuum.files.tables import identity, load
+from continuum.errors import InputError
+from continuum.files.inputs import load
+from continuum.files.tables import identity
 from continuum.runs.build import System, build, cost_of
 from continuum.runs.config import RunConfig
-from continuum.runs.run import OutputError, Progress
+from continuum.runs.run import Progress
 from continuum.runs.run import run as follow_run
 from continuum.show.sheet import Column, Sheet
 
 if TYPE_CHECKING:
-    from continuum.sticky.topography import Detrending
+    from continuum.sticky.materials import Interface
+    from continuum.sticky.mending import Detrending
+    from continuum.sticky.topography import Topography
 
 __all__ = ["Analysis", "Checked", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"]
 
@@ -81,6 +86,24 @@ class Prediction(continuum.sticky.predict.Prediction):
 
         return sentence(self)
 
+    def solved(self, threads: int = 1) -> Prediction:
+        """The same with the contact of its map, solved; see :func:`continuum.sticky.simulate.solved`."""
+        from continuum.sticky.simulate import solved
+
+        return Prediction(**vars(solved(self, threads)))
+
+    def json(self) -> str:
+        """Everything, with the whole spectrum, in SI units."""
+        from continuum.show.prediction_data import as_json
+
+        return as_json(self)
+
+    def row(self) -> dict[str, str | float | None]:
+        """One row of a table, in SI units."""
+        from continuum.show.prediction_data import row
+
+        return row(self)
+
     def write(self, folder: str | Path, name: str) -> list[Path]:
         """Write ``NAME.html`` and its figures; returns HTML and PNG files.
 
@@ -91,13 +114,7 @@ class Prediction(continuum.sticky.predict.Prediction):
         """
         from continuum.show.prediction import write
 
-        folder = Path(folder)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            return write(self, folder, name)
-        except OSError as error:
-            msg = f"{folder}: the report cannot be written there: {error}"
-            raise OutputError(msg) from error
+        return write(self, Path(folder), name)
 
     def _repr_html_(self) -> str:
         return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
@@ -160,6 +177,7 @@ def run(
     output: str | Path = "results",
     *,
     force: bool = False,
+    device: str | None = None,
     progress: Progress | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
 ) -> Result:
@@ -171,15 +189,17 @@ def run(
     output : folder of the result, which is named after the input; or the result itself, ``NAME.h5``.  Points that are
         there already are kept.
     force : start anew.
+    device : what the solver runs on, instead of the input's ``[solver] device``.
     progress : called after each point with it, how many are done and how many there are.
-    warn : called with what the grid does not resolve.
+    warn : called with what the grid does not resolve, and what is to be known of the device.
 
     Raises
     ------
-    ConfigError, OutputError
-        If the input cannot be run, or the result cannot be stored.
+    ConfigError, InputError, OutputError
+        If the input cannot be run, this machine has not the device, or the result cannot be stored.
     """
     config = file if isinstance(file, RunConfig) else load(file, RunConfig)
+    config = config if device is None else config.on(device)
     path = Path(output)
     if path.suffix != ".h5":
         name = config.source.path.stem if config.source else "run"
@@ -216,7 +236,11 @@ def predict(
     dataset: Sequence[str] | None = None,
     part: Sequence[str] | None = None,
     periodic: bool = False,
+    override_size: bool = False,
     detrend: Detrending | None = None,
+    fill: str | None = None,
+    crop: str | None = None,
+    cutoff: str | None = None,
     material: Sequence[str] = (),
     modulus: Sequence[str] = (),
     poisson: Sequence[str] = (),
@@ -234,9 +258,8 @@ def predict(
     Parameters
     ----------
     files : one topography, or two for two rough bodies.
-    size, unit, dataset, part, periodic : see :func:`continuum.sticky.topography.read_all`; a single text stands for all
-        files.
-    detrend : see :func:`continuum.sticky.topography.detrend`.
+    size, unit, dataset, part, periodic, crop, override_size : see :func:`continuum.sticky.reading.read_all`.
+    detrend, fill, cutoff : see :func:`continuum.sticky.mending.prepare`; fill as ``"5%"``.
     material, modulus, poisson : of one elastic body on a rigid one, or of two.
     contact_modulus : E*, instead.
     work, range : w and Δr, if not those of the material.
@@ -249,22 +272,39 @@ def predict(
     TopographyError, InterfaceError
         If a map or the contact cannot be used.
     """
-    from continuum.sticky import materials, topography
-    from continuum.sticky.simulate import solved
+    from continuum.sticky import materials, mending, reading
 
-    def several(text: str | Sequence[str] | None) -> Sequence[str]:
-        return () if text is None else (text,) if isinstance(text, str) else text
-
-    maps = topography.read_all(
-        [Path(file) for file in files], size=several(size), unit=several(unit), dataset=several(dataset),
-        part=several(part), periodic=periodic,
+    maps = partial(
+        reading.read_all, [Path(file) for file in files], size=_several(size), unit=_several(unit),
+        dataset=_several(dataset), part=_several(part), periodic=periodic, crop=crop, fill=fill,
+        override_size=override_size,
     )  # fmt: skip
-    interface = materials.read_interface(
-        material=several(material), modulus=several(modulus), poisson=several(poisson),
+    interface = partial(
+        materials.read_interface, material=_several(material), modulus=_several(modulus), poisson=_several(poisson),
         contact_modulus=contact_modulus, work=work, range=range, spacing=spacing,
     )  # fmt: skip
-    found = continuum.sticky.predict.predict([topography.detrend(one, detrend) for one in maps], interface)
-    return Prediction(**vars(solved(found, threads) if solve else found))
+    read, contact = _both(maps, interface)
+    ready = [mending.prepare(one, detrend, fill=reading.share(fill) if fill else 0.0, cutoff=cutoff) for one in read]
+    found = Prediction(**vars(continuum.sticky.predict.predict(ready, contact)))
+    return found.solved(threads) if solve else found
+
+
+def _several(text: str | Sequence[str] | None) -> Sequence[str]:
+    return () if text is None else (text,) if isinstance(text, str) else text
+
+
+def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]) -> tuple[list[Topography], Interface]:
+    """Maps and contact, or the faults of both at once."""
+    try:
+        read = maps()
+    except InputError as error:
+        try:
+            contact()
+        except InputError as other:
+            msg = f"{error}\n{other}"
+            raise type(error)(msg) from error
+        raise
+    return read, contact()
 
 
 def examples() -> str:

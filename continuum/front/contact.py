@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,11 +11,14 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from continuum.arguments import count, number
+from continuum.arguments import field as map_of
 from continuum.measure import contact as contacts
 from continuum.measure.contact import Measurement
 from continuum.measure.curve import Adhesion, Curve, adhesion
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
+from continuum.model.resolution import check_slope, steep
 from continuum.model.substrates import HalfSpace, Substrate
 from continuum.model.surface import Moments, moments
 from continuum.model.walls import Wall
@@ -22,6 +26,7 @@ from continuum.path import loading, state
 from continuum.path.state import Control, Search
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.solve.solution import Settings
+from continuum.solve.stability import Stability, stability
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,18 +77,16 @@ class Contact:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be pressed."""
-        slope = self.moments.rms_slope
-        if not 0 < slope < np.inf:
-            msg = f"the heights of a rough wall have a finite slope, which the tolerance refers to; theirs is {slope:g}"
-            raise ValueError(msg)
+        number("tolerance", self.tolerance, above=0, below=1)
+        count("max_iterations", self.max_iterations)
+        check_slope(self.moments.rms_slope)
+        for message in steep(self.moments.rms_slope):
+            warnings.warn(message, stacklevel=3)
 
     @cached_property
     def problem(self) -> ContactProblem:
         """The contact as the solver takes it."""
-        heights = np.asarray(self.heights, dtype=np.float64)
-        if heights.ndim != 2:
-            msg = f"heights are a map of two directions, got an array of shape {heights.shape}"
-            raise ValueError(msg)
+        heights = map_of("heights", self.heights)
         shape = (heights.shape[0], heights.shape[1])
         return ContactProblem(
             Grid(shape, self.period or (float(shape[0]), float(shape[1]))), self.wall, heights, self.substrate
@@ -247,6 +250,22 @@ class State:
         """
         self.found.require()
         return self
+
+    def stability(self) -> Stability:
+        """Whether it is a minimum: the lowest eigenvalue of its Hessian, by a hundred transforms or two.
+
+        The displacement of the mean is held, as at a given mean gap.
+
+        Raises
+        ------
+        TypeError
+            Under a hard wall, whose energy is convex: there each equilibrium is the minimum.
+        """
+        problem = self.contact.problem
+        if problem.wall.law is None:
+            msg = "under a hard wall the energy is convex: each equilibrium is the minimum"
+            raise TypeError(msg)
+        return stability(problem.grid, problem.stiffness_q, problem.wall.law, self.gap, np.inf)
 
     @cached_property
     def contact_map(self) -> NDArray[np.uint8]:

@@ -29,6 +29,7 @@ __all__ = [
     "checked",
     "outline",
     "patches",
+    "perimeter_map",
     "ratio",
     "size_distribution",
 ]
@@ -114,10 +115,10 @@ def outline(grid: Grid, inside: Mask) -> Outline:
     """
     inside = checked(grid, inside)
     cells, edges = int(np.count_nonzero(inside)), [np.count_nonzero(inside != np.roll(inside, 1, a)) for a in (0, 1)]
-    return Outline(grid.spacing, cells, int(np.count_nonzero(_rim(inside))), (int(edges[0]), int(edges[1])))
+    return Outline(grid.spacing, cells, int(np.count_nonzero(perimeter_map(inside))), (int(edges[0]), int(edges[1])))
 
 
-def _rim(inside: Mask) -> Mask:
+def perimeter_map(inside: Mask) -> Mask:
     """Cells inside that have fewer than four neighbours inside."""
     core = inside.copy()
     for axis in (0, 1):
@@ -181,7 +182,7 @@ def patches(grid: Grid, inside: Mask) -> Patches:
     if count <= found:
         labels = np.asarray(number, dtype=np.int32)[labels]
     # Counted on the cells inside only, which are few.
-    cells, rim = (np.bincount(labels[cell], minlength=count)[1:] for cell in (inside, _rim(inside)))
+    cells, rim = (np.bincount(labels[cell], minlength=count)[1:] for cell in (inside, perimeter_map(inside)))
     return Patches(labels, cells, rim, grid.cell_area)
 
 

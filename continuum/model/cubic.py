@@ -24,6 +24,8 @@ __all__ = ["CubicConstants", "directional_contact_modulus", "surface_stiffness"]
 
 THICK = 40.0
 """q depth above which a layer is a half-space to all digits: fields decay as exp(-a q z), a about 1/2 or more."""
+LEAST_COMPRESSIBLE = 1e4
+"""C11/C44 at most: of 16 digits so many are lost in the difference of C11 and C12; metals have 2 - 5."""
 _THINNEST = 0.5
 _DIRECTIONS = 64
 
@@ -45,6 +47,9 @@ class CubicConstants(NamedTuple):
         """
         if not (self.c44 > 0 and self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
             msg = f"a cubic crystal is stable if C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0, got {self}"
+            raise ValueError(msg)
+        if self.c11 > LEAST_COMPRESSIBLE * self.c44:
+            msg = f"C11 is at most {LEAST_COMPRESSIBLE:g} C44, or digits are lost, got {self}: take an isotropic layer"
             raise ValueError(msg)
 
     def stiffness_tensor(self) -> Real:

@@ -1,90 +1,27 @@
-"""The periodic grid: positions, wavevectors, Fourier transforms, integrals.
-
-The only module that knows an FFT convention (see :mod:`continuum`).  No physics.
-"""
+"""The periodic grid: positions, wavevectors, Fourier transforms, integrals.  Geometry only; no physics."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
-import ducc0.fft
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Complex",
-    "Grid",
-    "Real",
-    "block_edges",
-    "columns_forward",
-    "columns_inverse",
-    "over_blocks",
-    "rows_forward",
-    "rows_inverse",
-]
+from continuum.arguments import count, number, pair
+from continuum.model.fourier import (
+    Complex,
+    Real,
+    block_edges,
+    columns_forward,
+    columns_inverse,
+    padded,
+    rows_forward,
+    rows_inverse,
+)
 
-Real = NDArray[np.float64]
-_PADDING = 8
-Complex = NDArray[np.complex128]
-
-
-def block_edges(length: int, points: int) -> list[int]:
-    """Where the blocks of rows or columns of a field begin and end: a megabyte, which stays in a cache.
-
-    They are at least 32 wide, which sweeps over columns need, and depend on the field only, never on the threads.
-    """
-    blocks = max(1, min(length // 32, points // 2**17))
-    return [length * b // blocks for b in range(blocks + 1)]
-
-
-def over_blocks(task: Callable[[int], None], blocks: int, threads: int) -> None:
-    """Run ``task(b)`` for each block b, several at once.
-
-    The threads are Python's own (compiled code releases the lock): they sleep when they have nothing to do, unlike
-    OpenMP's, which spin and were seen to slow a shared machine tenfold.
-    """
-
-    def run(mine: range) -> None:
-        for b in mine:
-            task(b)
-
-    if threads == 1 or blocks == 1:
-        run(range(blocks))
-    else:
-        for share in [_pool(threads).submit(run, range(t, blocks, threads)) for t in range(threads)]:
-            share.result()
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads)
-
-
-# Transforms of a block of rows or columns, one thread each: ducc0's own threads change the last bits.
-
-
-def rows_forward(values: Real, spectrum: Complex) -> None:
-    """First half of the forward transform: along y."""
-    ducc0.fft.r2c(values, axes=(1,), inorm=2, out=spectrum)
-
-
-def columns_forward(spectrum: Complex) -> None:
-    """Second half, along x, in place."""
-    ducc0.fft.c2c(spectrum, axes=(0,), inorm=2, out=spectrum)
-
-
-def columns_inverse(spectrum: Complex) -> None:
-    """First half of the inverse transform: along x, in place."""
-    ducc0.fft.c2c(spectrum, axes=(0,), forward=False, out=spectrum)
-
-
-def rows_inverse(spectrum: Complex, values: Real) -> None:
-    """Second half, along y; destroys the spectrum."""
-    n = values.shape[1]
-    ducc0.fft.c2r(spectrum, axes=(1,), lastsize=n, forward=False, out=values, allow_overwriting_input=True)
+__all__ = ["Complex", "Grid", "Real"]
 
 
 @dataclass(frozen=True)
@@ -95,31 +32,28 @@ class Grid:
     ----------
     shape : (nx, ny), at least 2 points each; odd and non-square grids are as good as any.
     lengths : (Lx, Ly), the periods, in a0.
-    threads : threads of one Fourier transform.  Results do not depend on it.
 
     Raises
     ------
-    ValueError
+    ArgumentError
         If a number of points is below 2 or a period is not a positive finite number.
     """
 
     shape: tuple[int, int]
     lengths: tuple[float, float]
-    threads: int = field(default=1, compare=False)
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
-        if min(self.shape) < 2:
-            msg = f"a grid needs at least 2 points in each direction, got {self.shape}"
-            raise ValueError(msg)
-        if not all(np.isfinite(length) and length > 0 for length in self.lengths):
-            msg = f"the periods of a grid are positive finite numbers, got {self.lengths}"
-            raise ValueError(msg)
+        shape = tuple(count("shape", n, 2) for n in pair("shape", self.shape))
+        lengths = tuple(number("lengths", length, above=0) for length in pair("lengths", self.lengths))
+        object.__setattr__(self, "shape", shape)
+        object.__setattr__(self, "lengths", lengths)
 
     @classmethod
-    def square(cls, n: int, spacing: float = 1.0, threads: int = 1) -> Grid:
+    def square(cls, n: int, spacing: float = 1.0) -> Grid:
         """An n x n grid of the given spacing: one point for each surface atom when the spacing is a0."""
-        return cls((n, n), (n * spacing, n * spacing), threads)
+        length = count("n", n, 2) * number("spacing", spacing, above=0)
+        return cls((n, n), (length, length))
 
     @property
     def size(self) -> int:
@@ -169,7 +103,7 @@ class Grid:
 
     @property
     def wavenumber(self) -> Real:
-        """|q| over the half spectrum, in 1/a0."""
+        """``|q|`` over the half spectrum, in 1/a0."""
         qx, qy = self.wavevectors
         return np.hypot(qx, qy)
 
@@ -183,47 +117,37 @@ class Grid:
             weights[0, -1] = 1.0
         return weights
 
-    def forward(self, values: Real, out: Complex | None = None) -> Complex:
-        """Half spectrum of a field: values_q = mean(values exp(-i q x)), into ``out`` if given."""
+    def forward(self, values: Real) -> Complex:
+        """Half spectrum of a field: values_q = mean(values exp(-i q x))."""
         values = np.asarray(values, dtype=np.float64)
-        spectrum = self.empty_q() if out is None else out
-        self._over(self.shape[0], lambda block: rows_forward(values[block], spectrum[block]))
-        self._over(self.shape_q[1], lambda block: columns_forward(spectrum[:, block]))
+        spectrum: Complex = padded(self.shape_q, np.complex128)
+        for a, b in pairwise(block_edges(self.shape[0], self.size)):
+            rows_forward(values[a:b], spectrum[a:b])
+        for a, b in pairwise(block_edges(self.shape_q[1], self.size)):
+            columns_forward(spectrum[:, a:b])
         return spectrum
 
-    def inverse(self, values_q: Complex, out: Real | None = None, *, overwrite: bool = False) -> Real:
-        """Field of a half spectrum: values(x) = sum over q of values_q exp(i q x), into ``out`` if given.
+    def inverse(self, values_q: Complex, *, overwrite: bool = False) -> Real:
+        """Field of a half spectrum: values(x) = sum over q of values_q exp(i q x).
 
         With ``overwrite`` the spectrum is destroyed, which saves memory.
         """
-        values = np.empty(self.shape) if out is None else out
+        values, spectrum = np.empty(self.shape), values_q
         if not overwrite:
-            spectrum = self.empty_q()
+            spectrum = padded(self.shape_q, np.complex128)
             spectrum[...] = values_q
-            values_q = spectrum
-        self._over(self.shape_q[1], lambda block: columns_inverse(values_q[:, block]))
-        self._over(self.shape[0], lambda block: rows_inverse(values_q[block], values[block]))
+        for a, b in pairwise(block_edges(self.shape_q[1], self.size)):
+            columns_inverse(spectrum[:, a:b])
+        for a, b in pairwise(block_edges(self.shape[0], self.size)):
+            rows_inverse(spectrum[a:b], values[a:b])
         return values
-
-    def _over(self, length: int, transform: Callable[[slice], None]) -> None:
-        edges = block_edges(length, self.size)
-        over_blocks(lambda b: transform(slice(edges[b], edges[b + 1])), len(edges) - 1, self.threads)
-
-    def empty(self) -> Real:
-        """A field to be filled, with padded rows: rows a power of two apart would share the sets of the caches."""
-        return np.zeros((self.shape[0], self.shape[1] + 2 * _PADDING))[:, : self.shape[1]]
-
-    def empty_q(self) -> Complex:
-        """A half spectrum to be filled, with padded rows."""
-        rows, columns = self.shape_q
-        return np.zeros((rows, columns + _PADDING), dtype=np.complex128)[:, :columns]
 
     @property
     def coarser(self) -> Grid | None:
         """The grid of every second point, if its own half spectrum is cut out of this one's; else None."""
         if self.shape[0] % 4 or self.shape[1] % 4:
             return None
-        return Grid((self.shape[0] // 2, self.shape[1] // 2), self.lengths, self.threads)
+        return Grid((self.shape[0] // 2, self.shape[1] // 2), self.lengths)
 
     def integrate(self, values: Real) -> float:
         """Integral of a field over the period: a traction becomes a load, an energy per area an energy."""

@@ -1,57 +1,39 @@
-"""The formulas of the wall laws, compiled, and the fused sweeps over the points of the surface that call them.
+"""The formulas of the wall laws, compiled.
 
-A law is a number, its kind, and an array of parameters; :func:`respond` is the one function that all sweeps call, so
-that they are compiled once for all laws.  They stand in one file because numba's cache on disk looks at the file of a
-function only, not at those of the functions that it calls: elsewhere they would go on with formulas long changed.
-What the parameters are is written in :mod:`continuum.model.walls`, whose classes make them and are what users see.
+A law is a number, its kind, and an array of parameters; :func:`respond` is the one function that all code calls, so
+that it is compiled once for all laws.  What the parameters are is written in :mod:`continuum.model.walls`, whose
+classes make them and are what users see.
+
+numba's cache on disk looks at the file of a function only, not at those of the functions that it calls.  Compiled code
+of other files that calls these has to see to it: :mod:`continuum.solve.cpu.compiled`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar, cast
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 
 __all__ = [
     "EXPONENTIAL",
     "INVERSE_POWERS",
     "SPLINE",
     "TABLE",
-    "TILE",
     "Law",
-    "Mask",
-    "compiled",
     "evaluate",
-    "line",
-    "move",
-    "press",
+    "exponential",
+    "inverse_powers",
     "respond",
-    "turn",
+    "spline",
+    "table",
 ]
 
 SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = 0, 1, 2, 3
 """Kinds of laws."""
-TILE = 64
-"""Length in points of the pieces of a row that are marked as near the wall or not."""
-
-Mask = NDArray[np.bool_]
-"""Which tiles are near the wall, one row per row of points."""
-Kernel = TypeVar("Kernel", bound=Callable[..., None])
-
-
-def compiled(function: Kernel) -> Kernel:
-    """Compile a sweep, so that it releases the lock of the interpreter, and keep the result on disk.
-
-    Sums may be reordered and a division by zero is infinite instead of an error: only so do loops vectorise.
-    A NaN stays a NaN.
-    """
-    fast = {"reassoc", "contract", "nsz", "arcp"}
-    return cast("Kernel", njit(nogil=True, cache=True, error_model="numpy", fastmath=fast)(function))
 
 
 class Law(NamedTuple):
@@ -85,6 +67,15 @@ def _multiply_power(base: Real, exponent: int, out: Real) -> None:
             square[j] *= square[j]
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _sum_of_powers(c: float, m: float, n: float, i: float, high: float, low: float) -> tuple[float, float, float]:
+    """Energy c [z^-m/m - z^-n/n] and its derivatives, from i = 1/z, i^m and i^n."""
+    energy = c * (high / m - low / n)
+    traction = c * (high - low) * i
+    stiffness = c * ((m + 1) * high - (n + 1) * low) * i * i
+    return energy, traction, stiffness
+
+
 @njit(cache=True, error_model="numpy")
 def _inverse_powers(gap: Real, p: Real, response: Real) -> None:
     """Energy c [z^-m/m - z^-n/n], p = (k, core, m, n): zero at infinity."""
@@ -101,17 +92,38 @@ def _inverse_powers(gap: Real, p: Real, response: Real) -> None:
     _multiply_power(inverse, int(m - n), repulsion)
     for j in range(gap.size):
         i, high, low = inverse[j], repulsion[j], attraction[j]
-        energy = c * (high / m - low / n)
-        traction = c * (high - low) * i
-        stiffness = c * ((m + 1) * high - (n + 1) * low) * i * i
+        energy, traction, stiffness = _sum_of_powers(c, m, n, i, high, low)
         below = gap[j] - core if gap[j] < core else 0.0
         response[0, j] = energy + below * (0.5 * below * stiffness - traction)
         response[1, j] = traction - below * stiffness
         response[2, j] = stiffness
 
 
+@njit(cache=True, error_model="numpy")
+def _power(base: float, exponent: int) -> float:
+    """Integer power of one number, by the squarings of :func:`_multiply_power`."""
+    power = 1.0
+    while exponent > 0:
+        if exponent & 1:
+            power *= base
+        exponent >>= 1
+        base *= base
+    return power
+
+
+@njit(cache=True, error_model="numpy")
+def inverse_powers(z: float, p: Real) -> tuple[float, float, float]:
+    """The same of one gap: where each point has a thread of its own, tiles gain nothing."""
+    core, m, n = p[1], p[2], p[3]
+    inverse = 1.0 / (z if z > core else core)
+    attraction = _power(inverse, int(n))
+    repulsion = attraction * _power(inverse, int(m - n))
+    here = _sum_of_powers(p[0] / (m - n), m, n, inverse, repulsion, attraction)
+    return _below(z, core, here) if z < core else here
+
+
 @njit(cache=True, error_model="numpy", inline="always")
-def _spline(z: float, p: Real) -> tuple[float, float, float]:
+def spline(z: float, p: Real) -> tuple[float, float, float]:
     """The paper's Eq. (S-6), p = (k, core, range, work of adhesion).
 
     Both pieces are computed and one is chosen: without branches the loops over it vectorise.
@@ -141,17 +153,17 @@ def _spline(z: float, p: Real) -> tuple[float, float, float]:
 
 
 @njit(cache=True, error_model="numpy")
-def _exponential(z: float, p: Real) -> tuple[float, float, float]:
+def exponential(z: float, p: Real) -> tuple[float, float, float]:
     """Exponential attraction outside, a harmonic core inside, p = (K, γ, ρ)."""
     core_stiffness, gamma, rho = p[0], p[1], p[2]
     if z < 0.0:
         return gamma * (z / rho - 1) + 0.5 * core_stiffness * z * z, -gamma / rho - core_stiffness * z, core_stiffness
-    pull = gamma * np.exp(-z / rho)
+    pull = gamma * math.exp(-z / rho)
     return -pull, -pull / rho, -pull / (rho * rho)
 
 
 @njit(cache=True, error_model="numpy")
-def _table(z: float, p: Real) -> tuple[float, float, float]:
+def table(z: float, p: Real) -> tuple[float, float, float]:
     """Cubic pieces of the traction, p = (number of pieces N, N + 1 knots, N energies, 4 N coefficients)."""
     n = int(p[0])
     last = p[n + 1]
@@ -181,15 +193,15 @@ def respond(kind: int, gap: Real, p: Real, response: Real) -> None:
     """Energy, traction and stiffness per area of a law, the rows of ``response``, at each gap of a tile."""
     if kind == SPLINE:
         for j in range(gap.size):
-            response[0, j], response[1, j], response[2, j] = _spline(gap[j], p)
+            response[0, j], response[1, j], response[2, j] = spline(gap[j], p)
     elif kind == INVERSE_POWERS:
         _inverse_powers(gap, p, response)
     elif kind == EXPONENTIAL:
         for j in range(gap.size):
-            response[0, j], response[1, j], response[2, j] = _exponential(gap[j], p)
+            response[0, j], response[1, j], response[2, j] = exponential(gap[j], p)
     else:
         for j in range(gap.size):
-            response[0, j], response[1, j], response[2, j] = _table(gap[j], p)
+            response[0, j], response[1, j], response[2, j] = table(gap[j], p)
 
 
 def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:
@@ -199,162 +211,3 @@ def evaluate(law: Law, gap: Real) -> tuple[Real, Real, Real]:
     respond(law.kind, flat, law.parameters, response)
     energy, traction, stiffness = response.reshape(3, *np.shape(gap))
     return energy, traction, stiffness
-
-
-# --- sweeps ------------------------------------------------------------------------------------------------
-#
-# A sweep is a function of the rows first:last of a block, which writes that block's sums.  Fields are whole arrays
-# with padded rows, of which n points count; ``out`` and ``s`` are buffers of the block alone, which is transformed
-# while it stays in the cache.  Tiles of a row are followed by the line search where they are marked as near; points
-# that are NaN are near, so that they are not lost.
-
-
-@compiled
-def press(
-    first: int,
-    last: int,
-    sums: Real,
-    out: Real,
-    z: Real,
-    n: int,
-    kind: int,
-    p: Real,
-    reach: float,
-    near_gap: float,
-    near: Mask,
-) -> None:
-    """Traction into ``out``.  Marks the tiles."""
-    here = np.empty((3, TILE))
-    for i in range(first, last):
-        for t in range(near.shape[1]):
-            gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
-            traction = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
-            close = touching = 0
-            for j in range(gap.size):
-                close += not gap[j] >= near_gap
-                touching += not gap[j] >= reach
-            near[i, t] = close > 0
-            if touching:
-                respond(kind, gap, p, here)
-                for j in range(gap.size):
-                    traction[j] = here[1, j]
-            else:
-                for j in range(gap.size):
-                    traction[j] = 0.0
-
-
-@compiled
-def turn(
-    first: int,
-    last: int,
-    sums: Real,
-    s: Real,
-    d: Real,
-    n: int,
-    beta: float,
-    z: Real,
-    kind: int,
-    p: Real,
-    near: Mask,
-) -> None:
-    """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""
-    curvature = 0.0
-    here = np.empty((3, TILE))
-    for i in range(first, last):
-        direction, step = d[i, :n], s[i - first, :n]
-        for j in range(n):
-            direction[j] = beta * direction[j] - step[j]
-        for t in range(near.shape[1]):
-            if near[i, t]:
-                gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
-                e = d[i, t * TILE : min(n, (t + 1) * TILE)]
-                respond(kind, gap, p, here)
-                for j in range(gap.size):
-                    curvature += here[2, j] * e[j] * e[j]
-    sums[0] = curvature
-
-
-@compiled
-def line(
-    first: int,
-    last: int,
-    sums: Real,
-    z: Real,
-    d: Real,
-    n: int,
-    alpha: float,
-    kind: int,
-    p: Real,
-    near: Mask,
-) -> None:
-    """At z - alpha d.  sums, over the marked tiles: of (change of traction) d; of stiffness d²."""
-    slope = curvature = 0.0
-    here, there, trial = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
-    for i in range(first, last):
-        for t in range(near.shape[1]):
-            if near[i, t]:
-                gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
-                e = d[i, t * TILE : min(n, (t + 1) * TILE)]
-                for j in range(gap.size):
-                    trial[j] = gap[j] - alpha * e[j]
-                respond(kind, gap, p, here)
-                respond(kind, trial[: gap.size], p, there)
-                for j in range(gap.size):
-                    slope += (there[1, j] - here[1, j]) * e[j]
-                    curvature += there[2, j] * e[j] * e[j]
-    sums[0] = slope
-    sums[1] = curvature
-
-
-@compiled
-def move(
-    first: int,
-    last: int,
-    sums: Real,
-    out: Real,
-    z: Real,
-    d: Real,
-    n: int,
-    step: float,
-    alpha: float,
-    kind: int,
-    p: Real,
-    reach: float,
-    near_gap: float,
-    near: Mask,
-) -> None:
-    """Step z <- z - step d, the last of several that add up to alpha.  Marks the tiles anew.
-
-    The change of the traction since alpha = 0 goes into ``out``.
-    sums: of that change times d; of what the energy changes beyond first order; of |energy|.
-    """
-    slope = second = size = 0.0
-    here, there, old = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
-    for i in range(first, last):
-        for t in range(near.shape[1]):
-            gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
-            e = d[i, t * TILE : min(n, (t + 1) * TILE)]
-            change = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
-            close = touching = 0
-            for j in range(gap.size):
-                gap[j] -= step * e[j]
-                old[j] = gap[j] + alpha * e[j]
-            for j in range(gap.size):
-                lower = old[j] if old[j] < gap[j] else gap[j]
-                close += not lower >= near_gap
-                touching += not lower >= reach
-            near[i, t] = close > 0
-            if touching:
-                respond(kind, old[: gap.size], p, here)
-                respond(kind, gap, p, there)
-                for j in range(gap.size):
-                    change[j] = there[1, j] - here[1, j]
-                    slope += change[j] * e[j]
-                    second += there[0, j] - here[0, j] - alpha * here[1, j] * e[j]
-                    size += abs(there[0, j])
-            else:
-                for j in range(gap.size):
-                    change[j] = 0.0
-    sums[0] = slope
-    sums[1] = second
-    sums[2] = size

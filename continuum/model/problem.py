@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from continuum.arguments import field
 from continuum.model.grid import Complex, Grid, Real
 from continuum.model.substrates import Substrate
 from continuum.model.walls import Wall
@@ -37,8 +38,8 @@ class ContactProblem:
 
     Raises
     ------
-    ValueError
-        If the heights do not fit the grid or are not finite.
+    ArgumentError
+        If the heights do not fit the grid, miss points or are not real numbers.
     """
 
     grid: Grid
@@ -47,17 +48,11 @@ class ContactProblem:
     substrate: Substrate
 
     def __post_init__(self) -> None:
-        """Refuse heights that are none."""
-        heights = np.asarray(self.heights, dtype=np.float64)
+        """Refuse heights that have no meaning."""
+        heights = field("heights", self.heights, self.grid.shape)
         if heights.flags.writeable or heights.base is not None:
             # Others could change them.
             heights = heights.copy()
-        if heights.shape != self.grid.shape:
-            msg = f"heights of shape {heights.shape} do not fit a grid of shape {self.grid.shape}"
-            raise ValueError(msg)
-        if not np.isfinite(heights).all():
-            msg = f"{np.count_nonzero(~np.isfinite(heights))} heights are not finite numbers"
-            raise ValueError(msg)
         heights.flags.writeable = False
         object.__setattr__(self, "heights", heights)
 

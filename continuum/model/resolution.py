@@ -6,16 +6,42 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from continuum.arguments import ArgumentError
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
 from continuum.theory.paper import snap_in_wavelength
 
-__all__ = ["POINTS", "short_waves", "unresolved"]
+__all__ = ["LARGEST_SLOPE", "POINTS", "SMALL_SLOPE", "check_slope", "short_waves", "steep", "unresolved"]
 
 POINTS = 4
 """Points of the grid that a wavelength needs."""
+SMALL_SLOPE, LARGEST_SLOPE = 0.3, 10.0
+"""Largest rms slope that small-slope theory covers (there tan and sin of a typical slope differ by 4 %), and
+the largest that is computed at all (beyond, heights are rather given in other units than a0)."""
 LARGEST_SHARE = 0.05
 """Largest part of the mean square slope that may lie in shorter waves: what a surface with edges has anyway."""
+
+
+def check_slope(rms_slope: float) -> None:
+    """Refuse a surface of no slope, to which tolerances refer, and one that no linear theory has anything to say of.
+
+    Raises
+    ------
+    ArgumentError
+        If the slope is zero, not finite, or above :data:`LARGEST_SLOPE`.
+    """
+    if not 0 < rms_slope <= LARGEST_SLOPE:
+        what = f"a slope greater than 0 and at most {LARGEST_SLOPE:g}: heights are in a0, as the spacing is"
+        raise ArgumentError("rms slope of the heights", float(rms_slope), what)
+
+
+def steep(rms_slope: float) -> Iterator[str]:
+    """What small-slope theory does not cover, in a sentence with what helps."""
+    if rms_slope > SMALL_SLOPE:
+        yield (
+            f"the rms slope, {rms_slope:.3g}, is above {SMALL_SLOPE:g}: the theory of small slopes does not cover "
+            "it, and areas and loads are those of that theory only; lower rms_slope, or check the units of the heights"
+        )
 
 
 def short_waves(problem: ContactProblem) -> float:

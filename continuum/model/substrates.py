@@ -11,6 +11,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from continuum.arguments import ArgumentError, number
 from continuum.model.cubic import THICK, CubicConstants, directional_contact_modulus, surface_stiffness
 from continuum.model.grid import Grid, Real
 
@@ -33,17 +34,24 @@ def _with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
         stiffness_q[0, 0] = np.inf
     elif mean == "free":
         stiffness_q[0, 0] = 0.0
-    elif isinstance(mean, str) or not mean >= 0:
-        msg = f'the mean mode is "clamped", "free" or a stiffness >= 0 in E*/a0, got {mean!r}'
-        raise ValueError(msg)
     else:
         stiffness_q[0, 0] = mean
     return stiffness_q
 
 
+def _check_mean(mean: object) -> None:
+    """Refuse what is no stiffness of the mean mode."""
+    if mean in ("clamped", "free"):
+        return
+    try:
+        number("mean", mean, least=0)
+    except ArgumentError:
+        raise ArgumentError("mean", mean, '"clamped", "free", or a number >= 0') from None
+
+
 @dataclass(frozen=True)
 class HalfSpace:
-    """Isotropic half-space: K_q = E* |q|/2 (Johnson, Contact Mechanics, 1985, section 13.1).
+    """Isotropic half-space: ``K_q = E* |q|/2`` (Johnson, Contact Mechanics, 1985, section 13.1).
 
     Parameters
     ----------
@@ -53,6 +61,11 @@ class HalfSpace:
 
     mean: MeanMode = "clamped"
     contact_modulus: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        _check_mean(self.mean)
+        number("contact_modulus", self.contact_modulus, above=0)
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0."""
@@ -67,6 +80,9 @@ class Layer:
     tests integrate that boundary-value problem numerically)::
 
         K_q = E* q/2  [(3 - 4ν) cosh 2x + 2x² + 5 - 12ν + 8ν²] / [(3 - 4ν) sinh 2x - 2x]
+
+    computed with sinh 2x - 2x by its series where x is small, since there an incompressible layer is that difference
+    alone (K_q = E* 3/(4 q² depth³) to leading order): to 1e-12 at any depth and Poisson ratio.
 
     Parameters
     ----------
@@ -83,9 +99,10 @@ class Layer:
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
-        if not self.depth > 0 or not -1 < self.poisson <= 0.5:
-            msg = f"a layer has a positive depth and -1 < ν <= 1/2, got depth {self.depth}, ν {self.poisson}"
-            raise ValueError(msg)
+        number("depth", self.depth, above=0)
+        number("poisson", self.poisson, above=-1, most=0.5)
+        _check_mean(self.mean)
+        number("contact_modulus", self.contact_modulus, above=0)
 
     @property
     def compressive_stiffness(self) -> float:
@@ -104,8 +121,19 @@ class Layer:
         decay = np.exp(-2 * x)
         a = 3 - 4 * nu
         above = a * (1 + decay**2) / 2 + decay * (2 * x**2 + 5 - 12 * nu + 8 * nu**2)
-        below = -a * np.expm1(-4 * x) / 2 - decay * 2 * x
+        # All terms positive: none cancels another.
+        below = a * _decayed_sinh_less(2 * x) + 4 * (1 - 2 * nu) * x * decay
         return _with_mean(self.contact_modulus / 2 * q * above / below, self.mean)
+
+
+def _decayed_sinh_less(y: Real) -> Real:
+    """exp(-y) (sinh y - y), to rounding: by the series y³/6 + y⁵/120 + ... where the difference would lose digits."""
+    small = np.minimum(y, 1.0) ** 2
+    series = np.ones_like(y)
+    for k in range(10, 0, -1):  # the first term left out, 1/(23!/3!), is below rounding at y = 1
+        series = 1 + series * small / ((2 * k + 2) * (2 * k + 3))
+    direct = -np.expm1(-2 * y) / 2 - y * np.exp(-y)
+    return np.where(y < 1, np.exp(-y) * np.minimum(y, 1.0) ** 3 / 6 * series, direct)
 
 
 @dataclass(frozen=True)
@@ -128,9 +156,10 @@ class CubicLayer:
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
-        if not self.depth > 0:
-            msg = f"a layer has a positive depth, got {self.depth}"
-            raise ValueError(msg)
+        if not (isinstance(self.depth, float) and np.isposinf(self.depth)):  # a half-space
+            number("depth", self.depth, above=0)
+        _check_mean(self.mean)
+        number("axis", self.axis)
         self.constants.require_stable()
 
     @property

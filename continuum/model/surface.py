@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from continuum.arguments import field, number, pair
 from continuum.model.grid import Grid, Real
 
-__all__ = ["Moments", "SelfAffine", "moments", "power_spectrum", "sine", "sphere"]
+__all__ = ["Moments", "SelfAffine", "cylinder", "moments", "power_spectrum", "punch", "sine", "sphere"]
 
 
 class Moments(NamedTuple):
@@ -35,7 +36,7 @@ def _moments(grid: Grid, power_q: Real) -> Moments:
 
 def moments(grid: Grid, heights: Real) -> Moments:
     """Spectral moments of given heights; the mean height does not count."""
-    power_q = np.abs(grid.forward(heights)) ** 2
+    power_q = np.abs(grid.forward(field("heights", heights, grid.shape))) ** 2
     power_q[0, 0] = 0.0
     return _moments(grid, power_q)
 
@@ -67,8 +68,14 @@ class SelfAffine:
     lambda_L: float
     rescale: bool = True
 
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        number("hurst", self.hurst, above=0, below=1)
+        number("rms_slope", self.rms_slope, above=0)
+        number("lambda_s", self.lambda_s, above=0, most=number("lambda_L", self.lambda_L, above=0))
+
     def power_q(self, grid: Grid) -> Real:
-        """Expected |h_q|² over the half spectrum, in a0², normalised to the target slope."""
+        """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""
         q = grid.wavenumber
         power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-2 - 2 * self.hurst)
         # One part in 1e12: a mode that lies on the cut-off belongs to the surface on every grid.
@@ -161,6 +168,7 @@ def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
 def sphere(grid: Grid, radius: float) -> Real:
     """The lower side of a paraboloid of the given radius (in a0) that touches at the centre of the period."""
     x, y = grid.positions
+    number("radius", radius, above=0)
     r2 = (x - grid.lengths[0] / 2) ** 2 + (y - grid.lengths[1] / 2) ** 2
     return r2 / (2 * radius)
 
@@ -168,5 +176,24 @@ def sphere(grid: Grid, radius: float) -> Real:
 def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
     """Heights amplitude (1 - cos q.x) with q = 2π (waves[0]/Lx, waves[1]/Ly): lowest at the origin."""
     x, y = grid.positions
+    number("amplitude", amplitude)
+    waves = pair("waves", waves)
     phase = 2 * np.pi * (waves[0] * x / grid.lengths[0] + waves[1] * y / grid.lengths[1])
     return amplitude * (1 - np.cos(phase))
+
+
+def cylinder(grid: Grid, radius: float, axis: int = 1) -> Real:
+    """The lower side of a parabolic cylinder of the given radius (in a0), along x (axis 0) or y (1), at the centre."""
+    across = grid.positions[1 - axis] - grid.lengths[1 - axis] / 2
+    return np.broadcast_to(across**2 / (2 * radius), grid.shape).copy()
+
+
+def punch(grid: Grid, flat_radius: float, edge_radius: float) -> Real:
+    """A round punch at the centre of the period: flat up to a radius, then rising as a parabola (both radii in a0).
+
+    Heights (r - b)²/(2R) for r > b, b the flat and R the edge radius: the rounded punch of Ciavarella, Hills and
+    Monno, Proc. Inst. Mech. Eng. C 212, 319 (1998).
+    """
+    x, y = grid.positions
+    r = np.hypot(x - grid.lengths[0] / 2, y - grid.lengths[1] / 2)
+    return np.maximum(r - flat_radius, 0.0) ** 2 / (2 * edge_radius)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from continuum.arguments import ArgumentError, number, pair
 from continuum.model import laws
 from continuum.model.grid import Real
 from continuum.model.laws import Law
@@ -122,24 +123,9 @@ class Wall:
         return max(0.0, -float(found.fun), float(values(gaps[i : i + 1])[0]))
 
 
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
-            msg = f"the {name.replace('_', ' ')} of a wall is a positive finite number, got {value}"
-            raise ValueError(msg)
-
-
-def _not_negative(**values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value >= 0):
-            msg = f"the {name.replace('_', ' ')} of a wall is a finite number, zero or positive, got {value}"
-            raise ValueError(msg)
-
-
-def _core(core: float) -> None:
-    if not 0 < core < 1:
-        msg = f"the core of a wall lies between 0 and a0, got {core}"
-        raise ValueError(msg)
+def _is_missing(value: object) -> bool:
+    """Whether a number was not given, which its default, NaN, says."""
+    return isinstance(value, float) and np.isnan(value)
 
 
 @dataclass(frozen=True)
@@ -197,15 +183,14 @@ class LennardJonesSpline(Wall):
 
     def __post_init__(self, adhesion_length: float | None) -> None:
         """Refuse what has no meaning."""
-        _positive(minimum_stiffness=self.minimum_stiffness)
-        _core(self.core)
-        if (adhesion_length is None) == np.isnan(self.range):
-            msg = "this wall has a range or an adhesion length: give one of the two (0 for no adhesion)"
-            raise ValueError(msg)
+        number("minimum_stiffness", self.minimum_stiffness, above=0)
+        number("core", self.core, above=0, below=1)
+        if (adhesion_length is None) == _is_missing(self.range):
+            raise ArgumentError("adhesion_length", adhesion_length, "exactly one of adhesion_length and range")
         if adhesion_length is not None:
-            _not_negative(adhesion_length=adhesion_length)
+            number("adhesion_length", adhesion_length, least=0)
             object.__setattr__(self, "range", float(np.sqrt(12 * adhesion_length / self.minimum_stiffness)))
-        _not_negative(range=self.range)
+        number("range", self.range, least=0)
 
     @cached_property
     def law(self) -> Law:
@@ -256,17 +241,16 @@ class InversePowers(Wall):
 
     def __post_init__(self, adhesion_length: float | None) -> None:
         """Refuse what has no meaning."""
-        if not self.powers[0] > self.powers[1] > 1:
-            msg = f"the powers of a wall fall and exceed 1: repulsion, then attraction; got {self.powers}"
-            raise ValueError(msg)
-        _core(self.core)
-        if (adhesion_length is None) == np.isnan(self.minimum_stiffness):
-            msg = "this wall has a stiffness or an adhesion length: give one of the two"
-            raise ValueError(msg)
+        repulsion, attraction = pair("powers", self.powers)
+        number("powers", repulsion, above=number("powers", attraction, above=1))
+        number("core", self.core, above=0, below=1)
+        if (adhesion_length is None) == _is_missing(self.minimum_stiffness):
+            what = "exactly one of adhesion_length and minimum_stiffness"
+            raise ArgumentError("adhesion_length", adhesion_length, what)
         if adhesion_length is not None:
-            _positive(adhesion_length=adhesion_length)
+            number("adhesion_length", adhesion_length, above=0)
             object.__setattr__(self, "minimum_stiffness", adhesion_length * self.powers[0] * self.powers[1])
-        _positive(minimum_stiffness=self.minimum_stiffness)
+        number("minimum_stiffness", self.minimum_stiffness, above=0)
 
     @cached_property
     def law(self) -> Law:
@@ -306,9 +290,8 @@ class Exponential(Wall):
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
-        _positive(
-            surface_energy=self.surface_energy, decay_length=self.decay_length, core_stiffness=self.core_stiffness
-        )
+        for name in ("surface_energy", "decay_length", "core_stiffness"):
+            number(name, getattr(self, name), above=0)
 
     @property
     def core(self) -> float:

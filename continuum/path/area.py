@@ -13,21 +13,20 @@ target, and carried from grid to grid.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from continuum.model.fourier import cut, padded, prolong, restrict
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
+from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import Branch, Outcome, Search, State, event, numbers
-from continuum.solve.cpu.levels import SMALLEST, prolong, restrict
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
+from continuum.solve.solver import Solver
 
-__all__ = ["AtMeanGap", "find_area"]
-
-AtMeanGap = Callable[[ContactProblem, float, Settings, Real | None, Branch], State]
-"""Equilibrium at a mean gap, from a start."""
+__all__ = ["find_area"]
 
 LOOSE, LOOSEST = 100.0, 1e-5
 """Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
@@ -54,14 +53,64 @@ class _Work:
         return state
 
 
+@dataclass(frozen=True)
+class _Aim:
+    """What is looked for, and how."""
+
+    problem: ContactProblem
+    target: float
+    settings: Settings
+    loose: Settings
+    """Of trials."""
+    search: Search
+    branch: Branch
+    solver: Solver
+    work: _Work
+
+    @property
+    def allowed(self) -> float:
+        """Largest difference from the target."""
+        return max(self.search.area_tolerance * self.target, 0.5 / self.problem.grid.size) * (1 + 1e-9)
+
+    def met(self, state: State) -> bool:
+        return abs(state.totals.area_rep - self.target) <= self.allowed
+
+    def short(self, state: State, before: State) -> bool:
+        """Whether a state is on that side of the target on which the one before it is."""
+        sign = 1.0 if before.totals.area_rep < self.target else -1.0
+        return (self.target - state.totals.area_rep) * sign > 0
+
+    def trial(self, mean_gap: float, settings: Settings, start: Real | None, *, near: bool = False) -> State:
+        """Equilibrium at a mean gap; near its start it is looked for in the basin of that only."""
+        # Without adhesion there is one basin only.
+        if near and self.problem.wall.work_of_adhesion > 0:
+            settings = replace(settings, warm_grids=0)
+        state = equilibrium(self.problem, "mean-gap", mean_gap, settings, start, self.branch, self.solver)
+        return self.work.add(state)
+
+    def done(self, state: State, outcome: Outcome | None = None, beyond: State | None = None) -> State:
+        events = () if beyond is None else (event("mean-gap", self.branch, state, beyond),)
+        return replace(
+            state,
+            control="repulsive-area",
+            target=self.target,
+            branch=self.branch,
+            outcome=outcome,
+            beyond=beyond,
+            events=events,
+            search_pairs=max(0.0, self.work.pairs - state.solution.fft_pairs),
+            search_solves=max(0, self.work.solves - 1),
+        )
+
+
 def find_area(
-    at: AtMeanGap,
     problem: ContactProblem,
     target: float,
     settings: Settings,
     search: Search,
     previous: Sequence[State] = (),
     branch: Branch = "start",
+    solver: Solver | None = None,
     *,
     loose: Settings | None = None,
     work: _Work | None = None,
@@ -70,11 +119,11 @@ def find_area(
 
     Parameters
     ----------
-    at : solves at a mean gap.
     search : tolerance of the area, and resolution of a jump over it.
     previous : the last state of the path and, before it, the numbers of another one of it, or of the state beyond a
         jump that it has met; none to begin apart.  A list is left with the last state before the target that was found.
     branch : direction, kept with the state.
+    solver : of this problem's grid and response; one of its own if None.
     loose, work : settings of trials and work so far, where a search is part of another.
 
     Returns
@@ -83,97 +132,97 @@ def find_area(
         With the work of the search apart from that of its own solve.  :attr:`Outcome.JUMPED_OVER` where the area jumps
         over the target: the state is then the one before the jump, and has the one beyond it and the event.
     """
-    size = problem.grid.size
-    allowed = max(search.area_tolerance * target, 0.5 / size) * (1 + 1e-9)
-    work = work or _Work(size)
+    solver, work = solver or solver_of(problem, settings), work or _Work(problem.grid.size)
+    loose = loose or (settings if problem.wall.work_of_adhesion > 0 else _loosened(settings))
+    aim = _Aim(problem, target, settings, loose, search, branch, solver, work)
     known = previous if isinstance(previous, list) else list(previous)
-    adhesive = problem.wall.work_of_adhesion > 0
-    loose = loose or (settings if adhesive else _loosened(settings))
-
-    def trial(mean_gap: float, settings: Settings, start: Real, *, near: bool) -> State:
-        # Without adhesion there is one basin only.
-        settings = replace(settings, warm_grids=0) if near and adhesive else settings
-        return work.add(at(problem, mean_gap, settings, start, branch))
-
-    def met(state: State) -> bool:
-        return abs(state.totals.area_rep - target) <= allowed
-
-    def done(state: State, outcome: Outcome | None = None, beyond: State | None = None) -> State:
-        events = () if beyond is None else (event("mean-gap", branch, state, beyond),)
-        return replace(
-            state,
-            control="repulsive-area",
-            target=target,
-            branch=branch,
-            outcome=outcome,
-            beyond=beyond,
-            events=events,
-            search_pairs=max(0.0, work.pairs - state.solution.fft_pairs),
-            search_solves=max(0, work.solves - 1),
-        )
-
-    def settled() -> State:
-        """The last state to the full tolerance."""
-        return trial(known[0].mean_gap, settings, known[0].gap, near=True)
-
-    now, after, stalled, misled, step = loose, None, False, False, 0.0
+    after = None
     if known:
         older = known[0] if len(known) == 2 else None
         del known[:-1]
-        if met(known[0]):
-            return replace(done(known[0]), solution=replace(known[0].solution, work=(), iterations=0, seconds=0.0))
+        if aim.met(known[0]):
+            return replace(aim.done(known[0]), solution=replace(known[0].solution, work=(), iterations=0, seconds=0.0))
         if older is not None:
-            work.slope = _slope(older, known[0], size)
-            if _beyond(older, known[0], target, branch):
-                after = older
+            work.slope = _slope(older, known[0], problem.grid.size)
+            after = older if _beyond(older, known[0], target, branch) else None
     else:
-        known.append(_apart(at, problem, target, allowed, search, loose, work, branch))
+        known.append(_apart(aim))
         if not known[0].status.ok:
-            return done(known.pop())
-    width, span, slow = np.inf, np.inf, 0
-    while work.solves < MOST_TRIALS:
+            return aim.done(known.pop())
+    return _close_in(aim, known, _Bracket(aim, after))
+
+
+def _close_in(aim: _Aim, known: list[State], bracket: _Bracket) -> State:
+    """Trials from the last state before the target, the one in ``known``, until one of them meets it."""
+    now, misled = aim.loose, False
+    while aim.work.solves < MOST_TRIALS:
         before = known[0]
-        if met(before) and now == settings:
-            return done(before)
-        sign = 1.0 if before.totals.area_rep < target else -1.0
-        if after is not None and (after.totals.area_rep - target) * sign < 0:
-            after = None
-        closed = False
-        if after is None:
-            width, span, slow = np.inf, np.inf, 0
-            step = max(abs(_step(problem, before, target, work.slope)), 2 * step if stalled else search.area_resolution)
-            mean_gap = before.mean_gap - sign * step
-            if before.mean_gap > problem.wall.zero_gap:
-                # Full contact is near a mean gap of zero_gap: not beyond it, where a law ends at its core.
-                mean_gap = max(mean_gap, (before.mean_gap + problem.wall.zero_gap) / 2)
+        if aim.met(before) and now == aim.settings:
+            return aim.done(before)
+        mean_gap, closed = bracket.next(before)
+        if now != aim.settings and (closed or aim.met(before)):
+            # The last state to the full tolerance.
+            now = aim.settings
+            state = aim.trial(before.mean_gap, now, before.gap, near=True)
         else:
-            old, width = width, abs(before.mean_gap - after.mean_gap)
-            wider, span = span, abs(before.totals.area_rep - after.totals.area_rep)
-            # As for all jumps: the change of the area no longer shrinks with the bracket.
-            closed = width <= search.area_resolution * (1.0 if span > 0.75 * wider else 1 / 16)
-            slow += width > old / 2
-            fraction = 1.0 if closed else 0.5 if slow > 1 else _fraction(before, after, target, size)
-            mean_gap = before.mean_gap + fraction * (after.mean_gap - before.mean_gap)
-        if now != settings and (closed or met(before)):
-            now = settings
-            state = settled()
-        else:
-            state = trial(mean_gap, now, before.gap, near=misled or after is not None)
+            state = aim.trial(mean_gap, now, before.gap, near=misled or bracket.after is not None)
             if closed:
-                if state.status.ok and not met(state) and (state.totals.area_rep - target) * sign > 0:
-                    return done(before, Outcome.JUMPED_OVER, state)
-                after, misled = None, True  # by a looser trial, or one over coarser grids, or from another start
+                if state.status.ok and not (aim.met(state) or aim.short(state, before)):
+                    return aim.done(before, Outcome.JUMPED_OVER, state)
+                # The end beyond was found by a looser trial, or one over coarser grids, or from another start.
+                bracket.after, misled = None, True
         if not state.status.ok:
-            return done(state)
-        if closed or met(state) or met(before) or (target - state.totals.area_rep) * sign > 0:
-            stalled = state.totals.area_rep == before.totals.area_rep
+            return aim.done(state)
+        if closed or aim.met(state) or aim.met(before) or aim.short(state, before):
+            bracket.stalled = state.totals.area_rep == before.totals.area_rep
             if state.mean_gap != before.mean_gap:
-                work.slope = _slope(before, state, size)
+                aim.work.slope = _slope(before, state, aim.problem.grid.size)
             known[:] = [state]
         else:
-            after = numbers(state)
+            bracket.after = numbers(state)
         del before, state  # while the next one is looked for, one field is held
-    return done(known[0], Outcome.NOT_FOUND)
+    return aim.done(known[0], Outcome.NOT_FOUND)
+
+
+class _Bracket:
+    """The mean gaps between which the target lies: of the last state before it and, if known, of one beyond it."""
+
+    def __init__(self, aim: _Aim, after: State | None) -> None:
+        self.aim, self.after = aim, after
+        self.width, self.span, self.slow = np.inf, np.inf, 0
+        self.step, self.stalled = 0.0, False
+
+    def next(self, before: State) -> tuple[float, bool]:
+        """Mean gap of the next trial, and whether it is the far end of a bracket that is to be made no narrower."""
+        if self.after is not None and self.aim.short(self.after, before):
+            self.after = None
+        if self.after is None:
+            return self._onward(before), False
+        return self._between(before, self.after)
+
+    def _onward(self, before: State) -> float:
+        """Where the target may be reached; farther if the area did not change on the last step."""
+        problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
+        self.width, self.span, self.slow = np.inf, np.inf, 0
+        guess = abs(_step(problem, before, target, self.aim.work.slope))
+        self.step = max(guess, 2 * self.step if self.stalled else resolution)
+        mean_gap = before.mean_gap - (self.step if before.totals.area_rep < target else -self.step)
+        if before.mean_gap > problem.wall.zero_gap:
+            # Full contact is near a mean gap of zero_gap: not beyond it, where a law ends at its core.
+            mean_gap = max(mean_gap, (before.mean_gap + problem.wall.zero_gap) / 2)
+        return mean_gap
+
+    def _between(self, before: State, after: State) -> tuple[float, bool]:
+        """By the secant, or half the way where that is slow."""
+        old, self.width = self.width, abs(before.mean_gap - after.mean_gap)
+        wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
+        # As for all jumps: the change of the area no longer shrinks with the bracket.
+        closed = self.width <= self.aim.search.area_resolution * (1.0 if self.span > 0.75 * wider else 1 / 16)
+        self.slow += self.width > old / 2
+        fraction = 1.0 if closed else 0.5
+        if not closed and self.slow <= 1:
+            fraction = _fraction(before, after, self.aim.target, self.aim.problem.grid.size)
+        return before.mean_gap + fraction * (after.mean_gap - before.mean_gap), closed
 
 
 def _loosened(settings: Settings) -> Settings:
@@ -224,23 +273,19 @@ def _sample(field: Real) -> Real:
 # --- where no state is known -------------------------------------------------------------------------------
 
 
-def _apart(
-    at: AtMeanGap,
-    problem: ContactProblem,
-    target: float,
-    allowed: float,
-    search: Search,
-    loose: Settings,
-    work: _Work,
-    branch: Branch,
-) -> State:
+def _apart(aim: _Aim) -> State:
     """A state on the approach, at the target or just before."""
-    for part in (1 - search.area_tolerance, 0.8, 0.5):
-        guess = _from_coarser(at, problem, part * target, search, loose, work, branch)
+    problem, target = aim.problem, aim.target
+
+    def short(state: State) -> bool:
+        return state.status.ok and state.totals.area_rep <= target + aim.allowed
+
+    for part in (1 - aim.search.area_tolerance, 0.8, 0.5):
+        guess = _from_coarser(aim, part * target)
         if guess is None:
             break
-        state = work.add(at(problem, guess[0], loose, guess[1], branch))
-        if state.status.ok and state.totals.area_rep <= target + allowed:
+        state = aim.trial(guess[0], aim.loose, guess[1])
+        if short(state):
             return state
         del guess, state
     heights = _sample(problem.heights)
@@ -248,29 +293,27 @@ def _apart(
     def rest(part: float, reach: float) -> State:
         """Where, undeformed, this part of the target would overlap, or ``reach`` above."""
         mean_gap = problem.wall.zero_gap + reach + problem.mean_height - float(np.quantile(heights, part * target))
-        return work.add(at(problem, mean_gap, loose, None, branch))
+        return aim.trial(mean_gap, aim.loose, None)
 
     for part in (0.5, 0.1):
         state = rest(part, 0.0)
-        if state.status.ok and state.totals.area_rep <= target + allowed:
+        if short(state):
             return state
         del state
     return rest(0.0, min(problem.wall.range, 10.0))
 
 
-def _from_coarser(
-    at: AtMeanGap, problem: ContactProblem, target: float, search: Search, loose: Settings, work: _Work, branch: Branch
-) -> tuple[float, Real] | None:
+def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real] | None:
     """Mean gap and gap of the state of that area on the next coarser grid, if that carries the surface."""
-    coarse = _coarser(problem)
+    coarse, loose, search = _coarser(aim.problem, aim.solver.smallest), aim.loose, aim.search
     if coarse is None:
         return None
     rough = replace(loose, tolerance=max(COARSER * loose.tolerance, _loosened(loose).tolerance))
     # Never so rough that the guess says nothing: after many grids the tolerance would exceed the area itself.
     tolerance = max(search.area_tolerance, min(COARSER * search.area_tolerance, 0.3))
     roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * search.area_resolution)
-    found = find_area(at, coarse, target, rough, roughly, (), branch, loose=rough, work=work)
-    return (found.mean_gap, _carried(coarse, problem, found)) if found.solution.status.ok else None
+    found = find_area(coarse, target, rough, roughly, (), aim.branch, loose=rough, work=aim.work)
+    return (found.mean_gap, _carried(coarse, aim.problem, found)) if found.solution.status.ok else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,28 +328,26 @@ class _Cut:
         return self.stiffness_q
 
 
-def _coarser(problem: ContactProblem) -> ContactProblem | None:
+def _coarser(problem: ContactProblem, smallest: int) -> ContactProblem | None:
     """The same contact on every second point, if that still shows four points for each wave."""
     grid, coarse = problem.grid, problem.grid.coarser
-    if coarse is None or coarse.coarser is None or min(coarse.shape) < SMALLEST:
+    if coarse is None or coarse.coarser is None or min(coarse.shape) < smallest:
         return None
     heights_q = grid.forward(problem.heights)
     power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2
     rows, columns = coarse.coarser.shape_q
-    carried = power[np.r_[: rows // 2, grid.shape[0] - rows // 2 : grid.shape[0]], : columns - 1].sum()
+    carried = cut(power, (rows, columns - 1)).sum()
     if carried < (1 - LOST_SLOPE) * power.sum():
         return None
-    coarse_q = coarse.empty_q()
+    coarse_q = padded(coarse.shape_q, np.complex128)
     restrict(heights_q, coarse_q)
-    rows, columns = coarse.shape_q
-    cut = np.r_[: rows // 2, grid.shape[0] - rows // 2 : grid.shape[0]]
-    response = _Cut(problem.stiffness_q[cut, :columns])
+    response = _Cut(cut(problem.stiffness_q, coarse.shape_q))
     return ContactProblem(coarse, problem.wall, coarse.inverse(coarse_q), response)
 
 
 def _carried(coarse: ContactProblem, fine: ContactProblem, state: State) -> Real:
     """The gap of a coarse state on the finer grid."""
-    displacement_q = fine.grid.empty_q()
+    displacement_q = padded(fine.grid.shape_q, np.complex128)
     level = state.mean_gap - coarse.mean_height
     prolong(coarse.grid.forward(coarse.heights + level - state.gap), displacement_q)
     gap = fine.grid.inverse(displacement_q, overwrite=True)

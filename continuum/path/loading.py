@@ -1,9 +1,7 @@
 """Loading: one equilibrium at a given control, and paths of them, each started from those before it.
 
-Control is by separation, mean gap, mean pressure or repulsive area.  Two models with different mean compliance are
-compared at equal mean gap: there the mean mode takes no part, and the separation follows from the mean pressure P as
-``separation = mean gap - mean height - P/K_0`` (no value where the mean is free).  At given mean pressure the mean is
-free and a uniform pressure presses: one solve as well.  A given area is searched for: :mod:`continuum.path.area`.
+Control is by separation, mean gap or mean pressure, each one solve (:mod:`continuum.path.equilibrium`), or by repulsive
+area, which is searched for (:mod:`continuum.path.area`).  The arrays of the solver are those of the whole path.
 """
 
 from __future__ import annotations
@@ -13,10 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from continuum.arguments import field
 from continuum.measure.contact import Totals
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.area import find_area
+from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import (
     Branch,
     Control,
@@ -24,6 +24,7 @@ from continuum.path.state import (
     Outcome,
     Search,
     State,
+    check_target,
     coordinate,
     event,
     gone,
@@ -31,13 +32,10 @@ from continuum.path.state import (
     numbers,
     state_of,
 )
-from continuum.solve.hard import constrain
-from continuum.solve.smooth import Settings, Solution, Status, Work, minimise
+from continuum.solve.solution import Settings
+from continuum.solve.solver import Solver
 
 __all__ = ["Branch", "Control", "Search", "State", "follow", "solve"]
-
-STRETCH = 50
-"""Under tension a solve is looked at after so many iterations."""
 
 
 def solve(
@@ -48,6 +46,7 @@ def solve(
     start: Real | None = None,
     branch: Branch = "start",
     search: Search | None = None,
+    solver: Solver | None = None,
 ) -> State:
     """Equilibrium at one separation, mean gap, mean pressure or repulsive area.
 
@@ -60,6 +59,7 @@ def solve(
         the side on which the start lies.  Under given mean pressure and mean gap its mean does not matter.
     branch : name of the direction of loading, kept with the state.
     search : how closely a given area is met.
+    solver : of this problem's grid and response, where several states are wanted; one of its own if None.
 
     Returns
     -------
@@ -67,95 +67,13 @@ def solve(
         Look at its status: a tension may be too large to be held (:attr:`Outcome.PULLED_OFF`), an area may be jumped
         over (:attr:`Outcome.JUMPED_OVER`).
     """
-    if control == "repulsive-area":
-        previous = [] if start is None else [state_of(problem, "mean-gap", problem.grid.mean(start), branch, start)]
-        return find_area(_at_mean_gap, problem, target, settings, search or Search(), previous, branch)
-    if control == "mean-pressure" and target < 0 and start is None:
-        # Surfaces apart hold no tension: it is applied to what rests at zero load.
-        rest = solve(problem, control, 0.0, settings, None, branch)
-        if not rest.status.ok:
-            return replace(rest, target=target)
-        pulled = solve(problem, control, target, settings, rest.gap, branch)
-        return replace(pulled, search_pairs=rest.solution.fft_pairs, search_solves=1)
-    lift, mean, pressure = target, problem.mean_stiffness, 0.0
-    if control == "mean-gap":
-        # The mean displacement is given; which separation and base belong to it is found afterwards.
-        lift, mean = target - problem.mean_height, np.inf
-    elif control == "mean-pressure":
-        # The mean displacement is free, and counted from first touch.
-        lift, mean, pressure = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
-    if pressure < 0 and problem.wall.largest_tension == 0:
-        return gone(problem, target, branch)
-    if pressure < 0 and mean == 0:
-        solution = _pull(problem, lift, start, settings, pressure)
-        if not _may_hold(problem, solution.gap, -pressure):
-            return gone(problem, target, branch, solution)
-    else:
-        solution = _minimise(problem, lift, mean, pressure, start, settings)
-    if solution.status.ok and solution.gap.min() < problem.wall.core:
-        solution = replace(solution, status=Status.BELOW_CORE)
-    return state_of(problem, control, target, branch, solution)
-
-
-def _at_mean_gap(
-    problem: ContactProblem, target: float, settings: Settings, start: Real | None, branch: Branch
-) -> State:
-    return solve(problem, "mean-gap", target, settings, start, branch)
-
-
-def _minimise(
-    problem: ContactProblem, lift: float, mean: float, pressure: float, start: Real | None, settings: Settings
-) -> Solution:
-    """Where the solver is chosen: by whether the wall has a law, or only a bound."""
-    grid, stiffness_q, law, heights = problem.grid, problem.stiffness_q, problem.wall.law, problem.heights
-    posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
-    if law is None:
-        return constrain(grid, stiffness_q, heights, start, settings, **posed)
-    return minimise(grid, stiffness_q, law, heights, start, settings, **posed)
-
-
-def _pull(problem: ContactProblem, lift: float, start: Real | None, settings: Settings, pressure: float) -> Solution:
-    """Minimise under a tension, by stretches: a surface that has left the wall would fly on to the last iteration.
-
-    What a coarser grid does not hold this one may.
-    """
-    done: Solution | None = None
-    while True:
-        left = settings.max_iterations - (done.iterations if done else 0)
-        stretch = replace(settings, max_iterations=min(left, STRETCH), warm_grids=0)
-        last = _minimise(problem, lift, 0.0, pressure, start, stretch)
-        done = last if done is None else _joined(done, last)
-        ended = last.status is not Status.ITERATION_LIMIT or done.iterations >= settings.max_iterations
-        if ended or not _may_hold(problem, last.gap, -pressure):
-            return done
-        start = last.gap
-
-
-def _joined(first: Solution, second: Solution) -> Solution:
-    """The second of two stretches, with the work of both."""
-    work = tuple(
-        Work(a.shape, a.fft_pairs + b.fft_pairs, a.sweeps + b.sweeps, a.fft_seconds + b.fft_seconds)
-        for a, b in zip(first.work, second.work, strict=True)
-    )
-    return replace(
-        second,
-        iterations=first.iterations + second.iterations,
-        work=work,
-        seconds=first.seconds + second.seconds,
-        history=first.history + second.history,
-    )
-
-
-def _may_hold(problem: ContactProblem, gap: Real, tension: float) -> bool:
-    """Whether the law pulls as hard as the mean tension asks for at any gap from the smallest one on.
-
-    Where it does not, no point pulls as hard as the mean should, and moving away makes it worse: the surface has left.
-    """
-    nearest = float(gap.min())
-    if not np.isfinite(nearest):
-        return not np.isposinf(nearest)  # a failure of another kind
-    end = max(nearest, min(problem.wall.reach, nearest + 20.0))
-    return -float(problem.wall.evaluate(np.linspace(nearest, end, 2001)).traction.min()) >= tension
+    check_target(control, target)
+    if start is not None:
+        field("start", start, problem.grid.shape)
+    if control != "repulsive-area":
+        return equilibrium(problem, control, target, settings, start, branch, solver)
+    previous = [] if start is None else [state_of(problem, "mean-gap", problem.grid.mean(start), branch, start)]
+    return find_area(problem, target, settings, search or Search(), previous, branch, solver)
 
 
 # --- paths -------------------------------------------------------------------------------------------------
@@ -168,6 +86,7 @@ def follow(
     settings: Settings,
     previous: Sequence[State] = (),
     search: Search | None = None,
+    solver: Solver | None = None,
 ) -> Iterator[State]:
     """Equilibria at each target in turn, in the order given.
 
@@ -181,28 +100,30 @@ def follow(
         (:func:`continuum.path.state.numbers`), in order.  A list is kept up to date: what it holds after each state is
         all that the next one needs.  No other field is held.
     search : how closely areas are met and jumps are looked for.
+    solver : of this problem's grid and response, where it serves longer than the path; one of its own if None.
 
     Yields
     ------
     State
         One for each target, converged or not: look at its status.
     """
-    search = search or Search()
+    search, solver = search or Search(), solver or solver_of(problem, settings)
     good = previous if isinstance(previous, list) else list(previous)
     lost = good[-1] if good and good[-1].outcome is Outcome.PULLED_OFF else None
     good[:] = [state for state in good if state.status.ok][-2:]
     for target in targets:
+        check_target(control, target)
         branch = _branch(control, target, good)
         if lost is not None and control == "mean-pressure" and target <= lost.target:
             yield gone(problem, target, branch)
             continue
         if control == "repulsive-area":
-            state = find_area(_at_mean_gap, problem, target, settings, search, good, branch)
+            state = find_area(problem, target, settings, search, good, branch, solver)
         elif good and search.event_resolution is not None and problem.wall.work_of_adhesion > 0:
-            state = _walk(problem, control, target, settings, good, branch, search)
+            state = _walk(problem, control, target, settings, good, branch, search, solver)
         else:
             start = _shifted(problem, control, good[-1], target) if good else None
-            state = solve(problem, control, target, settings, start, branch)
+            state = equilibrium(problem, control, target, settings, start, branch, solver)
             del start
         lost = state if state.outcome is Outcome.PULLED_OFF else None
         if lost is not None and good and not state.events:
@@ -241,6 +162,7 @@ def _walk(
     good: list[State],
     branch: Branch,
     search: Search,
+    solver: Solver,
 ) -> State:
     """State at a target, with the jumps on the way to it; the last state before it is kept in ``good``.
 
@@ -263,7 +185,9 @@ def _walk(
 
     while True:
         at = target if abs(step) >= abs(target - here) else here + step
-        trial = solve(problem, control, at, settings, _shifted(problem, control, good[-1], at), branch)
+        start = _shifted(problem, control, good[-1], at)
+        trial = equilibrium(problem, control, at, settings, start, branch, solver)
+        del start
         settings = replace(settings, warm_grids=0)
         left = trial.outcome is Outcome.PULLED_OFF
         if not (left or trial.status.ok):

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
+from continuum.arguments import choice, number
 from continuum.measure.contact import Totals, totals_of
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
-from continuum.solve.smooth import NotConvergedError, Solution, Status
+from continuum.solve.solution import NotConvergedError, Solution, Status
 
 __all__ = [
     "Branch",
@@ -22,6 +23,7 @@ __all__ = [
     "Search",
     "Side",
     "State",
+    "check_target",
     "coordinate",
     "event",
     "gone",
@@ -31,6 +33,7 @@ __all__ = [
 ]
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
+CONTROLS: tuple[Control, ...] = get_args(Control)
 Branch = Literal["start", "approach", "retract"]
 EventKind = Literal["jump-in", "jump-out", "pull-off"]
 
@@ -67,6 +70,28 @@ class Search:
     area_resolution: float = 1e-3
     event_resolution: float | None = None
     event_threshold: float = 0.01
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        number("area_tolerance", self.area_tolerance, above=0, below=1)
+        number("area_resolution", self.area_resolution, above=0)
+        if self.event_resolution is not None:
+            number("event_resolution", self.event_resolution, above=0)
+        number("event_threshold", self.event_threshold, above=0, below=1)
+
+
+def check_target(control: Control, target: float) -> None:
+    """Refuse a control that there is not, and a target that no state can have.
+
+    Raises
+    ------
+    ArgumentError
+        If the control is none of :data:`Control`, or the target no finite number, or an area outside of 0 to 1.
+    """
+    if choice("control", control, CONTROLS) == "repulsive-area":
+        number("repulsive-area", target, above=0, below=1)
+    else:
+        number(control, target)
 
 
 class Side(NamedTuple):

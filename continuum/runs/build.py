@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
+from continuum.arguments import ArgumentError
 from continuum.files.tables import Fault, Table, refuse
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.resolution import unresolved
+from continuum.model.resolution import check_slope, steep, unresolved
 from continuum.model.surface import Moments, moments
 from continuum.runs.config import RunConfig
 from continuum.solve.solution import Settings
 
-__all__ = ["Cost", "System", "build", "cost_of"]
+__all__ = ["Cost", "System", "build", "cost_of", "physical_memory"]
 
 # Peak memory of a run in bytes: the libraries, and per grid point; seen: 83 with a law (4096²), 110 with a hard wall.
 _BYTES, _BYTES_PER_POINT = 2.5e8, 115
@@ -80,7 +82,7 @@ def build(config: RunConfig) -> System:
     ConfigError
         If the run does not fit into memory, or a file does not hold what it should.
     """
-    needed, available = cost_of(config).memory, _physical_memory()
+    needed, available = cost_of(config).memory, physical_memory()
     if needed > available:
         cause = "too many points of the grid, or of the path with output.fields"
         limit = f"a run that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
@@ -99,13 +101,14 @@ def build(config: RunConfig) -> System:
         raise refuse(config, *faults)
 
     realised = moments(grid, heights)
-    if not 0 < realised.rms_slope < np.inf:
-        what = f"heights with a finite slope, which the tolerance refers to, not {realised.rms_slope:g}"
-        raise refuse(config, Fault(("surface", config.surface.origin), what, "a flat or enormous surface"))
+    try:
+        check_slope(realised.rms_slope)
+    except ArgumentError as error:
+        raise refuse(config, _unusable("surface", config.surface, error)) from None
     problem = ContactProblem(grid, wall, heights, config.substrate.build())
     _check_mean_gaps(config, problem)
     expected = config.surface.expected(grid)
-    warned = tuple(unresolved(problem, realised.rms_slope, config.surface.shortest))
+    warned = (*steep(realised.rms_slope), *unresolved(problem, realised.rms_slope, config.surface.shortest))
     return System(config, problem, realised, expected, config.solver.build(realised.rms_slope), warned)
 
 
@@ -125,8 +128,15 @@ def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:
             raise refuse(config, Fault((*place.split("."), "targets"), expected, cause))
 
 
-def _physical_memory() -> float:
+def physical_memory() -> float:
+    """Memory that this process may use, in bytes: that of the machine, or what a batch system allows of it."""
+    allowed = float(os.environ.get("SLURM_MEM_PER_NODE", "inf")) * 2**20
     try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
+        allowed = min(allowed, float(limit) if limit.isdecimal() else allowed)
+    except OSError:
+        pass
+    try:
+        return min(allowed, float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")))
     except (ValueError, OSError, AttributeError):
-        return float("inf")
+        return allowed

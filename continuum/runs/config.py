@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
+from continuum.errors import InputError
 from continuum.files.tables import Document, Table, check
 from continuum.files.toml import Fault
 from continuum.path.state import Control, Search
@@ -58,8 +59,9 @@ class LoadingTable(Table):
     """whether to go back through the same values"""
     retraction: RetractionTable | None = None
     """another way back, instead of retract"""
-    area_tolerance: Unit = 0.01
-    """largest relative difference from a given repulsive area; half a point of the grid always counts as met"""
+    area_tolerance: Unit | Annotated[tuple[Unit, ...], Field(min_length=1)] = 0.01
+    """largest relative difference from a given repulsive area, or one for each target; half a point of the grid always
+    counts as met"""
     area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
     """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
@@ -76,9 +78,16 @@ class LoadingTable(Table):
         return ((self.control, self.targets + (self.targets[-2::-1] if self.retract else ())),)
 
     @property
-    def search(self) -> Search:
-        """How closely areas are met and jumps are looked for."""
-        return Search(self.area_tolerance, self.area_resolution, self.event_resolution, self.event_threshold)
+    def stretches(self) -> Iterator[tuple[Control, tuple[float, ...], Search]]:
+        """The legs, cut where areas are to be met more or less closely from there on."""
+        resolutions = self.area_resolution, self.event_resolution, self.event_threshold
+        for control, targets in self.legs:
+            if isinstance(self.area_tolerance, float):
+                yield control, targets, Search(self.area_tolerance, *resolutions)
+                continue
+            each = zip(targets, self.area_tolerance + self.area_tolerance[-2::-1], strict=False)
+            for tolerance, group in itertools.groupby(each, key=lambda pair: pair[1]):
+                yield control, tuple(target for target, _ in group), Search(tolerance, *resolutions)
 
     @property
     def points(self) -> int:
@@ -88,6 +97,14 @@ class LoadingTable(Table):
     @check
     def _approaching(self) -> Iterator[Fault]:
         yield from _unordered(self.control, self.targets, nearer=True)
+
+    @check
+    def _a_tolerance_for_each(self) -> Iterator[Fault]:
+        if isinstance(self.area_tolerance, tuple) and len(self.area_tolerance) != len(self.targets):
+            expected = f"one number, or one for each target: {len(self.targets)}"
+            yield Fault(("area_tolerance",), expected)
+        if isinstance(self.area_tolerance, tuple) and self.retraction is not None:
+            yield Fault(("area_tolerance",), "one number, where [loading.retraction] has targets of its own")
 
     @check
     def _one_way_back(self) -> Iterator[Fault]:
@@ -112,7 +129,7 @@ class RunConfig(Document):
     """The input of ``continuum run``."""
 
     result_schema: ClassVar[str] = "stickiness/continuum-run"
-    result_version: ClassVar[int] = 2
+    result_version: ClassVar[int] = 3
     not_identity: ClassVar[frozenset[str]] = frozenset({"output"})
 
     grid: GridTable
@@ -129,6 +146,21 @@ class RunConfig(Document):
     """tolerance and iterations"""
     output: OutputTable = OutputTable()
     """what is stored"""
+
+    def on(self, device: str) -> Self:
+        """The same run on another device.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        try:
+            solver = SolverTable.model_validate({**dict(self.solver), "device": device})
+        except ValidationError as error:
+            msg = f"there is no device {device!r}; allowed: {error.errors()[0]['msg']}"
+            raise InputError(msg) from error
+        return self.model_copy(update={"solver": solver})
 
     @check
     def _resolved(self) -> Iterator[Fault]:

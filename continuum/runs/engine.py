@@ -7,19 +7,28 @@ computes, and what is in its file, this module does not know.
 from __future__ import annotations
 
 import os
+import pickle
+import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait as wait_for
 from pathlib import Path
 
-__all__ = ["Ended", "Job", "Task", "run_tasks"]
+import numpy as np
+
+from continuum.arguments import count
+from continuum.errors import StickinessError
+
+__all__ = ["DIED", "Ended", "Job", "Task", "run_tasks", "timed"]
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 DIED = "its process died: killed, or out of memory"
+"""Why a task failed whose process did not live to say it."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +40,13 @@ class Task:
     path : the file that it writes, whole or not at all.
     label : of it, for people.
     cost : in any unit; the longest are begun first.
+    memory : that it needs, in bytes.
     """
 
     path: Path
     label: str
     cost: float = 1.0
+    memory: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -55,13 +66,25 @@ class Ended:
         """Whether its file is there."""
         return not self.reason
 
+    @property
+    def found(self) -> bool:
+        """Whether its file was there already."""
+        return self.ok and self.seconds == 0
+
 
 Job = Callable[[Task], None]
 """What a task does: a function of a module, or a partial one, since it travels to another process."""
 
 
 def run_tasks(
-    tasks: Iterable[Task], work: Job, is_done: Callable[[Task], bool], *, workers: int = 1, threads: int = 1
+    tasks: Iterable[Task],
+    work: Job,
+    is_done: Callable[[Task], bool],
+    *,
+    workers: int = 1,
+    threads: int = 1,
+    scheduler_file: Path | None = None,
+    memory: float = np.inf,
 ) -> Generator[Ended, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
@@ -70,14 +93,18 @@ def run_tasks(
     tasks : in any order.
     work : writes the file of a task.
     is_done : looks at the file of a task; asked once, before anything is begun.
-    workers : processes.
+    workers : processes of this machine.
     threads : that the libraries of each process may use.
+    scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
+    memory : in bytes; of the tasks that run at once, all but the first fit into it together.
 
     Yields
     ------
     Ended
         Of each task: those found done first, the others as they end.
     """
+    count("workers", workers)
+    count("threads", threads)
     todo = []
     for task in tasks:
         if is_done(task):
@@ -85,31 +112,44 @@ def run_tasks(
         else:
             todo.append(task)
     todo.sort(key=lambda task: -task.cost)
+    if scheduler_file is not None:
+        from continuum.runs.cluster import on_cluster
+
+        yield from on_cluster(todo, work, scheduler_file)
+        return
     with _threads(threads):
-        suspects = yield from _in_parallel(todo, work, workers)
+        suspects = yield from _in_parallel(todo, work, workers, memory)
         # Whose process died is not known where several ran: one by one it shows.
         for task in suspects:
-            if (yield from _in_parallel([task], work, 1)):
+            if (yield from _in_parallel([task], work, 1, memory)):
                 yield Ended(task, 0.0, DIED)
 
 
-def _in_parallel(todo: list[Task], work: Job, workers: int) -> Generator[Ended, None, list[Task]]:
+def _in_parallel(todo: list[Task], work: Job, workers: int, memory: float) -> Generator[Ended, None, list[Task]]:
     """Run tasks until all have ended; returns those whose process died."""
     waiting, suspects = list(reversed(todo)), list[Task]()
+
+    def next_fitting(running: Iterable[Task]) -> int | None:
+        """Index of the longest task that fits beside those that run."""
+        held = [task.memory for task in running]
+        fits = (i for i in reversed(range(len(waiting))) if not held or sum(held) + waiting[i].memory <= memory)
+        return next(fits, None)
+
     while waiting:
         # "spawn": a forked copy of a process that has threads, or MPI, is undefined.
-        with ProcessPoolExecutor(min(workers, len(waiting)), mp_context=get_context("spawn")) as pool:
+        context = get_context("spawn")
+        with ProcessPoolExecutor(min(workers, len(waiting)), mp_context=context, initializer=_with_parent) as pool:
             running: dict[Future[float], Task] = {}
             alive = True
             try:
                 while alive and (running or waiting):
-                    while alive and waiting and len(running) < workers:
+                    while alive and len(running) < workers and (i := next_fitting(running.values())) is not None:
                         try:
-                            future = pool.submit(_timed, work, waiting[-1])
+                            future = pool.submit(timed, work, waiting[i])
                         except BrokenProcessPool:
                             alive = False
                         else:
-                            running[future] = waiting.pop()
+                            running[future] = waiting.pop(i)
                     for future in wait(running, return_when=FIRST_COMPLETED).done:
                         task, error = running.pop(future), future.exception()
                         if isinstance(error, BrokenProcessPool):
@@ -128,10 +168,32 @@ def _in_parallel(todo: list[Task], work: Job, workers: int) -> Generator[Ended, 
     return suspects
 
 
-def _timed(work: Job, task: Task) -> float:
+def _with_parent() -> None:
+    """End this process when the one that started it has died: it would wait for work for ever."""
+    parent = parent_process()
+    if parent is not None:
+        threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
+
+
+def timed(work: Job, task: Task) -> float:
+    """Do a task; returns the seconds that it took."""
     began = time.perf_counter()
-    work(task)
+    try:
+        work(task)
+    except Exception as error:
+        if _travels(error):
+            raise
+        raise StickinessError(f"{type(error).__name__}: {error}") from None
     return time.perf_counter() - began
+
+
+def _travels(error: Exception) -> bool:
+    """Whether another process can read an exception; one that it cannot would break the pool."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return False
+    return True
 
 
 @contextmanager

@@ -16,8 +16,12 @@ from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map,
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Event, EventKind, Outcome, Side, State, gone, numbers
 from continuum.solve.solution import Solution, Status, Work
+from continuum.solve.solver import Solver
 
 __all__ = ["EVENT_DATASETS", "Passed", "Point", "Record", "events_of", "points_of"]
+
+
+_OF_SOLUTION = ("residual", "duality_gap", "lowest_eigenvalue", "iterations", "fft_pairs", "sweeps")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +37,8 @@ class Point(Totals):
     lowest_load_mean_gap: float = quantity("a0", "mean gap there")
     elastic_energy: float = quantity("E* a0", "elastic energy per area, without the mean mode")
     residual: float = quantity("E*", "root-mean-square residual traction")
+    duality_gap: float = quantity("E* a0", "bound on the error of the energy per area, under a hard wall; else NaN")
+    lowest_eigenvalue: float = quantity("E*/a0", "lowest eigenvalue of the Hessian, where it was asked for; else NaN")
     iterations: int = quantity("1", "iterations of the solver")
     fft_pairs: float = quantity("1", "Fourier transforms, halved, of all grids, weighted by their points")
     sweeps: int = quantity("1", "evaluations of the line search, finest grid")
@@ -41,16 +47,16 @@ class Point(Totals):
     status: str = quantity("", "how the solve ended")
 
     @classmethod
-    def of(cls, problem: ContactProblem, state: State) -> Point:
+    def of(cls, problem: ContactProblem, state: State, solver: Solver) -> Point:
         """The numbers of a state."""
         solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
         return cls(
             **vars(state.totals),
             **{name: getattr(state, name) for name in ("control", "target", "branch", "separation", "mean_gap")},
-            **{name: getattr(solution, name) for name in ("residual", "iterations", "fft_pairs", "sweeps")},
+            **{name: getattr(solution, name) for name in _OF_SOLUTION},
             lowest_load=lowest[0],
             lowest_load_mean_gap=lowest[1],
-            elastic_energy=_elastic_energy(problem, state),
+            elastic_energy=_elastic_energy(problem, state, solver),
             search_pairs=state.search_pairs,
             search_solves=state.search_solves,
             status=state.status.name,
@@ -92,13 +98,13 @@ class Record:
     good: list[State] = field(default_factory=list)
     """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
 
-    def append(self, problem: ContactProblem, state: State) -> None:
-        """Add a point of the path."""
-        self.points.append(Point.of(problem, state))
+    def append(self, problem: ContactProblem, state: State, solver: Solver) -> None:
+        """Add a point of the path; the solver is that of the path, in whose arrays the elastic energy is found."""
+        self.points.append(Point.of(problem, state, solver))
         self.events += [Passed(len(self.points) - 1, event) for event in state.events]
-        kind = contact_map(problem.wall, state.gap)
-        self.repulsive.append(store.pack(kind == REPULSIVE))
-        self.attracted.append(store.pack(kind == ATTRACTED))
+        repulsive, attracted = _contact(problem, state)
+        self.repulsive.append(repulsive)
+        self.attracted.append(attracted)
         if self.fields:
             self.gaps.append(state.gap.astype(np.float32))
         self.work.append(state.solution.work)
@@ -208,6 +214,7 @@ class Record:
             self.good.append(gone(problem, last.target, cast("Branch", last.branch)))
 
 
+_ROWS = 256
 _EVENT_NAMES = ("kind", "control", "branch")
 _SIDE_UNITS: Mapping[str, str] = {
     "value": "", "separation": "a0", "mean_gap": "a0", "area_rep": "1", "area_att": "1", "load": "E*"
@@ -253,17 +260,19 @@ def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
     ]
 
 
-def _elastic_energy(problem: ContactProblem, state: State) -> float:
+def _contact(problem: ContactProblem, state: State) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Masks of the repulsive contact and of the attracted area, packed; row by row, since a grid may be large."""
+    rows = range(0, problem.grid.shape[0], _ROWS)
+    kinds = (contact_map(problem.wall, state.gap[row : row + _ROWS]) for row in rows)
+    masks = [(store.pack(kind == REPULSIVE), store.pack(kind == ATTRACTED)) for kind in kinds]
+    repulsive, attracted = (np.concatenate(parts) for parts in zip(*masks, strict=True))
+    return repulsive, attracted
+
+
+def _elastic_energy(problem: ContactProblem, state: State, solver: Solver) -> float:
     """Elastic energy per area without the mean mode, in E* a0."""
-    if state.outcome is Outcome.PULLED_OFF:
-        return 0.0
-    fluctuation_q = problem.grid.forward(problem.heights - state.gap)
-    power = fluctuation_q.real**2 + fluctuation_q.imag**2
-    power *= problem.grid.mode_weights
-    with np.errstate(invalid="ignore"):  # a clamped mean
-        power *= problem.stiffness_q
-    power[0, 0] = 0.0
-    return 0.5 * float(power.sum())
+    pulled_off = state.outcome is Outcome.PULLED_OFF
+    return 0.0 if pulled_off else solver.elastic_energy(problem.heights, state.gap)
 
 
 def _times(seconds: list[tuple[float, float]], column: int, what: str) -> Dataset:

@@ -27,7 +27,7 @@ from continuum.runs.walls import TableWall
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Result"]
+__all__ = ["Result", "wall_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Result:
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "wall/gap", "wall/traction"}
         file = store.read(path, RunConfig.result_schema, RunConfig.result_version, names)
         config = restored(RunConfig, str(file.attributes["config_resolved"]))
-        return cls(path, config, file.attributes, points_of(file), events_of(file), _wall_of(path, config, file))
+        return cls(path, config, file.attributes, points_of(file), events_of(file), wall_of(path, config, file))
 
     @property
     def identity(self) -> str:
@@ -109,6 +109,12 @@ class Result:
         stored = store.read_part(self.path, "gap", index)
         return None if stored is None else stored.astype(np.float64)
 
+    def heights(self) -> Real | None:
+        """Heights of the wall, shape ``grid.shape``, in a0, from single precision; None if the run stored no fields."""
+        names = {"heights"}
+        file = store.read(self.path, RunConfig.result_schema, RunConfig.result_version, names)
+        return file["heights"].astype(np.float64) if names <= set(file.datasets) else None
+
     def to_xarray(self) -> xarray.Dataset:
         """All of it as xarray has it, with named axes and units, read when it is used.
 
@@ -125,7 +131,14 @@ class Result:
         return xarray.open_dataset(self.path, engine="h5netcdf")
 
 
-def _wall_of(path: Path, config: RunConfig, file: store.File) -> Wall:
+def wall_of(path: Path, config: RunConfig, file: store.File) -> Wall:
+    """The wall of a stored run.
+
+    Raises
+    ------
+    StoreError
+        If it is a table that the file does not hold.
+    """
     if not isinstance(config.wall, TableWall):
         return config.wall.build()
     if "wall/gap" not in file.datasets:

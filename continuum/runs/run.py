@@ -6,7 +6,6 @@ stopped, however, goes on where it was and ends as if nothing had happened, bit 
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -15,23 +14,22 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import store
+from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import identity, resolved
 from continuum.model.tabulated_wall import TabulatedWall
+from continuum.path.equilibrium import solver_of
 from continuum.path.loading import State, follow
 from continuum.runs.build import System, build
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.runs.surfaces import SelfAffineSurface
+from continuum.solve.backend import back_end
+from continuum.solve.solver import Solver
 
-__all__ = ["OutputError", "Progress", "run"]
-
-
-class OutputError(ValueError):
-    """The result cannot be stored where it should be: the message says why and what helps."""
-
+__all__ = ["Progress", "run"]
 
 Progress = Callable[[Point, int, int], None]
 """Called after each point with what it is, how many are done, and how many there are."""
@@ -44,6 +42,7 @@ def run(
     force: bool = False,
     progress: Progress | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
+    every: float = 0.0,
 ) -> Result:
     """Follow the path of a configuration and store the result.
 
@@ -51,33 +50,43 @@ def run(
     ----------
     config : what to do.
     path : the result.  If it holds the same run finished, nothing is done; unfinished, it is continued.
-    force : start anew, whatever the file holds.
+    force : start anew, if the file holds a result of an earlier run.
     progress : see :data:`Progress`.
     warn : called with what the grid does not resolve, before the first point; it is stored as well.
+    every : seconds between two writings; a run that is stopped meanwhile does the points after the last one again.
 
     Raises
     ------
     ConfigError
         If the configuration cannot be run.
+    InputError
+        If this machine has not the device that the solver shall run on.
     OutputError
-        If the file holds another run, or cannot be written.
+        If the file holds something else, is an input, is being written by another process, or cannot be written.
     """
     start = time.perf_counter()
     key = identity(config)
+    distinct(path, config.files)
     system = build(config)
-    record, finished = (_nothing(config), False) if force else _stored(system, path, key)
-    resumed = len(record.points)
+    record, finished = _stored(system, path, key, force=force)
+    caution = back_end(system.settings.device).CAUTION if not finished else ""
     if warn is not None:
-        warn(system.warnings)
-    if not finished:
-        _prepare(path)
-        since = time.perf_counter()
-        for state in _states(system, record):
-            record.append(system.problem, state)
+        warn([*system.warnings, *([caution] if caution else [])])
+    if finished:
+        return replace(Result.read(path), resumed=len(record.points), seconds=time.perf_counter() - start)
+    with reserved(path):
+        record, _ = _stored(system, path, key, force=force)  # again, now that nobody else writes it
+        resumed, since = len(record.points), time.perf_counter()
+        written = since
+        solver = solver_of(system.problem, system.settings)
+        for state in _states(system, record, solver):
+            record.append(system.problem, state, solver)
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
             done = len(record.points)
             del state  # its fields are those of the record, or no longer needed
-            _write(record, system, path, key, resumed)
+            if done == config.loading.points or time.perf_counter() - written >= every:
+                _write(record, system, path, key, resumed)
+                written = time.perf_counter()
             if progress is not None:
                 progress(record.points[-1], done, config.loading.points)
             since = time.perf_counter()
@@ -88,27 +97,16 @@ def _nothing(config: RunConfig) -> Record:
     return Record(config.output.fields)
 
 
-def _states(system: System, record: Record) -> Iterator[State]:
+def _states(system: System, record: Record, solver: Solver) -> Iterator[State]:
     """The points of the path that are still to be done."""
     loading, done = system.config.loading, len(record.points)
-    for control, targets in loading.legs:
+    for control, targets, search in loading.stretches:
         if done < len(targets):
             if done > 0:
                 record.remember_lost(system.problem)
-            yield from follow(system.problem, control, targets[done:], system.settings, record.good, loading.search)
+            left = targets[done:]
+            yield from follow(system.problem, control, left, system.settings, record.good, search, solver)
         done = max(0, done - len(targets))
-
-
-def _prepare(path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        store.remove_stale(path)
-    except OSError as error:
-        msg = f"{path.parent}: no folder for results can be made there ({error})"
-        raise OutputError(msg) from error
-    if not os.access(path.parent, os.W_OK) or path.is_dir():
-        msg = f"{path}: cannot be written there; choose another folder with --output"
-        raise OutputError(msg)
 
 
 def _write(record: Record, system: System, path: Path, key: str, resumed: int) -> None:
@@ -128,10 +126,7 @@ def _write(record: Record, system: System, path: Path, key: str, resumed: int) -
         heights = system.problem.heights.astype(np.float32)
         datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
     attributes = {**_attributes(system, key, finished), **record.attributes(), "journal/resumed_at": resumed}
-    try:
-        store.write(path, datasets, attributes)
-    except store.StoreError as error:
-        raise OutputError(str(error)) from error
+    store.write(path, datasets, attributes)
 
 
 def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute]:
@@ -154,6 +149,7 @@ def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute
         **{f"realised_{name}": value for name, value in system.realised._asdict().items()},
         **provenance(),
         **journal(),
+        **_device(system.settings.device),
     }
     if system.expected is not None:
         attributes |= {f"expected_{name}": value for name, value in system.expected._asdict().items()}
@@ -162,22 +158,17 @@ def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute
     return attributes
 
 
-def _stored(system: System, path: Path, key: str) -> tuple[Record, bool]:
+def _device(name: str) -> dict[str, Attribute]:
+    """What a result names as its device; nothing where it is the CPU, whose kinds all find the same."""
+    return {} if name == "cpu" else {"device": name, "journal/machine": back_end(name).machine()}
+
+
+def _stored(system: System, path: Path, key: str, *, force: bool) -> tuple[Record, bool]:
     """What a file holds of this run, and whether that is all of it."""
     config = system.config
-    if not path.exists():
+    file = store.earlier(path, config.result_schema, config.result_version, key, force=force)
+    if file is None:
         return _nothing(config), False
-    try:
-        file = store.read(path, config.result_schema, config.result_version)
-    except store.StoreError as error:
-        msg = f"{error}\n    It is in the way of the result: move it, or start anew with --force"
-        raise OutputError(msg) from error
-    if file.attributes.get("identity") != key:
-        msg = (
-            f"{path}: holds another run (other physics, solver settings or input data)\n"
-            "    Choose another folder with --output, or start anew with --force"
-        )
-        raise OutputError(msg)
     if config.output.fields and "gap" not in file.datasets:
         return _nothing(config), False  # the same numbers again, this time with fields
     record = Record.restored(system.problem, file, fields=config.output.fields)

@@ -12,10 +12,19 @@ from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.files.tables import InputFile, Positive, Table, check
 from continuum.files.toml import Fault
 from continuum.model.grid import Grid, Real
-from continuum.model.surface import Moments, SelfAffine, sine, sphere
+from continuum.model.surface import Moments, SelfAffine, cylinder, punch, sine, sphere
 from continuum.runs.tables import LARGEST_N, Unit, pair
 
-__all__ = ["FileSurface", "SelfAffineSurface", "SelfAffineTable", "SineSurface", "SphereSurface", "SurfaceTable"]
+__all__ = [
+    "CylinderSurface",
+    "FileSurface",
+    "PunchSurface",
+    "SelfAffineSurface",
+    "SelfAffineTable",
+    "SineSurface",
+    "SphereSurface",
+    "SurfaceTable",
+]
 
 
 class _Surface(Table):
@@ -110,6 +119,34 @@ class SphereSurface(_Surface):
         return sphere(grid, self.radius)
 
 
+class CylinderSurface(_Surface):
+    """[surface] of kind "cylinder"."""
+
+    kind: Literal["cylinder"]
+    radius: Positive
+    """radius of the cylinder, in a0"""
+    along: Literal["x", "y"] = "y"
+    """direction of its axis"""
+
+    def build(self, grid: Grid) -> Real:
+        """Heights, shape ``grid.shape``, in a0."""
+        return cylinder(grid, self.radius, "xy".index(self.along))
+
+
+class PunchSurface(_Surface):
+    """[surface] of kind "punch": round, flat, with a rounded edge."""
+
+    kind: Literal["punch"]
+    flat_radius: Positive
+    """radius of the flat face, in a0"""
+    edge_radius: Positive
+    """radius of curvature of the edge, in a0"""
+
+    def build(self, grid: Grid) -> Real:
+        """Heights, shape ``grid.shape``, in a0."""
+        return punch(grid, self.flat_radius, self.edge_radius)
+
+
 class FileSurface(_Surface):
     """[surface] of kind "file": heights of your own."""
 
@@ -143,5 +180,8 @@ class FileSurface(_Surface):
         return heights
 
 
-SurfaceTable = Annotated[SelfAffineSurface | SineSurface | SphereSurface | FileSurface, Field(discriminator="kind")]
+SurfaceTable = Annotated[
+    SelfAffineSurface | SineSurface | SphereSurface | CylinderSurface | PunchSurface | FileSurface,
+    Field(discriminator="kind"),
+]
 """[surface]: heights of the rigid wall."""

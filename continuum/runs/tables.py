@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from continuum.files.tables import Positive, Table, check
@@ -19,6 +19,7 @@ from continuum.files.toml import Fault
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
+from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import Settings
 
 __all__ = [
@@ -61,6 +62,13 @@ def _mean_mode(value: Any) -> Any:
     raise PydanticCustomError("mean_mode", '"clamped", "free", or a number >= 0')
 
 
+def _device(value: str) -> str:
+    if value not in BACK_ENDS:
+        allowed = " or ".join(f'"{name}"' for name in BACK_ENDS)
+        raise PydanticCustomError("device", "{allowed}", {"allowed": allowed})
+    return value
+
+
 MeanMode = Annotated[float | Literal["clamped", "free"], BeforeValidator(_mean_mode)]
 Unit = Annotated[float, Field(gt=0, lt=1)]
 """Between 0 and 1."""
@@ -69,8 +77,6 @@ _Count = Annotated[int, Field(ge=1, le=10**9)]
 
 class GridTable(Table):
     """[grid]: the points of the surface, one or k x k for each surface atom."""
-
-    not_identity: ClassVar[frozenset[str]] = frozenset({"threads"})
 
     n: Annotated[
         tuple[int, int],
@@ -82,8 +88,6 @@ class GridTable(Table):
         pair(float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"),
     ] = None
     """period along x and y, in a0; n if not given"""
-    threads: Annotated[int, Field(ge=1, le=1024)] = 1
-    """threads of a Fourier transform; they do not change results"""
 
     @property
     def lengths(self) -> tuple[float, float]:
@@ -111,7 +115,7 @@ class GridTable(Table):
 
     def build(self) -> Grid:
         """The grid."""
-        return Grid(self.n, self.lengths, self.threads)
+        return Grid(self.n, self.lengths)
 
 
 class HalfSpaceTable(Table):
@@ -179,16 +183,27 @@ class ToleranceTable(Table):
 
 
 class SolverTable(ToleranceTable):
-    """[solver]: when a point counts as solved, and how to get there."""
+    """[solver]: when a point counts as solved, how to get there, and on what."""
+
+    not_identity: ClassVar[frozenset[str]] = frozenset({"threads"})
 
     max_iterations: _Count = 5000
     """after which a point counts as not converged"""
     shift: Annotated[float, Field(gt=0, le=100)] = 0.01
     """c0 of the preconditioner 1/(K + c0), in E*/a0; 0.001 - 0.03 are equally good"""
+    threads: Annotated[int, Field(ge=1, le=1024)] = 1
+    """threads of the solver; they do not change results"""
+    stability: bool = False
+    """whether to look for the lowest eigenvalue of the Hessian of each point under a law, a hundred pairs or two: a
+    saddle then counts as not converged"""
+    device: Annotated[str, AfterValidator(_device)] = "cpu"
+    """what the solver runs on: "cpu", or "cuda" for an NVIDIA GPU, which is experimental: its results were checked in a
+    simulator, its speed on no GPU yet; results of two devices agree but for rounding, and are kept apart"""
 
     def build(self, rms_slope: float) -> Settings:
         """Settings for a surface of that slope."""
-        return replace(super().build(rms_slope), max_iterations=self.max_iterations, shift=self.shift)
+        names = ("max_iterations", "shift", "threads", "stability", "device")
+        return replace(super().build(rms_slope), **{name: getattr(self, name) for name in names})
 
 
 SubstrateTable = Annotated[HalfSpaceTable | LayerTable | CrystalTable, Field(discriminator="response")]

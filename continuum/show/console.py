@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import codecs
+import contextlib
+import io
 import logging
+import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+import unicodedata
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Protocol, Self
 
 from rich.console import Console
 from rich.progress import (
@@ -19,15 +24,16 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from continuum.errors import StickinessError
 from continuum.show.sheet import Sheet
 
-__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Reporter", "exit_code", "progress", "show", "warn"]
+__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Counted", "Reporter", "exit_code", "progress", "show", "warn"]
 
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 """Exit codes: all well; something did not converge, hold or exist; the input is at fault and nothing was written."""
 
 # A pipe or a batch log has no width of its own: wide enough that no table is cut.
-_console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+_console = Console(width=None if sys.stdout is not None and sys.stdout.isatty() else 160, highlight=False)
 
 
 class Reporter(Protocol):
@@ -38,7 +44,7 @@ class Reporter(Protocol):
 
 
 @contextmanager
-def progress(total: int, title: str) -> Iterator[Reporter]:
+def progress(total: int, title: str, estimate: Callable[[], float] | None = None) -> Iterator[Reporter]:
     """Show progress: a bar on a terminal, one line with the time for each part where there is none.
 
     What remains is estimated from the parts that this call has done, as if the others took as long on average.
@@ -47,6 +53,7 @@ def progress(total: int, title: str) -> Iterator[Reporter]:
     ----------
     total : parts in all; what the first report counts beyond its own part was finished by an earlier run.
     title : of the work.
+    estimate : of the seconds that remain, where more is known of the parts than their number.
     """
     before, began = -1, time.monotonic()
 
@@ -54,6 +61,7 @@ def progress(total: int, title: str) -> Iterator[Reporter]:
         nonlocal before
         before = done - 1 if before < 0 else before
         seconds = (time.monotonic() - began) / max(done - before, 1) * (total - done)
+        seconds = seconds if estimate is None else estimate()
         return f"about {_duration(seconds)} left" if done < total else ""
 
     if _console.is_terminal:
@@ -89,6 +97,39 @@ def progress(total: int, title: str) -> Iterator[Reporter]:
         logger.removeHandler(handler)
 
 
+class Counted:
+    """Progress of parts whose work is known about: what remains is estimated from the work that is done."""
+
+    def __init__(self, title: str) -> None:
+        self._title, self._stack, self._began = title, contextlib.ExitStack(), 0.0
+        self._costs: dict[Hashable, float] = {}
+        self._total, self._worked = 0, 0.0
+
+    def __enter__(self) -> Self:
+        """Nothing is shown before :meth:`begin`."""
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        """Take the bar away."""
+        self._stack.close()
+
+    def begin(self, costs: Mapping[Hashable, float]) -> None:
+        """The parts, with their work in any unit."""
+        self._costs, self._total, self._began = dict(costs), len(costs), time.monotonic()
+        self._report = self._stack.enter_context(progress(self._total, self._title, self._left))
+
+    def ended(self, part: Hashable, text: str, *, new: bool = True) -> None:
+        """A part has ended; nothing is said of one that was there already."""
+        cost = self._costs.pop(part, 0.0)
+        if new:
+            self._worked += cost
+            self._report(self._total - len(self._costs), text)
+
+    def _left(self) -> float:
+        elapsed = time.monotonic() - self._began
+        return elapsed * sum(self._costs.values()) / self._worked if self._worked else 0.0
+
+
 def _duration(seconds: float) -> str:
     """A time as people say it: no more digits than an estimate has."""
     for size, unit in ((86400, "d"), (3600, "h"), (60, "min")):
@@ -114,32 +155,71 @@ def show(sheet: Sheet) -> None:
     _console.print(table)
 
 
-def exit_code(
-    command: Callable[[], int],
-    bad_input: tuple[type[Exception], ...],
-    failures: tuple[type[Exception], ...] = (),
-    advice: str = "",
-) -> int:
-    """Run a command and say in one message why it ended, if it did not end well.
+def exit_code(command: Callable[[], int], advice: str = "") -> int:
+    """Run a command and say in one message why it ended, if it did not end well: the one place for both programs.
 
     Parameters
     ----------
     command : returns its exit code.
-    bad_input : errors that are the input's fault; nothing has been written.
-    failures : errors of the work itself; what is finished is stored.
-    advice : added to the message of a failure.
+    advice : added to the message where the work itself failed.
     """
+    _three_streams()
     try:
-        return command()
-    except bad_input as error:
-        _complain(error)
-        return BAD_INPUT
-    except failures as error:
-        _complain(f"{error}\n{advice}".rstrip())
+        code = command()
+        sys.stdout.flush()
+    except StickinessError as error:
+        return _complain(error if error.exit_code == BAD_INPUT else f"{error}\n{advice}".rstrip(), error.exit_code)
+    except BrokenPipeError:
+        # The reader, such as `head`, has seen enough.  Nothing more can be said to it, not even as the process ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return _complain("stopped, since nobody reads the output; what is finished is stored", NOT_CONVERGED)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename is not None else ""
+        return _complain(f"{where}{error.strerror or error}", BAD_INPUT)
+    except MemoryError as error:
+        detail = f" ({error})" if str(error) else ""
+        return _complain(f"there is not enough memory{detail}; `check` says how much an input needs", NOT_CONVERGED)
     except KeyboardInterrupt:
-        _complain("stopped; what is finished is stored, and the same command goes on from there")
-    return NOT_CONVERGED
+        return _complain("stopped; what is finished is stored, and the same command goes on from there", NOT_CONVERGED)
+    return code
 
 
-def _complain(message: object) -> None:
-    print(message, file=sys.stderr)  # noqa: T201 - the one place
+def _three_streams() -> None:
+    """Output goes nowhere where it was closed: the next file that is opened would take its place."""
+    for stream in range(3):
+        try:
+            os.fstat(stream)
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_RDWR), stream)
+    sys.stdout = sys.stdout or io.TextIOWrapper(io.FileIO(os.devnull, "w"))
+    sys.stderr = sys.stderr or io.TextIOWrapper(io.FileIO(os.devnull, "w"))
+    for terminal in (sys.stdout, sys.stderr):
+        if isinstance(terminal, io.TextIOWrapper) and not terminal.encoding.lower().startswith("utf"):
+            terminal.reconfigure(errors=_ASCII)
+
+
+def _complain(message: object, code: int) -> int:
+    with contextlib.suppress(OSError):
+        print(message, file=sys.stderr)  # noqa: T201 - the one place
+    return code
+
+
+_ASCII = "stickiness.ascii"
+_WORDS = {
+    "κ": "kappa", "λ": "lambda", "ν": "nu", "π": "pi", "γ": "gamma", "ρ": "rho", "σ": "sigma", "μ": "mu", "θ": "theta",
+    "Δ": "Delta ", "δ": "delta", "²": "^2", "³": "^3", "½": "1/2", "×": "x", "·": ".", "±": "+-", "−": "-", "–": "-",
+    "—": "-", "≤": "<=", "≥": ">=", "≈": "~", "∞": "inf", "√": "sqrt", "→": "->", "…": "...", "“": '"', "”": '"',
+    "’": "'", "∝": "~",
+}  # fmt: skip
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """What is printed of characters that a terminal has not."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end]
+    plain = (_WORDS.get(c) or unicodedata.normalize("NFKD", c).encode("ascii", "ignore").decode() or "?" for c in text)
+    return "".join(plain), error.end
+
+
+codecs.register_error(_ASCII, _in_ascii)

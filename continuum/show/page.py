@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import continuum
+from continuum.files import output
 from continuum.show.sheet import Sheet
 
 __all__ = ["Page"]
@@ -57,9 +58,14 @@ class Page:
         return "\n".join(self._parts()) + "\n"
 
     def write(self, path: Path) -> Path:
-        """Write the page; returns its path."""
-        path.write_text(self.html(), encoding="utf-8")
-        return path
+        """Write the page; returns its path.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written there.
+        """
+        return output.save(path, self.html())
 
     def _parts(self) -> Iterator[str]:
         title = html.escape(self.title)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+
+from continuum.files import output
 
 __all__ = [
     "ATTRACTED_COLOUR",
@@ -55,11 +58,19 @@ def new_figure(width: float, height: float) -> Figure:
 
 @styled
 def save(figure: Figure, stem: Path) -> Path:
-    """Write ``stem.png`` and ``stem.pdf``; returns the former."""
-    stem.parent.mkdir(parents=True, exist_ok=True)
+    """Write ``stem.png`` and ``stem.pdf``; returns the former.
+
+    Raises
+    ------
+    OutputError
+        If they cannot be written there.
+    """
+    output.folder(stem.parent)
     # Without dates, so that the same result gives the same files.
-    figure.savefig(stem.with_name(stem.name + ".pdf"), metadata={"CreationDate": None})
-    figure.savefig(stem.with_name(stem.name + ".png"), metadata={"Software": None})
+    for suffix, dated in ((".pdf", {"CreationDate": None}), (".png", {"Software": None})):
+        drawn = BytesIO()
+        figure.savefig(drawn, format=suffix[1:], metadata=dated)
+        output.save(stem.with_name(stem.name + suffix), drawn.getvalue())
     return stem.with_name(stem.name + ".png")
 
 

@@ -10,6 +10,7 @@ from continuum import units
 from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.page import Page
+from continuum.show.prediction_faults import fault_figure
 from continuum.show.prediction_figures import contact_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import Estimate
@@ -17,6 +18,7 @@ from continuum.sticky.predict import Prediction, distinct, turning_modulus, turn
 from continuum.sticky.roughness import spectrum
 from continuum.sticky.simulate import Simulation
 from continuum.sticky.topography import Topography
+from continuum.sticky.verdict import judge, votes
 from continuum.theory import paper
 
 __all__ = ["page_of", "prediction_sheets", "sentence", "write"]
@@ -40,23 +42,40 @@ def _answer(estimate: Estimate) -> str:
     return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
 
 
+def _faults(prediction: Prediction) -> str:
+    """What is wrong with the maps, and what mends it, before any verdict."""
+    if not prediction.faults:
+        return ""
+    found = "; ".join(fault.text for fault in prediction.faults)
+    remedies = " ".join(dict.fromkeys(fault.remedy for fault in prediction.faults if fault.remedy))
+    return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}.  "
+
+
 def sentence(prediction: Prediction) -> str:
-    """The paper's verdict in one sentence, and the solver's if there is one."""
-    paper, contact = prediction.paper, prediction.contact
+    """Faults of the maps, the vote of the theories, what the paper says, and what the solver says if it was asked."""
+    paper, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
     modulus, work = turning_modulus(paper, contact), turning_work(paper, contact)
     margin = paper.margin or 0.0
     factor = f"{max(margin, 1 / margin):.3g}" if margin else "any factor"
-    text = f"{_answer(paper)} by the paper's criterion, by a factor of {factor} in w or E*"
+    text = f"{_faults(prediction)}{verdict.answer[0].upper()}{verdict.answer[1:]}"
+    chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
+    text += f" ({'; '.join(filter(None, (chance, *verdict.why)))})"
+    text += f".  The paper's criterion by itself: {_answer(paper)} by a factor of {factor} in w or E*"
     if modulus and work:
-        text += f": the verdict turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
+        text += f"; it turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
     text += "" if paper.valid else ", out of its range (see the warnings)"
+    if prediction.mended is not None and prediction.mended.paper.margin:
+        text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g} instead of {margin:.3g}"
     simulation = prediction.simulation
     if simulation is None:
         return text
     solved = "sticky" if simulation.sticky else "not sticky"
-    return (
-        f"{text}.  Solved on the map: {solved}{'' if simulation.sticky == paper.sticky else ', which is not the same'}"
-    )
+    same = verdict.answer in (solved, "undecided")
+    return f"{text}.  Solved on the map: {solved}{'' if same else ', which is not the same'}"
+
+
+def _percent(probability: float) -> str:
+    return f"{100 * probability:.0f} %"
 
 
 def prediction_sheets(prediction: Prediction) -> list[Sheet]:
@@ -69,7 +88,8 @@ def prediction_sheets(prediction: Prediction) -> list[Sheet]:
 
 def _surfaces(prediction: Prediction) -> Sheet:
     rows: list[tuple[str, Entry]] = []
-    for topography, fit in zip(prediction.topographies, prediction.fits, strict=True):
+    maps = zip(prediction.topographies, prediction.fits, prediction.findings, strict=True)
+    for topography, fit, found in maps:
         size, pixel = topography.lengths, topography.grid.spacing
         rows += [
             ("map", topography.source),
@@ -79,6 +99,14 @@ def _surfaces(prediction: Prediction) -> Sheet:
             ("edges", "periodic" if topography.periodic else "not periodic"),
             ("done to it", "; ".join(topography.steps) or "nothing"),
             ("heights, SHA-256", topography.digest[:16]),
+        ]
+        rows += [("fault", f"{fault.kind}: {fault.text}") for fault in found.faults] or [("fault", "none found")]
+        by = found.directions
+        rows += [
+            ("rms slope along x, y", " and ".join(f"{slope:.3g}" for slope in by.slopes)),
+            ("rms curvature along x, y", " and ".join(f"{c * 1e-6:.3g}" for c in by.curvatures) + " 1/µm"),
+            ("anisotropy of slopes", f"{by.anisotropy:.2f}, largest at {by.angle:.0f}° from x"),
+            ("kurtosis of heights", f"{found.kurtosis:.3g} (Gaussian: 3)"),
         ]
         if fit is None:
             rows.append(("self-affine fit", "none possible"))
@@ -126,23 +154,34 @@ def _contact(prediction: Prediction) -> Sheet:
 
 def _verdicts(prediction: Prediction) -> Sheet:
     rows = []
-    for estimate in prediction.verdicts:
+    for vote in votes(prediction.contact):
+        estimate, support = vote.estimate, vote.support
         modulus = turning_modulus(estimate, prediction.contact) or 0.0
         work = turning_work(estimate, prediction.contact) or 0.0
         why = "yes" if estimate.valid else "no: " + "; ".join(estimate.why)
+        record = "no record: a necessary condition"
+        if support is not None:
+            alike = "similar surfaces" if support.similar else "surfaces of the record, none of them similar"
+            record = f"{_percent(support.probability)} sticky, of {support.count} {alike}"
         rows.append(
             (
                 estimate.name,
                 f"{estimate.symbol} = {estimate.value:.4g}",
-                _answer(estimate),
+                _answer(estimate) if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
+                record,
                 _pressure(modulus),
                 _work(work),
                 why,
             )
         )
-    head = ("criterion", "parameter", "verdict", "margin", "sticky below E*", "sticky above w", "in its range")
-    return Sheet.of("Is it sticky?  (margin: w over the w at which the verdict turns)", head, tuple(rows))
+    head = (
+        "criterion", "parameter", "verdict", "margin", "its record at this margin", "turns at E*", "turns at w",
+        "in its range",
+    )  # fmt: skip
+    return Sheet.of(
+        "Is it sticky?  (margin: w over the w at which the theory turns; above 1 it says sticky)", head, tuple(rows)
+    )
 
 
 def _numbers(prediction: Prediction) -> Sheet:
@@ -209,12 +248,14 @@ def page_of(prediction: Prediction, name: str, folder: Path) -> tuple[Page, list
     figures = {name: (overview(prediction), "Map, spectrum, and what depends on the smallest wavelength counted.")}
     if prediction.simulation is not None:
         figures[f"{name}-contact"] = (contact_figure(prediction.simulation), "The contact, solved on the map.")
+    if prediction.faults:
+        figures[f"{name}-faults"] = (fault_figure(prediction), "What was looked for on a faulty map.")
     drawn = [(plot.save(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
     sheets = prediction_sheets(prediction)
     text = sentence(prediction)
     page = Page(
         "Is it sticky?  " + " and ".join(t.source for t in prediction.topographies),
-        text[0].upper() + text[1:] + ".",
+        text + ".",
         prediction.doubts,
         drawn,
         # A terminal ends, a page begins with what was asked.

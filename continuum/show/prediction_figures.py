@@ -41,7 +41,7 @@ def _scale(value: float) -> tuple[float, str]:
 
 def _draw_map(axis: Axes, prediction: Prediction) -> None:
     topography = prediction.topographies[0]
-    (size, name), (height, height_name) = _scale(max(topography.lengths)), _scale(topography.heights.std())
+    (size, name), (height, height_name) = _scale(max(topography.lengths)), _scale(3 * topography.heights.std())
     image = axis.imshow(
         topography.heights.T / height,
         origin="lower",
@@ -100,10 +100,12 @@ def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
 def _draw_margins(axis: Axes, prediction: Prediction) -> None:
     size, name = _scale(prediction.cuts[len(prediction.cuts) // 2][0].wavelength)
     x = [cut.wavelength / size for cut, _ in prediction.cuts]
-    styles = ("o-", "s--", "^:", "v-.", "D--", "x:")
+    styles = ("o-", "s--", "^:", "v-.", "D--", "x:", "P-")
     for i in distinct(prediction):
         y = [found[i].margin or np.nan for _, found in prediction.cuts]
-        axis.loglog(x, y, styles[i], color=plot.SERIES[i], markersize=3, label=prediction.verdicts[i].name)
+        axis.loglog(
+            x, y, styles[i], color=plot.SERIES[i % len(plot.SERIES)], markersize=3, label=prediction.verdicts[i].name
+        )
     axis.axhline(1, color="black", linewidth=0.8)
     axis.annotate("sticky above", (0.01, 1), xycoords=("axes fraction", "data"), va="bottom", fontsize=7)
     axis.set(

@@ -8,11 +8,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from continuum.model.grid import Real
+from continuum.arguments import count, number
+from continuum.errors import StickinessError
+from continuum.model.fourier import Real
 from continuum.model.laws import Law, evaluate
-from continuum.solve.cpu.levels import Work
 
 __all__ = ["Iteration", "NotConvergedError", "Settings", "Solution", "Status", "Work"]
+
+
+MOST_THREADS = 1024
+"""Of a solve."""
+
+
+class Work(NamedTuple):
+    """What was done on one grid."""
+
+    shape: tuple[int, int]
+    fft_pairs: float
+    """Forward and inverse transforms, halved, of this grid."""
+    sweeps: int
+    """Evaluations of the line search."""
+    fft_seconds: float
+    """Time in transforms, of all threads divided by their number."""
 
 
 class Status(enum.Enum):
@@ -23,6 +40,7 @@ class Status(enum.Enum):
     LINE_SEARCH = "line search found no minimum: the tolerance is below the rounding error of this problem"
     ENERGY_ROSE = "energy rose: energy and traction of the wall law do not belong to one another"
     NON_FINITE = "a value is not finite: the start or the input is out of range"
+    SADDLE = "a saddle, not a minimum, which symmetry of the start may keep: perturb the start or the heights"
     BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
 
     @property
@@ -31,13 +49,13 @@ class Status(enum.Enum):
         return self is Status.CONVERGED
 
 
-class NotConvergedError(RuntimeError):
+class NotConvergedError(StickinessError, RuntimeError):
     """A solution was required and there is none: the message says how far it came and what helps."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """When to stop, and how to precondition.
+    """When to stop, how to precondition, and what to run on.
 
     Parameters
     ----------
@@ -46,12 +64,26 @@ class Settings:
     shift : c0 of the preconditioner 1/(K + c0), in E*/a0; the optimum is flat (0.001 - 0.03).
     warm_grids : coarser grids on which a given start is relaxed first, half the work.  0 keeps strictly to the basin
         of the start: an instability that only a coarse grid has may lead out of it.
+    threads : of this process that the solver may use; no bit of a result depends on it.
+    device : name of the back end, see :data:`continuum.solve.backend.BACK_ENDS`.
+    stability : whether the lowest eigenvalue of the Hessian is looked for: a saddle is then no solution.
     """
 
     tolerance: float
     max_iterations: int = 5000
     shift: float = 0.01
     warm_grids: int = 2
+    threads: int = 1
+    device: str = "cpu"
+    stability: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        number("tolerance", self.tolerance, above=0)
+        count("max_iterations", self.max_iterations)
+        number("shift", self.shift, above=0)
+        count("warm_grids", self.warm_grids, 0)
+        count("threads", self.threads, 1, MOST_THREADS)
 
 
 class Iteration(NamedTuple):
@@ -84,6 +116,10 @@ class Solution:
     """What presses: a law, from which the traction follows at each gap, or the traction itself; None if not known."""
     gap_error: float = 0.0
     """Largest amount by which the gap had to be mended to fulfil its bound exactly, in a0."""
+    duality_gap: float = np.nan
+    """Under a bound: what the energy of any state of this load is lower at most, per area, in E* a0; else NaN."""
+    lowest_eigenvalue: float = np.nan
+    """Of the Hessian, in E*/a0, where it was asked for (:mod:`continuum.solve.stability`); negative at a saddle."""
 
     @property
     def traction(self) -> Real:

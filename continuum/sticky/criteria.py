@@ -23,17 +23,20 @@ __all__ = [
     "asperity_pull_off",
     "asperity_tabor",
     "attraction_width",
+    "bearing_area",
     "contact_diameter",
     "dmt_asperities",
     "dmt_pull_off",
     "every_estimate",
     "fuller_tabor",
+    "generalised_tabor",
     "half_conformal_energy",
     "inverse_kappa",
     "maugis_parameter",
     "necessary_adhesion",
     "pastewka_robbins",
     "persson_tosatti",
+    "range_over_gap",
     "repulsive_pressure",
     "verdicts",
 ]
@@ -85,6 +88,7 @@ class RoughContact:
     contact_modulus : E*.
     conformal_energy : elastic energy per area of full contact, from :func:`continuum.theory.rough.conformal_energy`.
     spacing : a0 of the atoms; None where there is none.
+    roll_off : λ_L; None where it is not known.
     kappa_rep : of Eq. (1).
     """
 
@@ -96,6 +100,7 @@ class RoughContact:
     contact_modulus: float = 1.0
     conformal_energy: float | None = None
     spacing: float | None = None
+    roll_off: float | None = None
     kappa_rep: float = paper.KAPPA_REP
 
     def __post_init__(self) -> None:
@@ -234,6 +239,36 @@ def necessary_adhesion(contact: RoughContact) -> Estimate:
     return Estimate("necessary adhesion", "2 l_a/(h' a0)", value, "", source, inputs, tuple(_steep(contact)), value)
 
 
+def bearing_area(contact: RoughContact) -> Estimate:
+    """Ciavarella's bearing-area model: h_rms² below about 0.63 l_a λ_L, whatever the short waves."""
+    if contact.roll_off is None:
+        msg = "the bearing-area model needs the roll-off wavelength λ_L"
+        raise ValueError(msg)
+    limit = rough.bearing_area_limit(contact.rms_height / contact.range)
+    value = contact.rms_height**2 / (contact.adhesion_length * contact.roll_off)
+    inputs = contact.inputs("rms_height", "roll_off", "range", "work_of_adhesion", "contact_modulus")
+    source = "Ciavarella 2018 (BAM), derived anew with γ = 1/2"
+    why = _steep(contact)
+    if contact.range > contact.rms_height:
+        why.append("the range of adhesion exceeds h_rms: the repulsion is taken at large separations")
+    name = "bearing area (BAM)"
+    return Estimate(name, "h_rms²/(l_a λ_L)", value, "", source, inputs, tuple(why), limit / value)
+
+
+def generalised_tabor(contact: RoughContact) -> Estimate:
+    """Müser's Tabor number of rough surfaces: no verdict, but whether the range matters."""
+    value = rough.generalised_tabor(contact.rms_curvature, contact.adhesion_length, contact.range)
+    inputs = contact.inputs("rms_curvature", "range", "work_of_adhesion", "contact_modulus")
+    return Estimate("generalised Tabor number", "μ_T", value, "", "Müser 2016, R = 1/h''", inputs)
+
+
+def range_over_gap(contact: RoughContact) -> Estimate:
+    """Δr over the gap beside a patch; the paper's rim is thin below 0.1."""
+    value = contact.range / paper.gap_scale(contact.rms_slope, contact.rms_curvature)
+    source = "Monti, Sanner and Pastewka 2021: below 0.1 a thin rim"
+    return Estimate("range over gap", "Δr/g0", value, "", source, contact.inputs(*_MOMENTS))
+
+
 def _asperities(contact: RoughContact, name: str, source: str, why: list[str]) -> Estimate:
     """The verdict of asperity theories, h_rms/δ_c below 3, where δ_c grows as w^(2/3)."""
     jkr = JKR(contact.radius, contact.work_of_adhesion, contact.contact_modulus)
@@ -303,6 +338,8 @@ def verdicts(contact: RoughContact) -> tuple[Estimate, ...]:
     criteria = [pastewka_robbins, fuller_tabor, dmt_asperities]
     if contact.conformal_energy is not None:
         criteria += [persson_tosatti, half_conformal_energy]
+    if contact.roll_off is not None:
+        criteria += [bearing_area]
     if contact.spacing is not None:
         criteria += [necessary_adhesion]
     return tuple(criterion(contact) for criterion in criteria)
@@ -319,6 +356,8 @@ def every_estimate(contact: RoughContact) -> tuple[Estimate, ...]:
         adhesive_pressure,
         maugis_parameter,
         asperity_tabor,
+        generalised_tabor,
+        range_over_gap,
         asperity_pull_off,
         dmt_pull_off,
     )

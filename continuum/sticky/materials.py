@@ -1,8 +1,8 @@
 """Moduli, work of adhesion and range of attraction of some materials against themselves, each with its source.
 
 Starting values for an estimate, not a substitute for measured ones: works of adhesion vary by factors with preparation
-and humidity, moduli of elastomers with cross-linking.  Not all values were checked against the source named; which
-ones, docs/predict.md says.
+and humidity, moduli of elastomers with cross-linking.  Where no measured work of adhesion could be looked up it is the
+paper's typical one of van der Waals forces.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from itertools import zip_longest
 import numpy as np
 
 from continuum import units
+from continuum.errors import InputError
 
 __all__ = [
     "MATERIALS",
@@ -29,10 +30,15 @@ __all__ = [
 _RANGE = 0.35e-9
 _RANGE_SOURCE = "range: paper, Eq. (S-5), 1.153 a0 of the 9-3 law, with a0 = 0.3 nm between atoms that are not bonded"
 _SOFT_RANGE_SOURCE = "range: the paper's discussion of elastomers"
-_LIFSHITZ = "w = A/(12π D²), D = 0.165 nm (Israelachvili, Intermolecular and Surface Forces, 3rd ed., 2011), with A"
+_VAN_DER_WAALS = "w: van der Waals forces, about 50 mJ/m² (the paper, on diamond and on rubber)"
+
+_POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
+    "pressure": (1.0, 1e13), "energy_per_area": (1e-9, 1e3), "length": (1e-12, 1e-3),
+}  # fmt: skip
+"""Values in SI beyond which a number is a slip of the pen; far beyond all materials, interfaces and ranges."""
 
 
-class InterfaceError(ValueError):
+class InterfaceError(InputError, ValueError):
     """A contact is not, or doubly, described: the message says what is missing or wrong."""
 
 
@@ -63,10 +69,9 @@ MATERIALS: dict[str, Material] = {
     material.name: material
     for material in (
         Material(
-            "diamond", 1143e9, 0.0691, 0.288, _RANGE, 0.154e-9,
+            "diamond", 1143e9, 0.0691, 0.05, _RANGE, 0.154e-9,
             ("E, ν: polycrystalline, Klein and Cardinale, Diamond Relat. Mater. 2, 918 (1993)",
-             f"{_LIFSHITZ} = 29.6e-20 J (Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)): dispersion only",
-             _RANGE_SOURCE, "spacing: bond length"),
+             _VAN_DER_WAALS, _RANGE_SOURCE, "spacing: bond length"),
         ),
         Material(
             "silicon", 130e9, 0.28, 0.1, _RANGE, 0.235e-9,
@@ -76,24 +81,20 @@ MATERIALS: dict[str, Material] = {
              _RANGE_SOURCE, "spacing: bond length"),
         ),
         Material(
-            "mica", 53.8e9, 0.10, 0.096, _RANGE, 0.519e-9,
+            "mica", 53.8e9, 0.10, 0.05, _RANGE, 0.519e-9,
             ("E, ν: muscovite along c, from the elastic constants of Vaughan and Guggenheim, J. Geophys. Res. 91, 4657 "
              "(1986)",
-             f"{_LIFSHITZ} = 9.86e-20 J (Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)): in air, not freshly "
-             "cleaved in vacuum",
-             _RANGE_SOURCE, "spacing: lattice constant a"),
+             _VAN_DER_WAALS, _RANGE_SOURCE, "spacing: lattice constant a"),
         ),
         Material(
-            "pdms", 2e6, 0.5, 0.044, 0.5e-9, None,
-            ("E: Sylgard 184, 1.3 - 3 MPa by curing, Johnston et al., J. Micromech. Microeng. 24, 035017 (2014)",
-             "w: twice the surface energy, 22 mJ/m², Chaudhury and Whitesides, Langmuir 7, 1013 (1991)",
-             _SOFT_RANGE_SOURCE),
+            "pdms", 2e6, 0.5, 0.05, 0.5e-9, None,
+            ("E: Sylgard 184, 1.32 - 2.97 MPa by curing, Johnston et al., J. Micromech. Microeng. 24, 035017 (2014)",
+             _VAN_DER_WAALS, _SOFT_RANGE_SOURCE),
         ),
         Material(
-            "rubber", 1e6, 0.5, 0.07, 0.5e-9, None,
+            "rubber", 1e6, 0.5, 0.05, 0.5e-9, None,
             ("E: 'normal rubber', Peressadko, Hosoda and Persson, Phys. Rev. Lett. 95, 124301 (2005)",
-             "w: twice the surface energy, 35 mJ/m², Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971)",
-             _SOFT_RANGE_SOURCE),
+             _VAN_DER_WAALS, _SOFT_RANGE_SOURCE),
         ),
     )
 }  # fmt: skip
@@ -241,10 +242,15 @@ def read_interface(
         if text is None:
             return None
         try:
-            return units.parse(text, quantity)
+            value = units.parse(text, quantity)
         except ValueError as error:
             faults.append(f"{option} {error}")
             return None
+        low, high = _POSSIBLE[quantity]
+        if not low <= value <= high:
+            ends = " to ".join(units.readable(end, quantity, 3) for end in (low, high))
+            faults.append(f"{option} {text!r}: no contact has this; possible are {ends}")
+        return value
 
     def ratio(text: str) -> float | None:
         try:

@@ -8,11 +8,12 @@ put together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from continuum import units
 from continuum.sticky.criteria import Estimate, RoughContact, every_estimate, verdicts
+from continuum.sticky.faults import Fault, Findings, find_faults
 from continuum.sticky.materials import Interface
 from continuum.sticky.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 from continuum.sticky.topography import Topography
@@ -31,6 +32,10 @@ GROWTH = 0.1
 """Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
 FEW = 10.0
 """Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
+STIFFEST = 2e12
+"""E* in Pa beyond which it is questioned; in other units nothing is so stiff, and nothing is said."""
+NOTHING = 1e-9
+"""Part of a moment below which there is nothing but rounding errors."""
 DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
 
@@ -53,6 +58,10 @@ class Prediction:
     """Roughness above each cut-off wavelength, ascending, and the verdicts on it."""
     warnings: tuple[str, ...]
     """What to doubt, in words."""
+    findings: tuple[Findings, ...] = field(default=(), repr=False)
+    """What is wrong with each map."""
+    mended: Prediction | None = field(default=None, repr=False)
+    """The same where faults that have a remedy are mended; None where there are none."""
     simulation: Simulation | None = field(default=None, repr=False)
     """The contact of the map itself, where it was solved."""
     unsolved: str = ""
@@ -63,6 +72,11 @@ class Prediction:
         """Warnings of the prediction, of its solution, or why there is none."""
         solved = () if self.simulation is None else self.simulation.warnings
         return (*self.warnings, *solved, *([f"not solved: {self.unsolved}"] if self.unsolved else []))
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Faults of the maps."""
+        return tuple(fault for found in self.findings for fault in found.faults)
 
     @property
     def verdicts(self) -> tuple[Estimate, ...]:
@@ -101,8 +115,8 @@ def turning_work(estimate: Estimate, contact: RoughContact) -> float | None:
     return None if estimate.margin is None else contact.work_of_adhesion / estimate.margin
 
 
-def rough_contact(cut: Cut, interface: Interface) -> RoughContact:
-    """Roughness and interface as the criteria take them."""
+def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:
+    """Roughness and interface as the criteria take them; λ_L where it is known."""
     return RoughContact(
         *cut.moments,
         interface.work_of_adhesion,
@@ -110,6 +124,7 @@ def rough_contact(cut: Cut, interface: Interface) -> RoughContact:
         interface.contact_modulus,
         conformal_energy=cut.conformal_energy * interface.contact_modulus,
         spacing=interface.spacing,
+        roll_off=roll_off,
     )
 
 
@@ -124,14 +139,30 @@ def predict(topographies: Sequence[Topography], interface: Interface) -> Predict
     if not 1 <= len(topographies) <= 2:
         msg = f"a contact has one or two rough surfaces, got {len(topographies)}"
         raise ValueError(msg)
+    findings = tuple(find_faults(topography) for topography in topographies)
+    found = _predicted(topographies, interface, findings)
+    better = [looked.mended or topography for topography, looked in zip(topographies, findings, strict=True)]
+    if all(one is other for one, other in zip(better, topographies, strict=True)):
+        return found
+    return replace(found, mended=_predicted(better, interface, findings))
+
+
+def _predicted(topographies: Sequence[Topography], interface: Interface, findings: tuple[Findings, ...]) -> Prediction:
+    """Maps as they are."""
     analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
-    contact = rough_contact(roughness.whole, interface)
     fits = tuple(fit_self_affine(*spectrum(topography)) for topography in topographies)
+    # Of two bodies the longer waves carry the heights; a map without roll-off has at least its own size.
+    roll_off = max(
+        (fit.roll_off if fit is not None and fit.roll_off else min(topography.lengths))
+        for topography, fit in zip(topographies, fits, strict=True)
+    )
+    contact = rough_contact(roughness.whole, interface, roll_off)
     estimates = every_estimate(contact)
     warnings = _warnings(topographies, analysed, fits, roughness, contact)
     warnings += [f"{estimates[0].name} out of its range: {why}" for why in estimates[0].why]
-    cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths]
+    shortest = max(topography.cutoff or 0.0 for topography in topographies)
+    cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths if wavelength >= shortest]
     return Prediction(
         tuple(topographies),
         roughness,
@@ -139,9 +170,15 @@ def predict(topographies: Sequence[Topography], interface: Interface) -> Predict
         interface,
         contact,
         estimates,
-        tuple((cut, verdicts(rough_contact(cut, interface))) for cut in cuts if min(cut.moments) > 0),
+        tuple((cut, verdicts(rough_contact(cut, interface, roll_off))) for cut in cuts if _shown(cut, roughness)),
         tuple(warnings),
+        findings,
     )
+
+
+def _shown(cut: Cut, roughness: Roughness) -> bool:
+    """Whether a cut-off leaves more than rounding errors."""
+    return all(one > NOTHING * whole for one, whole in zip(cut.moments, roughness.whole.moments, strict=True))
 
 
 def _warnings(
@@ -165,11 +202,6 @@ def _warnings(
             found.append(
                 f"{name}: rms slope {mine.spectral.rms_slope:.3g} from the spectrum, {mine.stencil.rms_slope:.3g} from "
                 f"neighbouring points: {why}"
-            )
-        if fit is not None and fit.floor is not None:
-            found.append(
-                f"{name}: below {_length(fit.floor)} the spectrum falls less than that of any surface: probably noise; "
-                "slope and curvature include it (the table of cut-offs shows the rest)"
             )
         if fit is not None and fit.roll_off is None:
             found.append(f"{name}: no roll-off: h_rms, and criteria that use it, depend on the size of the map")
@@ -195,6 +227,8 @@ def _warnings(
     if len({mine.pixel for mine in analysed}) > 1:
         finest = min(mine.pixel for mine in analysed)
         found.append(f"different pixels: from {_length(finest)} to {_length(roughness.pixel)} one map is missing")
+    if contact.contact_modulus > STIFFEST:
+        found.append(f"E* = {units.readable(contact.contact_modulus, 'pressure')} is above that of any material")
     if roughness.pixel > contact.range:
         found.append(
             f"the pixel, {_length(roughness.pixel)}, is larger than the range of adhesion: roughness between the "

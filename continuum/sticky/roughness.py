@@ -37,6 +37,8 @@ MODEL_ERROR = 0.1
 """Relative deviation of a band from a power law that counts as none."""
 EMPTY = 1e-3
 """Beyond the peak of q⁴ C(q), bands with less than this part of it are beyond the surface's upper cut-off."""
+EDGE = 0.05
+"""Part to which a spectrum falls within two bands only at its upper cut-off: a slope of -8, where H = 1 has -4."""
 
 
 @dataclass(frozen=True)
@@ -253,8 +255,10 @@ def _bands(wavenumber: Real, density: Real) -> tuple[Real, Real, Real]:
     flow = q**4 * c
     peak = int(np.argmax(flow))
     empty = np.flatnonzero(flow[peak:] < EMPTY * flow[peak])
+    # What follows an edge of the spectrum is what windows and fillings leave, and no part of a power law.
+    edge = np.flatnonzero(c[2:] < EDGE * c[:-2])
     # The band in which the spectrum ends is filled in part only.
-    end = peak + int(empty[0]) - 1 if empty.size else q.size
+    end = min(peak + int(empty[0]) - 1 if empty.size else q.size, int(edge[0]) + 1 if edge.size else q.size)
     # Of n modes of Gaussian amplitude the mean square scatters by 2/n; no power law holds better than MODEL_ERROR.
     modes = np.bincount(band, weights=np.pi * wavenumber / wavenumber[0])[filled]
     weight = 1 / np.sqrt(2 / modes + MODEL_ERROR**2)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from continuum import units
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
@@ -19,14 +20,15 @@ from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.path.state import Outcome
-from continuum.solve.smooth import NotConvergedError, Settings
+from continuum.solve.solution import NotConvergedError, Settings
 from continuum.sticky.materials import Interface
 from continuum.sticky.predict import AREA, Prediction
 from continuum.sticky.topography import Topography, mirror, opposed
-from continuum.theory.paper import snap_in_wavelength
 
-__all__ = ["Simulation", "UnresolvedError", "simulate", "solved", "spline_wall"]
+__all__ = ["Simulation", "UnresolvedError", "facing", "resolvable", "simulate", "solved", "spline_wall"]
 
+SNAPPING, SAFE = 1.0, 2.0
+"""Pixels from which waves may snap for a contact to be solved as it is, and in the limit that is solved instead."""
 CORE_STIFFNESS = 5.0
 """Of the wall's core, in E* per pixel."""
 CORE_DEPTH = 2.0
@@ -95,6 +97,37 @@ def spline_wall(adhesion_length: float, core_stiffness: float, depth: float) -> 
     return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([repulsion, attraction]))
 
 
+def resolvable(topography: Topography, interface: Interface) -> tuple[Interface, str]:
+    """What can be solved on a map instead of an interface, and how that differs in words; "" if it does not.
+
+    On soft solids adhesion acts within less than a pixel.  Contacts are then in the limit of Johnson, Kendall and
+    Roberts, in which w counts and the range does not: so the shortest range is taken that the grid resolves.
+
+    Raises
+    ------
+    UnresolvedError
+        If that would exceed the rms height of the map, so that attraction would no longer act beside contacts only.
+    """
+    pixel, length = max(topography.grid.spacing), interface.adhesion_length
+    # Flats under the paper's law of reach r snap above π E*/softening = (π/4) r²/l_a.
+    shortest = LennardJonesSpline(1.0).effective_range * float(np.sqrt(4 / np.pi * SAFE * pixel * length))
+    if interface.range >= shortest * np.sqrt(SNAPPING / SAFE):
+        return interface, ""
+    needed, given = (units.readable(value, "length", 3) for value in (shortest, interface.range))
+    height = float(topography.heights.std())
+    if shortest > height:
+        msg = (
+            f"the map is too coarse for adhesion so strong and so short-ranged: pixels of "
+            f"{units.readable(pixel, 'length', 3)} resolve ranges above {needed}, more than its rms height of "
+            f"{units.readable(height, 'length', 3)}"
+        )
+        raise UnresolvedError(msg)
+    why = (
+        f"the limit of Johnson, Kendall and Roberts: the same w with a range of {needed}, the shortest that the pixels "
+    )
+    return replace(interface, range=shortest), f"solved instead: {why}resolve, in place of {given}"
+
+
 def simulate(topography: Topography, interface: Interface, threads: int = 1) -> Simulation:
     """Approach a rigid wall of the topography to an elastic half-space, up to 1 % repulsive area.
 
@@ -109,33 +142,28 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     ------
     UnresolvedError
         If the adhesion acts within less than a pixel: nothing that a solver finds would be of the surface.
-    continuum.solve.smooth.NotConvergedError
+    continuum.solve.solution.NotConvergedError
         If no equilibrium is found.
     """
+    interface, instead = resolvable(topography, interface)
     closed = topography if topography.periodic else mirror(topography)
     unit, modulus = interface.range, interface.contact_modulus
-    grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit), threads)
+    grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit))
     # Summits point down from the wall to the surface.
     heights = -(closed.heights - closed.heights.mean()) / unit
     pixel, slope = max(grid.spacing), moments(grid, heights).rms_slope
     wall = spline_wall(interface.adhesion_length / unit, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
-    resolved = snap_in_wavelength(wall.largest_softening) / pixel
-    if resolved < 1:
-        msg = (
-            f"waves longer than {resolved:.2g} pixels snap into contact: the map is too coarse for adhesion so strong "
-            "and so short-ranged"
-        )
-        raise UnresolvedError(msg)
-
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
-    state = solve(problem, "repulsive-area", AREA, Settings(TOLERANCE * slope), branch="approach")
+    settings = Settings(TOLERANCE * slope, threads=threads)
+    state = solve(problem, "repulsive-area", AREA, settings, branch="approach")
     jumped = state.outcome is Outcome.JUMPED_OVER and state.beyond is not None
     if state.beyond is not None and jumped:
         state = state.beyond
     if not state.status.ok:
         raise NotConvergedError(state.status.value)
     contact = state.totals
-    doubts = [f"solver, a0 being Δr and the grid that of the map: {text}" for text in unresolved(problem, slope)]
+    doubts = [instead] if instead else []
+    doubts += [f"solver, a0 being Δr and the grid that of the map: {text}" for text in unresolved(problem, slope)]
     doubts += [] if topography.periodic else ["solved on the map and its mirror images"]
     return Simulation(
         area_rep=contact.area_rep,
@@ -152,6 +180,18 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     )
 
 
+def facing(prediction: Prediction) -> Topography:
+    """The map of a prediction, or its two maps put face to face.
+
+    Raises
+    ------
+    TopographyError
+        If that cannot be done.
+    """
+    maps = prediction.topographies
+    return maps[0] if len(maps) == 1 else opposed(*maps)
+
+
 def solved(prediction: Prediction, threads: int = 1) -> Prediction:
     """A prediction with the contact of its map, solved, beside it; or with the reason why that cannot be solved.
 
@@ -164,9 +204,7 @@ def solved(prediction: Prediction, threads: int = 1) -> Prediction:
     TopographyError
         If two maps cannot be put face to face.
     """
-    maps = prediction.topographies
-    whole = maps[0] if len(maps) == 1 else opposed(*maps)
     try:
-        return replace(prediction, simulation=simulate(whole, prediction.interface, threads))
+        return replace(prediction, simulation=simulate(facing(prediction), prediction.interface, threads))
     except (UnresolvedError, NotConvergedError) as error:
         return replace(prediction, unsolved=str(error))

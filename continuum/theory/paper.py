@@ -34,6 +34,7 @@ __all__ = [
     "critical_modulus",
     "effective_range",
     "gap_profile",
+    "gap_scale",
     "height_change",
     "kappa_att",
     "maugis_parameter",
@@ -123,6 +124,15 @@ def contact_diameter(rms_slope: float, rms_curvature: float) -> float:
 def height_change(rms_slope: float, rms_curvature: float) -> float:
     """Height between the edge and the middle of a contact, δh = h'²/h'' = h' d_rep/4."""
     return rms_slope**2 / rms_curvature
+
+
+def gap_scale(rms_slope: float, rms_curvature: float) -> float:
+    """Gap one patch width outside the edge of a contact, g0 = (16/3) h'²/h'': Eq. (S-1) at x = d_rep = 4h'/h''.
+
+    Monti, Sanner and Pastewka, Tribol. Lett. 69, 80 (2021), find that the attraction is a thin rim, as the paper takes
+    it, only for ranges below about 0.1 g0.
+    """
+    return 16 / 3 * height_change(rms_slope, rms_curvature)
 
 
 def perimeter(area: float, diameter: float) -> float:

@@ -13,16 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import quad, simpson
 from scipy.optimize import brentq, minimize_scalar
-from scipy.special import erf
+from scipy.special import erf, erfc
 
 __all__ = [
     "KAPPA_BGT",
     "KAPPA_PERSSON",
     "GreenwoodWilliamson",
     "asperity_limit",
+    "bearing_area_limit",
     "conformal_energy",
     "dmt_asperities",
     "fuller_tabor",
+    "generalised_tabor",
     "persson_area",
 ]
 
@@ -163,3 +165,44 @@ def conformal_energy(wavenumber: Real, power: Real, contact_modulus: float = 1.0
     contact_modulus : E*.
     """
     return float(contact_modulus / 4 * np.sum(wavenumber * power))
+
+
+def bearing_area_limit(ratio: float) -> float:
+    """Largest h_rms²/(l_a λ_L) that is sticky in the bearing-area model, 0.6256 for h_rms far above the range.
+
+    Ciavarella, Meccanica 53, 1107 (2018), doi 10.1007/s11012-017-0701-6, worked out anew from its two parts.  Repulsion
+    is Persson's at large separations u, with γ = 1/2 and q0 = 2π/λ_L::
+
+        p/E* = (3/(8γ)) q0 h_rms exp(-u/(γ h_rms))
+
+    and attraction a constant tension w/ε over the bearing area between u - ε and u of the undeformed Gaussian surface,
+    which for spheres gives DMT's 2π w R::
+
+        p_att = (w/ε) [Φ(-(u - ε)/h_rms) - Φ(-u/h_rms)]
+
+    Sticky where p_att exceeds p at some u.  For ε much smaller than h_rms that is first so at u = 2 h_rms: the limit is
+    e²/(3π/2 sqrt(2π)).  The smallest wavelength does not enter.
+
+    Parameters
+    ----------
+    ratio : h_rms/ε, with ε the range over which the tension is constant, w over the tension.
+    """
+
+    def gain(x: float) -> float:
+        between = erfc((x - 1 / ratio) / np.sqrt(2)) - erfc(x / np.sqrt(2))
+        return float(np.exp(2 * x) * between / 2 * ratio)
+
+    # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 everything is sticky.
+    steps = np.linspace(0.0, min(6.0 + 4 / ratio, 300.0), 400)
+    best = int(np.argmax([gain(float(x)) for x in steps]))
+    bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
+    found = minimize_scalar(lambda x: -gain(x), bounds=bounds, method="bounded")
+    return float(-found.fun / (0.75 * 2 * np.pi))
+
+
+def generalised_tabor(rms_curvature: float, adhesion_length: float, range: float) -> float:
+    """R^(1/3) l_a^(2/3)/Δr with R = 1/h'': below about 1 the attraction of asperities is long-ranged.
+
+    Müser, Tribol. Int. 100, 41 (2016), in the form of the Adhesion package's example of rough surfaces.
+    """
+    return float(np.cbrt(adhesion_length**2 / rms_curvature) / range)

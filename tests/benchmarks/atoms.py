@@ -24,7 +24,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 
 __all__ = ["CRYSTALS", "equilibrium"]
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import padded, restrict
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import HalfSpace
-from continuum.model.surface import SelfAffine
-from continuum.model.walls import LennardJonesSpline
-from continuum.solve.cpu.levels import restrict
+from tests.problems import Rough
 
 __all__ = [
     "ADHESION_LENGTHS",
@@ -24,7 +20,8 @@ __all__ = [
     "SEEDS",
     "SIZES",
     "TOLERANCE",
-    "Rough",
+    "coarse",
+    "rough",
 ]
 
 SIZES = (512, 1024, 2048, 4096)
@@ -51,36 +48,16 @@ MEMORY_ALLOWED = {4096: 1536, 8192: 6144}
 """Bounds of the peak memory of a process, in MiB."""
 
 
-@dataclass(frozen=True)
-class Rough:
-    """A self-affine wall on n x n points one a0 apart: H = 0.8, h'rms = 0.1 exactly, λ_L = L/2."""
+def rough(n: int, seed: int, adhesion_length: float = 0.0, lambda_s: float = 32.0) -> Rough:
+    """The wall of all benchmarks: H = 0.8, h'rms = 0.1 exactly, λ_L = L/2."""
+    return Rough(n, adhesion_length, lambda_s, seed)
 
-    n: int
-    seed: int
-    lambda_s: float = 32.0
 
-    @property
-    def grid(self) -> Grid:
-        """One thread."""
-        return Grid.square(self.n)
-
-    def heights(self) -> Real:
-        """In a0; not to be changed, so that a problem needs no copy."""
-        spectrum = SelfAffine(0.8, 0.1, self.lambda_s, self.n / 2)
-        heights = spectrum.synthesise(self.grid, np.random.default_rng(self.seed))
-        heights.flags.writeable = False
-        return heights
-
-    def problem(self, adhesion_length: float, heights: Real | None = None) -> ContactProblem:
-        """Under the paper's law, on an incompressible half-space; heights that are at hand need not be made again."""
-        wall = LennardJonesSpline(adhesion_length=adhesion_length)
-        return ContactProblem(self.grid, wall, self.heights() if heights is None else heights, HalfSpace("clamped"))
-
-    def coarse(self, adhesion_length: float, factor: int = 4) -> ContactProblem:
-        """The problem on every fourth point, its surface cut off in Fourier space: for the search of an area."""
-        fine = self.problem(adhesion_length)
-        m = self.n // factor
-        grid = Grid((m, m), fine.grid.lengths)
-        heights_q = grid.empty_q()
-        restrict(fine.grid.forward(fine.heights), heights_q)
-        return ContactProblem(grid, fine.wall, grid.inverse(heights_q), fine.substrate)
+def coarse(surface: Rough, factor: int = 4) -> ContactProblem:
+    """The problem on every fourth point, its surface cut off in Fourier space: for the search of an area."""
+    fine = surface.problem()
+    m = surface.n // factor
+    grid = Grid((m, m), fine.grid.lengths)
+    heights_q = padded(grid.shape_q, np.complex128)
+    restrict(fine.grid.forward(fine.heights), heights_q)
+    return ContactProblem(grid, fine.wall, grid.inverse(heights_q), fine.substrate)

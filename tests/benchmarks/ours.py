@@ -14,16 +14,19 @@ import numpy as np
 from numba import njit
 
 from continuum.measure.contact import contact_map, totals_of
+from continuum.model.fourier import padded
 from continuum.model.grid import Grid, Real
-from continuum.model.laws import TILE
-from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.walls import HardWall, Wall
 from continuum.path.loading import State, solve
-from continuum.solve import smooth as minimise
-from continuum.solve.hard import constrain
-from continuum.solve.smooth import NEAR, Settings, Solution
-from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, Rough
+from continuum.solve import cpu
+from continuum.solve.cpu.compiled import TILE
+from continuum.solve.cpu.levels import NEAR
+from continuum.solve.cpu.passes import Passes
+from continuum.solve.solution import Settings, Solution
+from continuum.solve.solver import Solver
+from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, coarse, rough
+from tests.problems import Rough
 
 __all__ = ["ARRAYS_MOVED", "hard_wall", "iteration", "judge", "judge_hard", "mean_gap_at", "search"]
 
@@ -51,7 +54,7 @@ def _timed(work: Callable[[], Any]) -> tuple[Any, float]:
 def warm_up() -> None:
     """Compile and load everything on a small grid: compilation is no part of any time."""
     for length in ADHESION_LENGTHS:
-        solve(Rough(256, 1).problem(length), "mean-gap", 4.0, Settings(TOLERANCE))
+        solve(rough(256, 1, length).problem(), "mean-gap", 4.0, Settings(TOLERANCE))
 
 
 def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
@@ -59,14 +62,14 @@ def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
     warm_up()
 
     def bisect() -> tuple[float, float]:
-        coarse = Rough(n, seed).coarse(adhesion_length)
-        deepest = -float(coarse.heights.min())
+        few = coarse(rough(n, seed, adhesion_length))
+        deepest = -float(few.heights.min())
         low, high, pairs = 1 + 0.2 * deepest, 1 + deepest, 0.0
         for _ in range(9):
             gap = (low + high) / 2
-            state = solve(coarse, "mean-gap", gap, Settings(1e-5))
+            state = solve(few, "mean-gap", gap, Settings(1e-5))
             pairs += state.solution.fft_pairs / 16
-            if totals_of(coarse.grid, coarse.wall, state.gap).area_rep < AREA:
+            if totals_of(few.grid, few.wall, state.gap).area_rep < AREA:
                 high = gap
             else:
                 low = gap
@@ -90,11 +93,11 @@ def mean_gap_at(
     The start is cold, or the gap in a file, whose basin is then kept to.
     """
     warm_up()
-    rough = Rough(n, seed)
-    heights = rough.heights()
+    surface = rough(n, seed, adhesion_length)
+    heights = surface.heights()
 
     def cold() -> tuple[State, Wall]:
-        problem = rough.problem(adhesion_length, heights)
+        problem = surface.problem(heights=heights)
         if start:
             settings = Settings(tolerance, warm_grids=0)
             return solve(problem, "mean-gap", mean_gap, settings, np.load(start)), problem.wall
@@ -102,7 +105,7 @@ def mean_gap_at(
 
     (state, wall), seconds = _timed(cold)
     solution = state.solution.require()
-    contact = totals_of(rough.grid, wall, state.gap)
+    contact = totals_of(surface.grid, wall, state.gap)
     if save:
         np.save(save, state.gap)
     return {
@@ -118,7 +121,7 @@ def mean_gap_at(
 
 def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[str, Any]:
     """States of several codes, from their gaps: areas, loads, energies, and the residual K u + p without its mean."""
-    problem = Rough(n, seed).problem(adhesion_length)
+    problem = rough(n, seed, adhesion_length).problem()
     gaps = [np.load(file) for file in files]
     found = []
     for gap in gaps:
@@ -147,14 +150,15 @@ def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[s
 def hard_wall(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -> dict[str, Any]:
     """The hard wall at `PRESSURE` from a cold start; the time runs from the heights to the state."""
 
-    def cold(rough: Rough, heights: Real) -> Solution:
-        problem = ContactProblem(rough.grid, HardWall(), heights, HalfSpace("free"))
-        return constrain(rough.grid, problem.stiffness_q, problem.heights, None, Settings(tolerance), pressure=PRESSURE)
+    def cold(surface: Rough, heights: Real) -> Solution:
+        problem = surface.problem(HardWall(), HalfSpace("free"), heights)
+        solver = Solver(problem.grid, problem.stiffness_q)
+        return solver.constrain(problem.heights, None, Settings(tolerance), pressure=PRESSURE)
 
-    small, rough = Rough(128, 1, lambda_s), Rough(n, seed, lambda_s)
+    small, surface = rough(128, 1, lambda_s=lambda_s), rough(n, seed, lambda_s=lambda_s)
     cold(small, small.heights())
-    heights = rough.heights()
-    solution, seconds = _timed(lambda: cold(rough, heights))
+    heights = surface.heights()
+    solution, seconds = _timed(lambda: cold(surface, heights))
     solution.require()
     np.save(save, solution.traction)
     return {"cpu": seconds, "fft_pairs": solution.fft_pairs, "iterations": solution.iterations}
@@ -166,9 +170,8 @@ def judge_hard(n: int, seed: int, lambda_s: float, files: list[str]) -> dict[str
     With v = h + FFT⁻¹(p_q/K), q != 0, the gap is v + D, where D makes its mean over the pixels under pressure zero.
     An exact state has no gap at any of these and no overlap elsewhere.
     """
-    rough = Rough(n, seed, lambda_s)
-    grid, heights = rough.grid, rough.heights()
-    K = rough.problem(0.0).stiffness_q
+    problem = rough(n, seed, lambda_s=lambda_s).problem()
+    grid, heights, K = problem.grid, problem.heights, problem.stiffness_q
     found, maps = [], []
     for file in files:
         pressure = np.load(file)
@@ -208,7 +211,8 @@ def _stream(size: int) -> float:
 
 def _pair(grid: Grid) -> tuple[float, float]:
     """CPU seconds of an FFT pair on padded arrays: ducc0's own, and the package's over fixed blocks."""
-    field, spectrum = grid.empty(), grid.empty_q()
+    passes, field = Passes(grid, np.ones(grid.shape_q), 1), padded(grid.shape)
+    spectrum = passes.work_q
     field[...] = np.random.default_rng(1).standard_normal(grid.shape)
 
     def plain() -> None:
@@ -224,8 +228,8 @@ def _pair(grid: Grid) -> tuple[float, float]:
         )
 
     def blocks() -> None:
-        grid.forward(field, out=spectrum)
-        grid.inverse(spectrum, out=field, overwrite=True)
+        passes.forward(field)
+        passes.inverse(field)
 
     return _best(plain), _best(blocks)
 
@@ -245,12 +249,11 @@ def iteration(n: int, seed: int, adhesion_length: float, mean_gap: float) -> dic
     stream = _stream(n * n)
     pair, block_pair = _pair(Grid.square(n))
     warm_up()
-    rough = Rough(n, seed)
-    problem = rough.problem(adhesion_length)
+    problem = rough(n, seed, adhesion_length).problem()
     state, whole = _timed(lambda: solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE)))
     all_pairs = state.solution.require().fft_pairs
 
-    minimise.LEVELS = 1
+    cpu.LEVELS = 1
 
     def run(iterations: int) -> Solution:
         settings = Settings(1e-30, max_iterations=iterations, warm_grids=0)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.benchmarks.cases import PRESSURE, Rough
+from tests.benchmarks.cases import PRESSURE, rough
 
 __all__ = ["adhesion", "contact_mechanics", "tamaas"]
 
@@ -49,8 +49,8 @@ def adhesion(
             displacement = result.x.reshape(heights.shape)
         return system.compute_gap(displacement, offset), result
 
-    cold(Rough(64, 1).heights(), -2.0)
-    heights = Rough(n, seed).heights()
+    cold(rough(64, 1).heights(), -2.0)
+    heights = rough(n, seed).heights()
     offset = pressure / (np.pi / n) - mean_gap
     began = time.process_time()
     gap, result = cold(heights, offset)
@@ -71,8 +71,8 @@ def contact_mechanics(n: int, seed: int, lambda_s: float, pentol: float, save: s
         system = NonSmoothContactSystem(half_space, Topography(-heights, sizes, periodic=True))
         return system.minimize_proxy(external_force=PRESSURE * heights.size, pentol=pentol)
 
-    cold(Rough(64, 1, lambda_s).heights())
-    heights = Rough(n, seed, lambda_s).heights()
+    cold(rough(64, 1, lambda_s=lambda_s).heights())
+    heights = rough(n, seed, lambda_s=lambda_s).heights()
     began = time.process_time()
     result = cold(heights)
     seconds = time.process_time() - began
@@ -96,8 +96,8 @@ def tamaas(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -> d
         error = solver.solve(PRESSURE)
         return np.array(model.traction), error
 
-    cold(Rough(64, 1, lambda_s).heights())
-    heights = Rough(n, seed, lambda_s).heights()
+    cold(rough(64, 1, lambda_s=lambda_s).heights())
+    heights = rough(n, seed, lambda_s=lambda_s).heights()
     began = time.process_time()
     traction, error = cold(heights)
     seconds = time.process_time() - began

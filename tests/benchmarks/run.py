@@ -265,7 +265,7 @@ def _sources(package: str = "continuum", *own: str) -> str:
     """Digest of what is measured: rows of one results file belong together."""
     files = [ROOT / "tests" / "benchmarks" / f"{name}.py" for name in own or ("cases", "job", "ours", "peers")]
     digest = hashlib.sha256()
-    for file in sorted((ROOT / package).glob("*.py")) + files:
+    for file in [*sorted((ROOT / package).rglob("*.py")), ROOT / "tests" / "problems.py", *files]:
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -10,7 +10,7 @@ from continuum.measure.outline import Mask
 from continuum.model.grid import Grid, Real
 from continuum.model.surface import Moments, moments
 from continuum.path.loading import Search, follow
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 from continuum.theory.paper import contact_diameter
 from tests.problems import Rough
 

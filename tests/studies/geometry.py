@@ -24,8 +24,8 @@ from continuum.model.walls import HardWall
 from continuum.path.loading import follow
 from continuum.runs.analysis import gap_ratio
 from continuum.show import plot
-from continuum.solve.hard import constrain
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
+from continuum.solve.solver import Solver
 from continuum.theory import paper
 from tests.problems import Rough
 from tests.studies.contacts import RoughContact, contacts
@@ -298,7 +298,7 @@ def hertz() -> None:
             middle = grid.lengths[0] / 2 + rng.random(2)
             heights = ((x - middle[0]) ** 2 + (y - middle[1]) ** 2) / (2 * radius)
             pressure = 4 * a**3 / (3 * radius) / grid.area
-            state = constrain(grid, stiffness_q, heights, None, Settings(1e-7), pressure=pressure)
+            state = Solver(grid, stiffness_q).constrain(heights, None, Settings(1e-7), pressure=pressure)
             got, exact = areas(grid, HardWall(), state.gap), np.pi * a**2 / grid.area
             found.append([got.repulsive, got.corrected, got.interior, got.dilated, got.uncertainty])
         mean, scatter = np.mean(found, axis=0) / exact, np.std(found, axis=0) / exact

@@ -62,7 +62,7 @@ def followed(system: System) -> dict[str, Any]:
     problem = system.rough.problem()
     grid, wall, found = problem.grid, problem.wall, moments(problem.grid, problem.heights)
     states = []
-    settings = Settings(1e-6 * system.rms_slope)
+    settings = Settings(1e-6 * system.rms_slope, threads=system.threads)
     for state in follow(problem, "repulsive-area", system.areas, settings, search=Search(area_tolerance=0.01)):
         row: dict[str, Any] = {"target": state.target, "status": state.status.name, "branch": state.branch}
         if state.status.ok:

@@ -23,7 +23,7 @@ from continuum.model.surface import sine, sphere
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.path.loading import State, follow, solve
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 from continuum.theory.smooth import DMT, JKR, AdhesiveWave, MaugisDugdale
 from tests.verification.axisymmetric import AxisymmetricSphere
 

@@ -17,7 +17,7 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import sine, sphere
 from continuum.model.walls import HardWall
 from continuum.path.loading import solve
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 from continuum.theory.smooth import DMT, JKR, Hertz, Westergaard
 from tests.verification.adhesive import (
     IMAGES_CURVATURE,

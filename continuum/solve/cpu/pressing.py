@@ -1,13 +1,14 @@
 """Compiled sweeps of the bound-constrained solver over the points of the surface.
 
-Run by :func:`continuum.solve.cpu.levels.sum_over`.  p is the pressure, z the gap up to its level ``shift``, t the
-direction; s is the preconditioned gap and m the preconditioned field of ones, both zero off the contact.
+Each is a function of the rows ``start:stop`` of a block, which writes that block's sums.  p is the pressure, z the gap
+up to its level ``shift``, t the direction; s is the preconditioned gap and m the preconditioned field of ones, both
+zero off the contact.
 """
 
 from __future__ import annotations
 
-from continuum.model.grid import Real
-from continuum.model.laws import Mask, compiled
+from continuum.model.fourier import Real
+from continuum.solve.cpu.compiled import Mask, compiled
 
 __all__ = [
     "accept",

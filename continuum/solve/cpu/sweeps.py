@@ -9,11 +9,10 @@ The next coarser grid carries the columns below ``low_columns`` of the rows with
 
 from __future__ import annotations
 
-from continuum.model.grid import Real
-from continuum.model.laws import TILE, Mask, compiled
+from continuum.model.fourier import Real
+from continuum.solve.cpu.compiled import TILE, Mask, compiled, inlined
 
 __all__ = [
-    "SUMS",
     "copy",
     "displace",
     "every_second",
@@ -25,9 +24,6 @@ __all__ = [
     "moved",
     "square",
 ]
-
-SUMS = 6
-"""Sums of a sweep, at most."""
 
 
 @compiled
@@ -65,62 +61,88 @@ def gradient(
         wi = work[i, 2 * first : 2 * last]
         ki = K[i, first:last]
         weight = weights[first:last]
-        gg = 0.0
         if first < low_columns and (i < low_rows or i > rows - low_rows):
-            for j in range(ki.size):
-                y0 = alpha * ki[j] * di[2 * j] + wi[2 * j]
-                y1 = alpha * ki[j] * di[2 * j + 1] + wi[2 * j + 1]
-                g0 = gi[2 * j] + y0
-                g1 = gi[2 * j + 1] + y1
-                wi[2 * j] = y0
-                wi[2 * j + 1] = y1
-                gi[2 * j] = g0
-                gi[2 * j + 1] = g1
-                gg += weight[j] * (g0 * g0 + g1 * g1)
-            sums[0] += gg
+            sums[0] += _finish_low(gi, di, wi, ki, weight, alpha)
             continue
         # A row stays in the cache for three short loops, which vectorise where one long one does not.
-        for j in range(ki.size):
-            k = ki[j]
-            m = 1.0 / (k + c0)
-            d0 = beta * di[2 * j] - m * gi[2 * j]
-            d1 = beta * di[2 * j + 1] - m * gi[2 * j + 1]
-            di[2 * j] = d0
-            di[2 * j + 1] = d1
-            wi[2 * j] += alpha * k * d0
-            wi[2 * j + 1] += alpha * k * d1
-        gs = ys = ym = 0.0
-        for j in range(ki.size):
-            w = weight[j]
-            m = w / (ki[j] + c0)
-            y0 = wi[2 * j]
-            y1 = wi[2 * j + 1]
-            g0 = gi[2 * j] + y0
-            g1 = gi[2 * j + 1] + y1
-            gi[2 * j] = g0
-            gi[2 * j + 1] = g1
-            square = g0 * g0 + g1 * g1
-            gg += w * square
-            gs += m * square
-            ys += m * (y0 * g0 + y1 * g1)
-            ym += m * (y0 * y0 + y1 * y1)
-        ss = sd = 0.0
-        for j in range(ki.size):
-            k = ki[j]
-            m = 1.0 / (k + c0)
-            s0 = m * gi[2 * j]
-            s1 = m * gi[2 * j + 1]
-            wi[2 * j] = s0
-            wi[2 * j + 1] = s1
-            k *= weight[j]
-            ss += k * (s0 * s0 + s1 * s1)
-            sd += k * (s0 * di[2 * j] + s1 * di[2 * j + 1])
+        _follow(gi, di, wi, ki, c0, alpha, beta)
+        gg, gs, ys, ym = _finish(gi, wi, ki, weight, c0)
+        ss, sd = _precondition(gi, di, wi, ki, weight, c0)
         sums[0] += gg
         sums[1] += gs
         sums[2] += ys
         sums[3] += ym
         sums[4] += ss
         sums[5] += sd
+
+
+@inlined
+def _finish_low(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, alpha: float) -> float:
+    """A row of the coarse grid's modes: work <- y, g <- g + y; |g|²."""
+    gg = 0.0
+    for j in range(ki.size):
+        y0 = alpha * ki[j] * di[2 * j] + wi[2 * j]
+        y1 = alpha * ki[j] * di[2 * j + 1] + wi[2 * j + 1]
+        g0 = gi[2 * j] + y0
+        g1 = gi[2 * j + 1] + y1
+        wi[2 * j] = y0
+        wi[2 * j + 1] = y1
+        gi[2 * j] = g0
+        gi[2 * j + 1] = g1
+        gg += weight[j] * (g0 * g0 + g1 * g1)
+    return gg
+
+
+@inlined
+def _follow(gi: Real, di: Real, wi: Real, ki: Real, c0: float, alpha: float, beta: float) -> None:
+    """A row of the others: d <- beta d - M g, work <- y."""
+    for j in range(ki.size):
+        k = ki[j]
+        m = 1.0 / (k + c0)
+        d0 = beta * di[2 * j] - m * gi[2 * j]
+        d1 = beta * di[2 * j + 1] - m * gi[2 * j + 1]
+        di[2 * j] = d0
+        di[2 * j + 1] = d1
+        wi[2 * j] += alpha * k * d0
+        wi[2 * j + 1] += alpha * k * d1
+
+
+@inlined
+def _finish(gi: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[float, float, float, float]:
+    """The same row: g <- g + y; |g|², <g,s>, <y,s>, <y,My>."""
+    gg = gs = ys = ym = 0.0
+    for j in range(ki.size):
+        w = weight[j]
+        m = w / (ki[j] + c0)
+        y0 = wi[2 * j]
+        y1 = wi[2 * j + 1]
+        g0 = gi[2 * j] + y0
+        g1 = gi[2 * j + 1] + y1
+        gi[2 * j] = g0
+        gi[2 * j + 1] = g1
+        square = g0 * g0 + g1 * g1
+        gg += w * square
+        gs += m * square
+        ys += m * (y0 * g0 + y1 * g1)
+        ym += m * (y0 * y0 + y1 * y1)
+    return gg, gs, ys, ym
+
+
+@inlined
+def _precondition(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[float, float]:
+    """The same row: work <- s = M g; <s,Ks>, <s,Kd>."""
+    ss = sd = 0.0
+    for j in range(ki.size):
+        k = ki[j]
+        m = 1.0 / (k + c0)
+        s0 = m * gi[2 * j]
+        s1 = m * gi[2 * j + 1]
+        wi[2 * j] = s0
+        wi[2 * j + 1] = s1
+        k *= weight[j]
+        ss += k * (s0 * s0 + s1 * s1)
+        sd += k * (s0 * di[2 * j] + s1 * di[2 * j + 1])
+    return ss, sd
 
 
 @compiled
@@ -221,7 +243,7 @@ def square(first: int, last: int, sums: Real, g: Real, weights: Real) -> None:
             sums[0] += weights[j] * (g[i, 2 * j] * g[i, 2 * j] + g[i, 2 * j + 1] * g[i, 2 * j + 1])
 
 
-# Over the points: functions of the rows ``first:last``, as those of :mod:`continuum.model.laws`.
+# Over the points: functions of the rows ``first:last``, as those of :mod:`continuum.solve.cpu.tractions`.
 
 
 @compiled

@@ -29,13 +29,13 @@ from atomistic.ladder.rungs import (
 )
 from atomistic.lammps.engine import run_command
 from atomistic.response.lattice import LatticeResponse
-from continuum.files.tables import load
+from continuum.files.inputs import load
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 from tests.problems import Rough, lattice
 
 ROOT = Path(__file__).parents[3]
@@ -363,7 +363,7 @@ def test_another_validation_in_the_way_is_left_alone(
     archive.write(tmp_path / "small.h5", config, archive.datasets_of(results))
     before = (tmp_path / "small.h5").read_bytes()
     assert main(["validate", str(changed), "-o", str(tmp_path)]) == 2
-    assert "another validation" in capsys.readouterr().err
+    assert "holds another result" in capsys.readouterr().err
     assert (tmp_path / "small.h5").read_bytes() == before
 
 
@@ -510,8 +510,8 @@ def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.Ca
     )
     deck = tmp_path / "deck"
     assert main(["deck", str(source), "-o", str(deck)]) == 0
-    assert main(["read", str(deck)]) == 1  # nobody has run it
-    assert "no complete result" in capsys.readouterr().err
+    assert main(["read", str(deck)]) == 2  # nobody has run it
+    assert "has not been run" in capsys.readouterr().err
     by_lmp = run_command(deck)
     assert by_lmp.require().largest_force <= 5e-10
     assert main(["read", str(deck)]) == 0

@@ -5,9 +5,11 @@ import pytest
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps.deck import INPUTS, Deck, read_slab, read_wall_table, render, write_deck
-from continuum.model.tabulated_wall import TabulatedWall
-from continuum.model.walls import LennardJonesSpline
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.directory import INPUTS, read_slab, render, write_deck
+from atomistic.lammps.law import read_wall_table
+from continuum.errors import OutputError
+from continuum.model.walls import HardWall, LennardJonesSpline
 
 SLAB = Slab((4, 5), mobile=3)
 ADHESIVE = LennardJonesSpline(adhesion_length=0.005)
@@ -42,11 +44,11 @@ def test_the_data_file_holds_every_number_to_its_last_digit(tmp_path):
 def test_the_script_is_complete_and_holds_the_numbers_of_the_deck():
     deck = make_deck(tolerance=3e-12, evaluations=77)
     texts = render(deck)
-    assert {*texts, "slab.data"} == set(INPUTS)
+    assert {*texts, "slab.data", "deck.json"} == set(INPUTS)
     assert not [name for name, text in texts.items() if "@{" in text or "np.float64" in text]
     assert f"variable        separation index {deck.separation:.17g} " in texts["in.contact"]
-    assert float(texts["in.contact"].split("variable        tolerance index ")[1].split()[0]) == 3e-12
-    assert "evaluations index 77 " in texts["in.contact"]
+    assert float(texts["in.slab"].split("variable        tolerance index ")[1].split()[0]) == 3e-12
+    assert "evaluations index 77 " in texts["in.slab"]
     assert f"bond_coeff      1 {Springs().stiffness / 2:.17g} 1\n" in texts["in.slab"]
     assert "surface id <= 20\n" in texts["in.slab"]
     assert "mobile id <= 60\n" in texts["in.slab"]
@@ -87,7 +89,7 @@ def test_a_deck_replaces_a_deck_and_its_outputs_but_nothing_else(tmp_path):
 
     (directory / "thesis.tex").write_text("precious")
     before = {path.name: path.read_bytes() for path in directory.iterdir()}
-    with pytest.raises(FileExistsError, match=r"thesis\.tex"):
+    with pytest.raises(OutputError, match=r"thesis\.tex"):
         write_deck(directory, make_deck())
     assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
 
@@ -108,7 +110,7 @@ MOVED_BASE = np.ones((4, 4, 5, 3))
         ({"tolerance": float("nan")}, ValueError, "tolerance"),
         ({"evaluations": 0}, ValueError, "evaluations"),
         ({"evaluations": 1.5}, ValueError, "evaluations"),
-        ({"wall": TabulatedWall(np.linspace(0.7, 1, 5), np.linspace(1, 0, 5))}, TypeError, "TabulatedWall"),
+        ({"wall": HardWall()}, TypeError, "no function of the gap"),
     ],
 )
 def test_a_deck_that_makes_no_sense_is_refused(changes, error, message):

@@ -8,12 +8,15 @@ import pytest
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
-from atomistic.lammps.deck import Deck, read_wall_table, write_deck
-from atomistic.lammps.engine import LammpsError, Session, run_command, run_in_process
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.engine import LammpsError, run_command, run_in_process
+from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import DeckStatus, read_result
+from atomistic.lammps.session import Session
 from atomistic.relax.relax import apply_wall
 from continuum.model.walls import LennardJonesSpline
-from continuum.solve.smooth import NotConvergedError
+from continuum.solve.solution import NotConvergedError
 
 SPRINGS = Springs()
 WALLS = {

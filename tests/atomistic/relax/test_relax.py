@@ -11,8 +11,11 @@ import pytest
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
-from atomistic.lammps.deck import Deck, read_wall_table, write_deck
-from atomistic.lammps.engine import Session, run_command
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.engine import run_command
+from atomistic.lammps.law import read_wall_table
+from atomistic.lammps.session import Session
 from atomistic.relax.relax import apply_wall, iterate, relax
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.grid import Grid
@@ -33,6 +36,7 @@ def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
     def answer(amplitude: float) -> np.ndarray:
         force = amplitude * point
         with Session(tmp_path) as session:
+            session.command("variable tolerance delete")
             session.command("variable tolerance index 1e-12")
             session.command("variable evaluations index 5000")
             session.apply(lambda z: (force, -float(np.sum(force * z))))
@@ -60,7 +64,7 @@ def test_the_lattice_start_is_the_lattice_equilibrium():
 
 
 @pytest.mark.parametrize("adhesion_length", [0.0, 0.005])
-@pytest.mark.parametrize("slope", [0.1, 0.001])
+@pytest.mark.parametrize("slope", [0.1, pytest.param(0.001, marks=pytest.mark.long)])
 def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
     problem, _, deck = on_atoms(slope=slope, adhesion_length=adhesion_length)
     lattice = problem.substrate
@@ -108,6 +112,7 @@ def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
     table = read_wall_table(tmp_path / "wall.table")
     with Session(tmp_path) as session:
         apply_wall(session, table, deck.heights, deck.separation)
+        session.command("variable tolerance delete")
         session.command("variable tolerance index 1e-11")
         session.command("variable evaluations index 5000")
         session.run("in.relax")
@@ -134,7 +139,9 @@ def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_pat
     assert result.load == pytest.approx(expected.load, rel=1e-8)
 
 
-@pytest.mark.parametrize(("name", "adhesion_length"), [("lj", 0.005), ("Ni_u3.eam", 0.0)])
+@pytest.mark.parametrize(
+    ("name", "adhesion_length"), [("lj", 0.005), pytest.param("Ni_u3.eam", 0.0, marks=pytest.mark.long)]
+)
 def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhesion_length):
     problem, state, deck = on_atoms(slope=0.05, adhesion_length=adhesion_length, name=name)
     lattice = problem.substrate
@@ -203,7 +210,7 @@ def test_ranks_share_the_atoms_of_the_iteration(tmp_path):
     # Each rank writes a file of its own: what two processes print may arrive in any order, even letter by letter.
     script = (
         "import os, sys; from pathlib import Path; from tests.problems import lattice, on_atoms\n"
-        "from atomistic.lammps.engine import Session; from atomistic.relax.relax import iterate\n"
+        "from atomistic.lammps.session import Session; from atomistic.relax.relax import iterate\n"
         "_, _, deck = on_atoms(slope=0.05, adhesion_length=0.005)\n"
         "with Session(Path(sys.argv[1])) as session:\n"
         "    found = iterate(deck, session, lattice(16, 'springs'))\n"

@@ -11,7 +11,9 @@ import xarray
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.files import store
+from continuum.errors import OutputError
+from continuum.files import output, store
+from continuum.files.hdf5 import read_array
 from continuum.files.store import Dataset, StoreError
 
 HEAD = {"schema": "test", "schema_version": 1}
@@ -66,12 +68,12 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pyt
     path = tmp_path / "a.h5"
     store.write(path, some(), HEAD)
     before = path.read_bytes()
-    for error, caught in ((OSError("disk full"), StoreError), (KeyboardInterrupt(), KeyboardInterrupt)):
+    for error, caught in ((OSError("disk full"), OutputError), (KeyboardInterrupt(), KeyboardInterrupt)):
 
         def fail(*_: object, error: BaseException = error) -> None:
             raise error
 
-        monkeypatch.setattr(store, "_sync", fail)
+        monkeypatch.setattr(output.os, "fsync", fail)
         with pytest.raises(caught):
             store.write(path, {"x": some()["x"]}, HEAD)
         assert path.read_bytes() == before
@@ -88,7 +90,7 @@ def test_what_a_killed_writer_left_is_removed_and_nothing_else(tmp_path: Path) -
     other = tmp_path / f".b.h5.{socket.gethostname()}.999999999.tmp"
     for path in (dead, alive, other):
         path.touch()
-    store.remove_stale(tmp_path / "a.h5")
+    output.remove_stale(tmp_path / "a.h5")
     assert set(tmp_path.iterdir()) == {alive, other}
 
 
@@ -151,7 +153,7 @@ def test_data_that_lie_elsewhere_are_refused(tmp_path: Path, kind: str) -> None:
             layout = h5py.VirtualLayout((4,), "f8")
             layout[:] = h5py.VirtualSource(str(tmp_path / "other.h5"), "y", (4,))
             file.create_virtual_dataset("y", layout)
-    for reading in (lambda: read(path), lambda: store.read_array(path, "y")):
+    for reading in (lambda: read(path), lambda: read_array(path, "y")):
         with pytest.raises(StoreError, match="refused"):
             reading()
 
@@ -160,7 +162,7 @@ def test_an_array_of_a_user_is_read_if_it_is_one(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "mine.h5", "w") as file:
         file["map/heights"] = np.arange(12, dtype=np.int16).reshape(3, 4)
         file["name"] = np.array([b"text"])
-    found = store.read_array(tmp_path / "mine.h5", "/map/heights", (3, 4))
+    found = read_array(tmp_path / "mine.h5", "/map/heights", (3, 4))
     np.testing.assert_array_equal(found, np.arange(12.0).reshape(3, 4))
     assert found.dtype == np.float64
     for dataset, shape, words in (
@@ -169,7 +171,7 @@ def test_an_array_of_a_user_is_read_if_it_is_one(tmp_path: Path) -> None:
         ("map/heights", (4, 3), "shape"),
     ):
         with pytest.raises(StoreError, match=words):
-            store.read_array(tmp_path / "mine.h5", dataset, shape)
+            read_array(tmp_path / "mine.h5", dataset, shape)
 
 
 @given(st.integers(1, 40), st.integers(1, 5), st.integers(0, 2**32 - 1))

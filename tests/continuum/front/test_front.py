@@ -9,6 +9,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
+from continuum.errors import InputError
 from continuum.path.loading import solve
 from tests.problems import SMALL, Rough
 
@@ -101,7 +102,7 @@ def test_commands_as_functions(tmp_path: Path) -> None:
 def test_a_prediction_in_one_line(tmp_path: Path) -> None:
     np.save(tmp_path / "map.npy", Rough(32).heights())
     found = c.predict(tmp_path / "map.npy", size="10nm", unit="A", material=["mica", "mica"])
-    assert "by the paper's criterion" in found.sentence
+    assert "The paper's criterion by itself: " in found.sentence
     assert "Pastewka-Robbins" in found._repr_html_()
     assert found.write(tmp_path / "page", "map")[0].stat().st_size > 10000
 
@@ -111,7 +112,7 @@ def test_a_deck_under_a_contact_of_your_own(contact: c.Contact, tmp_path: Path) 
     assert deck.slab.shape == contact.grid.shape
     np.testing.assert_array_equal(deck.heights, contact.heights)
     assert (deck.write(tmp_path / "deck") / "in.contact").is_file()
-    with pytest.raises(ValueError, match="separation"):
+    with pytest.raises(InputError, match="separation"):
         a.deck(contact)
     with pytest.raises(TypeError, match="LennardJonesSpline"):
         a.deck(c.Contact(contact.heights, wall=c.HardWall()), separation=2.0)

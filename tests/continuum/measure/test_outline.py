@@ -15,7 +15,7 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine, moments
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 from continuum.theory.paper import PERIMETER_FACTOR, PERIMETER_FACTOR_PAPER
 from tests.problems import distance
 

@@ -16,8 +16,8 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine, moments, sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.solve.hard import constrain
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
+from continuum.solve.solver import Solver
 from continuum.theory.paper import attraction_width
 from continuum.theory.paper import gap_profile as predicted_gap
 from continuum.theory.smooth import Hertz, Westergaard
@@ -59,7 +59,9 @@ def test_the_correction_removes_most_of_the_bias_of_a_hard_contact() -> None:
         heights = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / (2 * radius)
         pressure = 4 * a**3 / (3 * radius) / grid.area
         assert Hertz(radius, pressure * grid.area).contact_radius == pytest.approx(a)
-        found = constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(1e-7), pressure=pressure)
+        found = Solver(grid, HalfSpace("free").stiffness(grid)).constrain(
+            heights, None, Settings(1e-7), pressure=pressure
+        )
         measured = areas(grid, HardWall(), found.gap)
         assert np.isnan(measured.contour)
         exact = np.pi * a**2 / grid.area
@@ -124,7 +126,7 @@ def test_the_gap_outside_a_cylinder_rises_with_exponent_three_halves() -> None:
     wave = Westergaard(20.0, 8192.0, 0.02 * np.pi * 20 / 8192)
     heights = sine(grid, wave.amplitude, (1, 0))
     stiffness_q = HalfSpace("free").stiffness(grid)
-    found = constrain(grid, stiffness_q, heights, None, Settings(1e-9), pressure=wave.mean_pressure)
+    found = Solver(grid, stiffness_q).constrain(heights, None, Settings(1e-9), pressure=wave.mean_pressure)
     a, radius = wave.half_width, (8192 / (2 * np.pi)) ** 2 / wave.amplitude
     assert 300 < a < 400
     profile = gap_profile(grid, found.gap, found.gap <= 0, 100.0, 0.0)
@@ -178,7 +180,7 @@ def test_hertz_pressures_are_uniform_in_their_square() -> None:
     pressure = 4 * a**3 / (3 * radius) / grid.area
     stiffness_q = HalfSpace("free").stiffness(grid)
     heights = sphere(grid, radius)
-    found = constrain(grid, stiffness_q, heights, None, Settings(1e-7), pressure=pressure)
+    found = Solver(grid, stiffness_q).constrain(heights, None, Settings(1e-7), pressure=pressure)
     p = pressure_distribution(grid, HardWall(), found.gap, found.traction, bins=10)
     share = p.density * np.diff(p.edges) / np.sum(p.density * np.diff(p.edges))
     # Images at four radii take a few per cent of the load; the lowest bin holds the cut cells of the edge.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from continuum.arguments import ArgumentError
 from continuum.model.cubic import CubicConstants
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
@@ -120,8 +121,17 @@ def test_a_clamped_mean_does_not_move() -> None:
 
 
 @pytest.mark.parametrize(
-    ("heights", "fault"), [(np.zeros((8, 7)), "do not fit"), (np.full((8, 8), np.nan), "not finite")]
+    ("heights", "fault"),
+    [
+        (np.zeros((8, 7)), "the shape of the grid"),
+        (np.full((8, 8), np.nan), "64 of 64 are NaN"),
+        (np.ma.masked_less(np.arange(64.0).reshape(8, 8), 3), "3 are masked"),
+        (np.zeros((8, 8)) + 1j, "complex numbers"),
+        (np.zeros((8, 8), dtype=bool), "booleans"),
+        (np.full((8, 8), "1.0"), "text"),
+        ([[1.0, 2.0], [3.0]], "rows of one length"),
+    ],
 )
 def test_heights_that_are_none_are_refused(heights: Real, fault: str) -> None:
-    with pytest.raises(ValueError, match=fault):
+    with pytest.raises(ArgumentError, match=fault):
         ContactProblem(Grid.square(8), LennardJonesSpline(0.3), heights, HalfSpace("clamped"))

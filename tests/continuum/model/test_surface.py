@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine, moments, power_spectrum, sine, sphere
+from continuum.model.surface import SelfAffine, cylinder, moments, power_spectrum, punch, sine, sphere
 
 PAPER = SelfAffine(hurst=0.8, rms_slope=0.1, lambda_s=16.0, lambda_L=128.0)
 
@@ -126,3 +126,22 @@ def test_sphere_is_a_paraboloid_lowest_at_the_centre() -> None:
     heights = sphere(grid, 10.0)
     assert heights[8, 8] == 0
     assert heights[8, 12] == pytest.approx(16 / 20)
+
+
+def test_a_cylinder_is_a_parabola_across_and_straight_along_its_axis() -> None:
+    grid = Grid((32, 16), (32.0, 16.0))
+    for axis in (0, 1):
+        heights = cylinder(grid, 20.0, axis)
+        assert heights.shape == grid.shape
+        assert np.ptp(heights, axis=axis).max() == 0
+        across = np.take(heights, 0, axis=axis)
+        assert across[across.size // 2] == 0
+        assert np.diff(across, 2) == pytest.approx(1 / 20)
+
+
+def test_a_punch_is_flat_and_rises_at_its_edge() -> None:
+    grid = Grid.square(32)
+    heights = punch(grid, 8.0, 10.0)
+    r = np.hypot(*(position - 16 for position in grid.positions))
+    assert (heights[r <= 8] == 0).all()
+    assert heights[16 + 12, 16] == pytest.approx(4**2 / 20)

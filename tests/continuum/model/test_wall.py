@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import simpson
 from scipy.special import gamma
 
+from continuum.arguments import ArgumentError
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.theory import paper
@@ -120,7 +121,7 @@ def test_a_table_that_is_no_wall_is_refused(gap: list[float], traction: list[flo
 
 @pytest.mark.parametrize("bad", [{"range": -0.1}, {"range": np.nan}, {"range": 0.1, "core": 1.2}])
 def test_a_law_that_is_none_is_refused(bad: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="wall"):
+    with pytest.raises(ArgumentError, match="allowed"):
         LennardJonesSpline(**bad)
 
 
@@ -182,5 +183,5 @@ def test_an_exponential_on_a_stiffer_core_tends_to_the_exponential() -> None:
     ],
 )
 def test_an_untruncated_law_that_is_none_is_refused(make: Callable[[], Wall]) -> None:
-    with pytest.raises(ValueError, match="wall"):
+    with pytest.raises(ArgumentError, match="allowed"):
         make()

@@ -14,7 +14,7 @@ from scipy.special import erfc, zeta
 
 from continuum.model.substrates import HalfSpace
 from continuum.path.loading import solve
-from continuum.solve.smooth import Settings
+from continuum.solve.solution import Settings
 from continuum.theory.smooth import AdhesiveWave
 from tests.verification import checks, report
 from tests.verification.adhesive import IMAGES_CURVATURE, IMAGES_SHIFT, PAPER_LAW, dugdale_law, wave_problem

@@ -13,7 +13,7 @@ from continuum.model.surface import SelfAffine
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.loading import solve
-from continuum.solve.smooth import Settings, Status
+from continuum.solve.solution import Settings, Status
 
 SHAPES = [(97, 64), (128, 128), (132, 160), (192, 132), (256, 192)]
 """The last three have coarser grids."""

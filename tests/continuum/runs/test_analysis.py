@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.files.tables import load
+from continuum.files.inputs import load
 from continuum.measure.curve import Curve, adhesion, normal_stiffness
 from continuum.runs.analysis import analyse
 from continuum.runs.config import RunConfig

@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.files.tables import ConfigError, identity, load, resolved
+from continuum.files.inputs import load
+from continuum.files.tables import ConfigError, identity, resolved
 from continuum.files.toml import find
 from continuum.runs.config import RunConfig
 from tests.problems import SMALL
@@ -69,6 +70,15 @@ def test_a_fault_is_named_with_its_place(small: Path, old: str, new: str, line: 
     assert key in message
     assert words in message
     assert "allowed:" in message
+
+
+def test_a_key_of_another_table_is_sent_there(small: Path) -> None:
+    small.write_text(
+        SMALL.replace("n = [24, 30]", "n = [24, 30]\nthreads = 2").replace("seed = 3", "seed = 3\nradius = 2")
+    )
+    message = faults(small)
+    assert re.search(r"grid\.threads = 2\n.*\n.*belongs into \[solver\]", message)
+    assert re.search(r"surface\.radius = 2\n.*\n.*belongs to another kind of \[surface\]", message)
 
 
 def test_all_faults_are_told_at_once(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -143,7 +153,7 @@ def changed(small: Path, old: str, new: str) -> str:
     [
         ("[output]\nfields = true", "[output]\nfields = false"),
         ("[output]\nfields = true", ""),
-        ("n = [24, 30]", "n = [24, 30]\nthreads = 2"),
+        ("[output]", "[solver]\nthreads = 2\n[output]"),
         ("period = [24, 30]\n", ""),
         ("# a comment", "# another\n\n"),
         ("hurst = 0.8\nrms_slope = 0.1", "rms_slope = 0.10\nhurst = 8e-1"),

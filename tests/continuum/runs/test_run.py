@@ -15,12 +15,13 @@ import pytest
 import xarray
 
 from continuum.cli import main
+from continuum.errors import OutputError
 from continuum.files import store
-from continuum.files.tables import load
+from continuum.files.inputs import load
 from continuum.model.walls import LennardJonesSpline
 from continuum.runs.build import cost_of
 from continuum.runs.config import RunConfig
-from continuum.runs.run import OutputError, run
+from continuum.runs.run import run
 from tests.problems import SMALL
 from tests.stored import same, stop_after
 
@@ -55,7 +56,9 @@ def test_a_result_holds_what_is_needed(small: Path, whole: Path) -> None:
         assert data["load"].attrs["units"] == "E*"
 
 
-@pytest.mark.parametrize("points", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    "points", [1, pytest.param(2, marks=pytest.mark.long), pytest.param(3, marks=pytest.mark.long), 4]
+)
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     small: Path, whole: Path, points: int, error: type[BaseException]
@@ -77,7 +80,7 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     # It waits after its first point to be killed.
     code = (
         "import sys, time; from pathlib import Path\n"
-        "from continuum.runs.config import RunConfig; from continuum.files.tables import load\n"
+        "from continuum.runs.config import RunConfig; from continuum.files.inputs import load\n"
         "from continuum.runs.run import run\n"
         "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(600))"
     )
@@ -95,7 +98,7 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
 
 
 def test_threads_do_not_change_results(small: Path, whole: Path) -> None:
-    small.write_text(SMALL.replace("period = [24, 30]", "period = [24, 30]\nthreads = 2"))
+    small.write_text(SMALL.replace("[output]", "[solver]\nthreads = 2\n[output]"))
     path = small.with_name("threads.h5")
     run(load(small, RunConfig), path)
     same(path, whole)
@@ -112,7 +115,7 @@ def test_a_finished_run_is_not_done_again(small: Path, whole: Path) -> None:
 def test_another_run_in_the_way_is_left_alone(small: Path, whole: Path) -> None:
     before = whole.read_bytes()
     small.write_text(SMALL.replace("seed = 3", "seed = 4"))
-    with pytest.raises(OutputError, match="another run"):
+    with pytest.raises(OutputError, match="holds another result"):
         run(load(small, RunConfig), whole)
     assert whole.read_bytes() == before
     assert run(load(small, RunConfig), whole, force=True).resumed == 0
@@ -121,7 +124,7 @@ def test_another_run_in_the_way_is_left_alone(small: Path, whole: Path) -> None:
 def test_a_foreign_file_in_the_way_is_left_alone(small: Path) -> None:
     path = small.with_name("thesis.h5")
     path.write_text("years of work")
-    with pytest.raises(OutputError, match="in the way"):
+    with pytest.raises(OutputError, match="is left alone"):
         run(load(small, RunConfig), path)
     assert path.read_text() == "years of work"
 
@@ -215,7 +218,7 @@ def test_every_kind_of_wall_and_substrate_runs(small: Path, table: str, text: st
     [
         (lambda p: np.save(p, np.ones((24, 29))), "shape"),
         (lambda p: np.save(p, np.full((24, 30), np.nan)), "not finite"),
-        (lambda p: np.save(p, np.ones((24, 30))), "finite slope"),
+        (lambda p: np.save(p, np.ones((24, 30))), "a slope greater than 0"),
         (lambda p: np.save(p, np.ones((24, 30), dtype=complex)), "real numbers"),
         (lambda p: np.save(p, np.array([[object()]]), allow_pickle=True), "npy"),
         (lambda p: p.write_bytes(b"\x93NUMPY"), "npy"),

@@ -15,9 +15,9 @@ from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine, sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import State, follow, solve
-from continuum.path.state import state_of
-from continuum.solve.hard import constrain
-from continuum.solve.smooth import Settings, Solution, Status
+from continuum.path.state import Control, state_of
+from continuum.solve.solution import Settings, Solution, Status
+from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz, Westergaard
 from tests.problems import Rough
 
@@ -26,7 +26,9 @@ TIGHT = Settings(tolerance=1e-10)
 
 def at_pressure(grid: Grid, heights: Real, pressure: float, tolerance: float = 1e-10) -> Solution:
     """State of a given mean pressure, whose mean displacement is whatever it has to be."""
-    found = constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(tolerance), pressure=pressure)
+    found = Solver(grid, HalfSpace("free").stiffness(grid)).constrain(
+        heights, None, Settings(tolerance), pressure=pressure
+    )
     assert found.status.ok
     assert grid.mean(found.traction) == pytest.approx(pressure, rel=1e-12)
     return found
@@ -148,7 +150,7 @@ def test_dense_reference(shape: tuple[int, int], mean: float) -> None:
     lower = np.linalg.cholesky(np.array(columns).T)
     # min ½ p G p + offset p  =  min |L^T p + L^-1 offset|²
     exact = nnls(lower.T, -np.linalg.solve(lower, heights.ravel()))[0].reshape(shape)
-    found = constrain(grid, K, heights, None, Settings(1e-13))
+    found = Solver(grid, K).constrain(heights, None, Settings(1e-13))
     scale = exact.max()
     assert scale > 1e-3
     # The stiffest mode against the softest, 1e5, times rounding of the reference.
@@ -191,8 +193,8 @@ def test_three_controls_agree() -> None:
         state = solve(springy, "separation", separation, TIGHT)
         assert state.status.ok
         np.testing.assert_allclose(state.traction, expected, atol=1e-8)
-        forced = constrain(
-            grid, springy.stiffness_q, 0.3 + problem.heights, None, TIGHT, pressure=mean * (0.3 - separation)
+        forced = Solver(grid, springy.stiffness_q).constrain(
+            0.3 + problem.heights, None, TIGHT, pressure=mean * (0.3 - separation)
         )
         np.testing.assert_allclose(forced.traction, expected, atol=1e-8)
 
@@ -215,10 +217,12 @@ def test_translation_and_transposition() -> None:
 
 
 def test_threads_change_no_bit() -> None:
-    heights = Rough(512, hard=True).problem().heights
+    problem = Rough(512, hard=True).problem(substrate=HalfSpace("free"))
     one, two = (
-        constrain(grid, HalfSpace("free").stiffness(grid), heights, None, Settings(1e-7), pressure=4e-4)
-        for grid in (Grid.square(512), Grid.square(512, threads=2))
+        Solver(problem.grid, problem.stiffness_q, threads).constrain(
+            problem.heights, None, Settings(1e-7), pressure=4e-4
+        )
+        for threads in (1, 2)
     )
     np.testing.assert_array_equal(one.gap, two.gap)
     np.testing.assert_array_equal(one.traction, two.traction)
@@ -260,7 +264,9 @@ def test_any_small_surface(
         heights = grid.inverse(grid.forward(heights) / (0.1 + grid.wavenumber**2))
     heights *= 10**height
     start = rng.normal(size=shape) if warm else None
-    found = constrain(grid, HalfSpace("free").stiffness(grid), heights, start, Settings(1e-7), pressure=10**pressure)
+    found = Solver(grid, HalfSpace("free").stiffness(grid)).constrain(
+        heights, start, Settings(1e-7), pressure=10**pressure
+    )
     assert found.status.ok
     assert found.residual <= 1e-7
     assert_minimum(grid, heights, found, 1e-7)
@@ -312,9 +318,9 @@ def test_what_a_hard_wall_cannot_do_is_refused() -> None:
     problem = Rough(16, hard=True).problem()
     free = HalfSpace("free").stiffness(problem.grid)
     with pytest.raises(ValueError, match="only pushes"):
-        constrain(problem.grid, free, problem.heights, None, TIGHT, pressure=-1e-3)
+        Solver(problem.grid, free).constrain(problem.heights, None, TIGHT, pressure=-1e-3)
     # Without load the undeformed surface just touches.
-    rest = constrain(problem.grid, free, problem.heights, None, TIGHT, pressure=0.0)
+    rest = Solver(problem.grid, free).constrain(problem.heights, None, TIGHT, pressure=0.0)
     np.testing.assert_allclose(rest.gap, problem.heights - problem.heights.min(), atol=1e-300)
     assert not rest.traction.any()
     for target in (0.0, -0.1):
@@ -331,5 +337,32 @@ def test_unfinished_is_said() -> None:
     assert np.isfinite(limited.gap).all()
     impossible = solve(problem, "mean-gap", 0.8, Settings(1e-20, max_iterations=300))
     assert not impossible.status.ok
-    start = np.full(problem.grid.shape, np.nan)
-    assert solve(problem, "mean-gap", 0.8, TIGHT, start).status is Status.NON_FINITE
+    solver = Solver(problem.grid, problem.stiffness_q)
+    for bad in (np.full(problem.grid.shape, np.nan), np.full(problem.grid.shape, np.inf)):
+        assert solver.constrain(problem.heights, bad, TIGHT, lift=1.0).status is Status.NON_FINITE
+
+
+@pytest.mark.parametrize(("control", "target"), [("mean-pressure", 3e-3), ("mean-gap", 0.5)])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_the_duality_gap_bounds_the_error_of_the_energy(control: Control, target: float, tolerance: float) -> None:
+    """Energy of the dual, ½ <p, G p> + <p, h>, against that of the exact state of the same load; and it is required."""
+    problem = Rough(48, lambda_s=8.0, hard=True).problem()
+    found = solve(problem, control, target, Settings(tolerance)).solution
+    load = problem.grid.mean(found.traction)
+    exact = solve(problem, "mean-pressure", load, Settings(1e-12)).solution
+
+    def energy(pressure: Real) -> float:
+        p_q, K = problem.grid.forward(pressure), problem.stiffness_q.copy()
+        K[0, 0] = np.inf  # a given load: its mean mode is the same in both
+        elastic = 0.5 * problem.grid.inner_q(p_q, p_q / K)
+        return elastic + problem.grid.mean(pressure * problem.heights)
+
+    error = energy(found.traction) - energy(exact.traction)
+    assert -1e-15 <= error <= found.duality_gap
+    assert exact.duality_gap < 1e-5 * found.duality_gap
+    softness = np.divide(
+        1.0, problem.stiffness_q, out=np.zeros_like(problem.stiffness_q), where=problem.stiffness_q > 0
+    )
+    softness[0, 0] = 0.0
+    allowed = 2 * load * tolerance * np.sqrt((softness**2 * problem.grid.mode_weights).sum())
+    assert 0 < found.duality_gap <= allowed

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from continuum.arguments import ArgumentError
 from continuum.measure.contact import ATTRACTED, OUT_OF_RANGE, REPULSIVE, contact_map, totals_of
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
@@ -16,7 +17,8 @@ from continuum.model.surface import SelfAffine, sine, sphere
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import Control, State, follow, solve
-from continuum.solve.smooth import NotConvergedError, Settings, Status, minimise
+from continuum.solve.solution import NotConvergedError, Settings, Status
+from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz, Westergaard
 from tests.problems import Rough, touching
 
@@ -175,12 +177,13 @@ def test_an_equilibrium_as_the_start_is_the_end(control: Control, warm_grids: in
 
 
 def test_results_do_not_depend_on_the_number_of_threads() -> None:
-    results = []
-    for threads in (1, 2, 4):
-        grid = Grid.square(512, threads=threads)
-        heights = SelfAffine(0.8, 0.1, 16.0, 256.0).synthesise(grid, np.random.default_rng(1))
-        problem = ContactProblem(grid, LennardJonesSpline(0.3), heights, HalfSpace("clamped"))
-        results.append(solve(problem, "mean-gap", 0.7 * touching(problem), Settings(1e-5)).gap)
+    grid = Grid.square(512)
+    heights = SelfAffine(0.8, 0.1, 16.0, 256.0).synthesise(grid, np.random.default_rng(1))
+    problem = ContactProblem(grid, LennardJonesSpline(0.3), heights, HalfSpace("clamped"))
+    results = [
+        solve(problem, "mean-gap", 0.7 * touching(problem), Settings(1e-5, threads=threads)).gap
+        for threads in (1, 2, 4)
+    ]
     np.testing.assert_array_equal(results[0], results[1])
     np.testing.assert_array_equal(results[0], results[2])
 
@@ -330,8 +333,12 @@ def test_a_tolerance_below_rounding_is_said_not_reached() -> None:
 
 def test_a_start_that_is_not_finite_is_said() -> None:
     problem = Rough().problem()
-    state = solve(problem, "separation", 1.0, TIGHT, np.full(problem.grid.shape, np.nan))
-    assert state.status is Status.NON_FINITE
+    start, law = np.full(problem.grid.shape, np.nan), problem.wall.law
+    assert law is not None
+    found = Solver(problem.grid, problem.stiffness_q).minimise(law, problem.heights, start, TIGHT, lift=1.0)
+    assert found.status is Status.NON_FINITE
+    with pytest.raises(ArgumentError, match="4096 of 4096 are NaN"):
+        solve(problem, "separation", 1.0, TIGHT, start)
 
 
 def test_an_energy_that_does_not_belong_to_its_traction_is_said() -> None:
@@ -342,9 +349,9 @@ def test_an_energy_that_does_not_belong_to_its_traction_is_said() -> None:
     lying = law.parameters.copy()
     lying[62:122] = -20 * lying[62:122]
     heights = 0.3 * np.cos(2 * np.pi * grid.positions[0] / 16) * np.ones(grid.shape)
-    stiffness_q = HalfSpace("clamped").stiffness(grid)
+    solver = Solver(grid, HalfSpace("clamped").stiffness(grid))
     for parameters, expected in ((law.parameters, Status.CONVERGED), (lying, Status.ENERGY_ROSE)):
-        found = minimise(grid, stiffness_q, law._replace(parameters=parameters), 0.95 + heights, None, TIGHT)
+        found = solver.minimise(law._replace(parameters=parameters), 0.95 + heights, None, TIGHT)
         assert found.status is expected
 
 

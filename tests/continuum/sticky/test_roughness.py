@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from continuum.model.grid import Grid, Real
 from continuum.model.surface import SelfAffine, moments
+from continuum.sticky.mending import detrend
 from continuum.sticky.roughness import (
     Roughness,
     fit_self_affine,
@@ -18,7 +19,7 @@ from continuum.sticky.roughness import (
     stencil_moments,
     together,
 )
-from continuum.sticky.topography import Topography, detrend
+from continuum.sticky.topography import Topography
 
 
 def sine(grid: Grid, m: int, n: int, phase: float = 0.3) -> Real:

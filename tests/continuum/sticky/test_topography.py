@@ -14,7 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.sticky.topography import Topography, TopographyError, detrend, mirror, opposed, read, read_all
+from continuum.sticky.mending import detrend
+from continuum.sticky.reading import read, read_all
+from continuum.sticky.topography import Topography, TopographyError, mirror, opposed
 
 MEASURED = os.environ.get("STICKINESS_TOPOGRAPHIES")
 needs_reader = pytest.mark.skipif(util.find_spec("SurfaceTopography") is None, reason="SurfaceTopography not installed")
@@ -214,11 +216,36 @@ def test_holes_of_an_instrument_are_refused(tmp_path: Path, rng: np.random.Gener
         read(tmp_path / "holes.nc")
 
 
+def test_all_faults_of_files_and_contact_come_at_once(
+    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "a.npy", rough(rng))
+    files = [str(tmp_path / name) for name in ("a.npy", "b.npy")]
+    assert main(["predict", *files, "--work", "0mJ/m2", "--material", "granite"]) == 2
+    said = capsys.readouterr().err
+    for fault in ("size of the map", "unit of the map", "b.npy: there is no such file", "--work", "granite"):
+        assert fault in said
+
+
+@needs_reader
+def test_a_size_is_overruled_only_knowingly(tmp_path: Path, rng: np.random.Generator) -> None:
+    heights, path = rough(rng), tmp_path / "export.txt"
+    np.savetxt(path, heights, header="Channel: Main\nWidth: 10 µm\nHeight: 12 µm\nValue units: nm")
+    np.save(tmp_path / "bare.npy", heights)
+    # Told, plain text is read as an array; an array beside it takes the units that are given for it alone.
+    both = read_all([tmp_path / "bare.npy", path], size=["1um", "-"], unit=["nm", "-"])
+    assert sorted(both[1].lengths) == pytest.approx([10e-6, 12e-6])
+    assert both[0].lengths == pytest.approx((1e-6, 1.2e-6))
+
+
 @needs_reader
 @needs_files
 def test_units_of_an_instrument_cannot_be_overruled() -> None:
     with pytest.raises(TopographyError, match="the file itself says the size"):
         read(Path(MEASURED or "") / "mi-1.mi", size=(1e-6,))
+    knowingly = read(Path(MEASURED or "") / "mi-1.mi", size=(1e-6,), override=True)
+    assert knowingly.lengths == (1e-6, 1e-6)
+    assert any("overruled" in step for step in knowingly.steps)
 
 
 @needs_reader

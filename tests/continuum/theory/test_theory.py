@@ -192,7 +192,8 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
         ("area_ratio", "kappa_att", "onset", "renormalised_kappa", "stiffness_reduction", "maugis_parameter"), NUMBER
     ),
     **dict.fromkeys(("tabor_parameter", "parameter", "alpha", "fuller_tabor", "dmt_asperities", "area"), NUMBER),
-    **dict.fromkeys(("persson_area",), NUMBER),
+    **dict.fromkeys(("persson_area", "bearing_area_limit", "generalised_tabor"), NUMBER),
+    **dict.fromkeys(("gap_scale",), LENGTH),
     **dict.fromkeys(("asperity_radius", "attraction_width", "contact_diameter", "effective_range"), LENGTH),
     **dict.fromkeys(("gap_profile", "height_change", "necessary_adhesion_length", "perimeter"), LENGTH),
     **dict.fromkeys(("snap_in_wavelength", "spline_adhesion_length", "contact_radius", "indentation"), LENGTH),
@@ -311,7 +312,7 @@ def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: f
     }
     unit = {"": 1.0, "length": length, "pressure": modulus}
     estimates = every_estimate(contact)
-    assert len({estimate.name for estimate in estimates}) == len(estimates) == 16
+    assert len({estimate.name for estimate in estimates}) == len(estimates) == 18
     assert estimates[:6] == verdicts(contact)
     for one, other in zip(estimates, every_estimate(RoughContact(**values)), strict=True):  # type: ignore[arg-type]
         # Pull-off forces that vanish are known to rounding only.

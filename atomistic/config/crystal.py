@@ -1,0 +1,160 @@
+"""The table [interatomic] of every input: what holds the atoms together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from atomistic.crystal.interatomic import LennardJones, Potential, Springs
+from atomistic.crystal.pair_style import PairStyle
+from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from continuum.files.tables import Document, Fault, Positive, Table, check
+
+__all__ = ["ElasticConfig", "EmbeddedAtomTable", "Interatomic", "LennardJonesTable", "PairStyleTable", "SpringsTable"]
+
+
+class SpringsTable(Table):
+    """Springs between nearest neighbours, the model of the paper."""
+
+    kind: Literal["springs"]
+    """interatomic model"""
+
+    def potential(self) -> Potential:
+        """Springs of the mean contact modulus 1."""
+        return Springs()
+
+
+class LennardJonesTable(Table):
+    """Lennard-Jones, cut so that force and energy end continuously."""
+
+    kind: Literal["lennard-jones"]
+    """interatomic model"""
+    cutoff: float = 2.5
+    """in sigma"""
+    truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"
+    """how it ends: LAMMPS' lj/smooth/linear, lj/smooth or lj/mdf"""
+    inner: float | None = None
+    """where "smooth" or "mdf" begins to end it, in sigma"""
+
+    @check
+    def _has_a_meaning(self) -> Iterator[Fault]:
+        try:
+            self.potential()
+        except ValueError as error:
+            key = "inner" if "inner" in str(error) else "cutoff"
+            yield Fault((key,), str(error), "a length in other units than sigma, or a key of another truncation")
+
+    def potential(self) -> Potential:
+        """As a potential."""
+        return LennardJones(self.cutoff, self.truncation, self.inner)
+
+
+def _potential_file(value: object, info: ValidationInfo) -> Path:
+    if isinstance(value, Path) and value.is_file():
+        return value
+    if not isinstance(value, str):
+        raise PydanticCustomError("file_name", "the name of a potential file, in quotes")
+    try:
+        return find_potential(value, Path(str((info.context or {}).get("folder", "."))))
+    except PotentialError as error:
+        raise PydanticCustomError("missing_potential", "{error}", {"error": str(error)}) from error
+
+
+class EmbeddedAtomTable(Table):
+    """Embedded atoms, from a file of LAMMPS' pair_style eam, eam/alloy or eam/fs."""
+
+    kind: Literal["eam"]
+    """interatomic model"""
+    file: Annotated[Path, BeforeValidator(_potential_file)]
+    """relative to the folder of this input, or the bare name of a potential that comes with LAMMPS"""
+    element: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]{0,7}$")] | None = None
+    """chemical symbol; may be left out where the file holds one only"""
+
+    @check
+    def _holds_the_element(self) -> Iterator[Fault]:
+        try:
+            self.potential()
+        except PotentialError as error:
+            yield Fault(("element",) if "holds the elements" in str(error) else ("file",), str(error))
+
+    def potential(self) -> Potential:
+        """As a potential; reads the file."""
+        return EmbeddedAtom.read(self.file, self.element)
+
+
+_Words = tuple[str, ...]
+
+
+class PairStyleTable(Table):
+    """Any other pair_style of the installed LAMMPS, in its units metal; words, not lines."""
+
+    kind: Literal["pair-style"]
+    """interatomic model"""
+    style: str
+    """name of the pair_style"""
+    element: str
+    """chemical symbol"""
+    mass: Positive
+    """of an atom, in u"""
+    cutoff: Positive
+    """largest distance of atoms that the formulas join, in Å"""
+    lattice_constant: Positive
+    """of the fcc crystal, to a tenth, in Å: it is measured from there"""
+    arguments: _Words = ()
+    """words after the name of the style"""
+    coefficients: Annotated[tuple[_Words, ...], Field(min_length=1)] = (("*", "*"),)
+    """words of each pair_coeff, as [["*", "*", "AlCu.adp", "Cu"]]"""
+    files: Annotated[tuple[Annotated[Path, BeforeValidator(_potential_file)], ...], Field(max_length=10)] = ()
+    """that the words name; relative to the folder of this input, or the bare name of one that comes with LAMMPS"""
+    many_body: bool = True
+    """whether an atom feels changes at its neighbours: forces then reach twice the cut-off"""
+
+    @check
+    def _has_a_meaning(self) -> Iterator[Fault]:
+        try:
+            self.potential()
+        except PotentialError as error:
+            keys = {
+                "symbol": "element",
+                "mass": "mass",
+                "cutoff": "cutoff",
+                "lattice": "lattice_constant",
+                "read": "files",
+            }
+            key = next((keys[word] for word in keys if word in str(error)), "coefficients")
+            yield Fault(("style" if "substrate" in str(error) else key,), str(error))
+
+    def potential(self) -> Potential:
+        """As a potential; reads the files."""
+        return PairStyle(
+            self.style,
+            self.element,
+            self.mass,
+            self.cutoff,
+            self.lattice_constant,
+            self.arguments,
+            self.coefficients,
+            PairStyle.read_files(self.files),
+            self.many_body,
+        )
+
+
+Interatomic = Annotated[
+    SpringsTable | LennardJonesTable | EmbeddedAtomTable | PairStyleTable, Field(discriminator="kind")
+]
+
+
+class ElasticConfig(Document):
+    """Input of ``atomistic elastic``: the interatomic model of any input; all other tables are passed over."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    result_schema: ClassVar[str] = "stickiness/elastic"
+    result_version: ClassVar[int] = 1
+
+    interatomic: Interatomic
+    """interatomic model"""

@@ -1,0 +1,182 @@
+"""The input file of a deck, table by table.  Lengths are in a0, pressures in E*."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal, NamedTuple
+
+from pydantic import Field
+
+from atomistic.config.crystal import Interatomic
+from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
+from continuum.files.tables import Document, Fault, InputFile, Table, check
+from continuum.runs.surfaces import (
+    CylinderSurface,
+    FileSurface,
+    PunchSurface,
+    SelfAffineSurface,
+    SelfAffineTable,
+    SineSurface,
+    SphereSurface,
+)
+from continuum.runs.tables import Unit
+from continuum.runs.walls import RigidWall, WallTable
+from continuum.sticky.crop import wall_of
+from continuum.sticky.reading import read
+from continuum.sticky.topography import Topography
+from continuum.units import parse, unit_size
+
+__all__ = ["DeckConfig", "MeanPressuresTable", "SeparationsTable", "Steps", "TopographySurface"]
+
+
+class TopographySurface(Table):
+    """[surface] of kind "topography": part of a measured map, one height for each surface atom."""
+
+    kind: Literal["topography"]
+    path: InputFile
+    """map of heights: npy, text, HDF5, or a format of SurfaceTopography"""
+    edges: Literal["mirror", "window"] = "mirror"
+    """how it is made periodic: by its mirror images, or by a window that brings it to its mean"""
+    centre: tuple[Unit, Unit] = (0.5, 0.5)
+    """of the part, as fractions of the map"""
+    size: str | None = None
+    """of the map, with its unit, as "100nm"; only if the file does not say"""
+    unit: str | None = None
+    """of the heights, as "nm"; only if the file does not say"""
+    dataset: str | None = None
+    """in an HDF5 file"""
+    part: str | None = None
+    """name of a map in a container"""
+    spacing: str | None = None
+    """a0 with its unit, as "0.3nm", of a crystal that has no size of its own"""
+
+    @check
+    def _lengths(self) -> Iterator[Fault]:
+        for key in ("size", "spacing"):
+            try:
+                if (text := getattr(self, key)) is not None:
+                    parse(text, "length")
+            except ValueError as error:
+                yield Fault((key,), str(error))
+        try:
+            if self.unit is not None:
+                unit_size(self.unit, "length")
+        except ValueError as error:
+            yield Fault(("unit",), str(error))
+
+    def read(self, n: int, spacing: float) -> Topography:
+        """The wall, in m; ``spacing`` is a0 in m.
+
+        Raises
+        ------
+        TopographyError
+            If the file holds no such map, or the part does not lie within it.
+        """
+        found = read(
+            self.path,
+            size=None if self.size is None else (parse(self.size, "length"),),
+            unit=None if self.unit is None else unit_size(self.unit, "length"),
+            dataset=self.dataset,
+            part=self.part,
+        )
+        return wall_of(found, n, spacing, self.edges, self.centre)
+
+
+class Steps(NamedTuple):
+    """What is done to a slab, whatever says it: an input or a call."""
+
+    control: Literal["separation", "mean-pressure"]
+    values: tuple[float, ...]
+    """Of each step, in a0 or E*."""
+    single: bool = False
+    """One equilibrium and no protocol."""
+
+
+class SeparationsTable(Table):
+    """[protocol] of kind "separations": the wall at one separation after the other."""
+
+    kind: Literal["separations"]
+    separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=10_000)]
+    """height of the wall's mean plane above the surface at rest, in a0, in the order of the visits"""
+    retract: bool = False
+    """whether to go back through the same values"""
+
+    def steps(self) -> Steps:
+        """All of them."""
+        back = self.separations[-2::-1] if self.retract else ()
+        return Steps("separation", self.separations + back)
+
+
+class MeanPressuresTable(Table):
+    """[protocol] of kind "mean-pressures": the wall is moved until the mean pressure is one after the other."""
+
+    kind: Literal["mean-pressures"]
+    pressures: Annotated[tuple[float, ...], Field(min_length=1, max_length=10_000)]
+    """load over A0, in E*, compression positive"""
+
+    @check
+    def _not_zero(self) -> Iterator[Fault]:
+        if 0 in self.pressures:
+            yield Fault(("pressures",), "other than zero: a pressure is met to a fraction of itself")
+
+    def steps(self) -> Steps:
+        """All of them."""
+        return Steps("mean-pressure", self.pressures)
+
+
+ProtocolTable = Annotated[SeparationsTable | MeanPressuresTable, Field(discriminator="kind")]
+
+
+class DeckConfig(Document):
+    """Input of ``atomistic deck``."""
+
+    result_schema: ClassVar[str] = "stickiness/deck"
+    result_version: ClassVar[int] = 3
+
+    interatomic: Interatomic
+    """what holds the atoms together"""
+    slab: SlabTable
+    surface: Annotated[
+        SelfAffineSurface
+        | SineSurface
+        | SphereSurface
+        | CylinderSurface
+        | PunchSurface
+        | FileSurface
+        | TopographySurface,
+        Field(discriminator="kind"),
+    ]
+    """heights of the rigid wall above each surface atom"""
+    wall: WallTable
+    """law between wall and surface"""
+    separation: float | None = None
+    """height of the wall's mean plane above the surface at rest, in a0: one equilibrium"""
+    protocol: ProtocolTable | None = None
+    """several steps, instead of separation"""
+    solver: AtomsSolverTable = AtomsSolverTable()
+
+    @check
+    def _fits(self) -> Iterator[Fault]:
+        if isinstance(self.surface, SelfAffineTable):
+            yield from misfits(self.slab, self.surface)
+        if isinstance(self.surface, SineSurface) and max(self.surface.waves) > self.slab.n // 2:
+            yield Fault(("surface", "waves"), f"at most half the surface atoms of a side, {self.slab.n // 2}")
+
+    @check
+    def _native(self) -> Iterator[Fault]:
+        if isinstance(self.wall, RigidWall):
+            cause = "its traction is no function of the gap; a repulsive wall that has one: range = 0"
+            yield Fault(("wall", "law"), 'a law with a traction, such as "lennard-jones-spline"', cause)
+
+    @check
+    def _something_is_done(self) -> Iterator[Fault]:
+        if (self.separation is None) == (self.protocol is None):
+            cause = "both are given" if self.protocol is not None else "neither is given"
+            yield Fault(("separation",), "exactly one of separation and a table [protocol]", cause)
+
+    def steps(self) -> Steps:
+        """What is done."""
+        if self.protocol is not None:
+            return self.protocol.steps()
+        assert self.separation is not None
+        return Steps("separation", (self.separation,), single=True)

@@ -1,0 +1,145 @@
+"""The input file of a cross-validation, table by table.  Lengths are in a0, pressures in E*."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from atomistic.config.crystal import Interatomic
+from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
+from continuum.files.tables import Document, Fault, Positive, Table, check
+from continuum.runs.surfaces import SelfAffineTable
+from continuum.runs.tables import Unit
+from continuum.runs.walls import LARGEST_RANGE
+
+__all__ = ["BoundTable", "CaseTable", "ExponentTable", "SurfacesTable", "ValidateConfig"]
+
+_Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
+
+Compared = Literal["load", "gross_load", "displacement", "area_rep", "area_att"]
+
+
+class SurfacesTable(SelfAffineTable):
+    """The rough walls: self-affine, rescaled to each slope of a case."""
+
+    seeds: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(min_length=1)]
+    """one surface for each"""
+
+    def with_wavelengths(self, lambda_s: float, lambda_L: float) -> SelfAffineTable:
+        """The same spectrum between other wavelengths."""
+        return self.model_copy(update={"lambda_s": lambda_s, "lambda_L": lambda_L})
+
+
+class BoundTable(Table):
+    """A bound on the difference of two rungs: coefficient times rms_slope to a power."""
+
+    quantity: Compared
+    """what differs between lattice response and atoms: "load" relative to N_rep, "gross_load" relative to
+    N_rep + N_att, "displacement" (largest, in a0), areas relative to A0"""
+    coefficient: Positive
+    """bound = coefficient x rms_slope^power"""
+    power: Annotated[float, Field(ge=0, le=4)] = 0.0
+    """0 for a bound that does not depend on the slope"""
+    areas: tuple[Unit, ...] = ()
+    """areas of the case that it holds for; all if left out"""
+    reason: Annotated[str, Field(min_length=10)]
+    """why the bound is what it is, in words"""
+
+
+class ExponentTable(Table):
+    """A scaling law: the difference of two rungs grows as rms_slope to a power."""
+
+    quantity: Literal["load", "displacement"]
+    """what differs"""
+    expected: Positive
+    """exponent that the theory gives"""
+    tolerance: Positive
+    """by how much the fitted exponent may differ"""
+    slopes: Annotated[tuple[Positive, ...], Field(min_length=2)]
+    """slopes of the case that the fit uses"""
+    reason: Annotated[str, Field(min_length=10)]
+    """why the exponent is what it is, in words"""
+
+
+class CaseTable(Table):
+    """One wall law, pressed at several slopes to several areas."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
+    """letters, digits, - and _"""
+    adhesion_length: Annotated[float, Field(ge=0)]
+    """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
+    lambda_s: Positive | None = None
+    """shortest wavelength of this case, in a0; that of [surface] if left out"""
+    lambda_L: Positive | None = None
+    """roll-off wavelength of this case, in a0; that of [surface] if left out"""
+    rms_slopes: _Slopes
+    """h'_rms of each run"""
+    areas: Annotated[tuple[Unit, ...], Field(min_length=1)]
+    """repulsive area fractions at which the rungs are compared"""
+    branches: Annotated[tuple[Literal["approach", "retract"], ...], Field(min_length=1)] = ("approach",)
+    """branches of the loading path on which states are taken"""
+    jump: bool = False
+    """whether to take the states beside the jump-in, too: before and after it, and the retraction past it"""
+    tolerance: tuple[BoundTable, ...] = ()
+    exponent: tuple[ExponentTable, ...] = ()
+
+    @check
+    def _the_range_is_atomic(self) -> Iterator[Fault]:
+        largest = LARGEST_RANGE**2 / 24
+        if self.adhesion_length > largest:
+            yield Fault(
+                ("adhesion_length",),
+                f"at most {largest:g}: beyond a range of sqrt(24 l_a) = {LARGEST_RANGE:g} a0 "
+                "the tension exceeds the strength of crystals",
+                "an adhesion length in other units than a0",
+            )
+
+    @check
+    def _bounds_speak_of_what_is_run(self) -> Iterator[Fault]:
+        for i, tolerance in enumerate(self.tolerance):
+            for area in set(tolerance.areas) - set(self.areas):
+                allowed = f"areas of this case, {self.areas}"
+                yield Fault(("tolerance", i, "areas"), allowed, f"{area} is not run")
+        for i, exponent in enumerate(self.exponent):
+            for slope in set(exponent.slopes) - set(self.rms_slopes):
+                allowed = f"slopes of this case, {self.rms_slopes}"
+                yield Fault(("exponent", i, "slopes"), allowed, f"{slope} is not run")
+
+
+class ValidateConfig(Document):
+    """Input of ``atomistic validate``."""
+
+    result_schema: ClassVar[str] = "stickiness/validation"
+    result_version: ClassVar[int] = 4
+
+    interatomic: Interatomic
+    """what holds the atoms together"""
+    slab: SlabTable
+    surface: SurfacesTable
+    case: Annotated[tuple[CaseTable, ...], Field(min_length=1)]
+    solver: AtomsSolverTable = AtomsSolverTable()
+
+    @check
+    def _fits(self) -> Iterator[Fault]:
+        yield from misfits(self.slab, self.surface)
+        for i, case in enumerate(self.case):
+            shortest, longest = self.wavelengths(case)
+            if case.lambda_L is not None and not shortest <= longest <= self.slab.n:
+                yield Fault(
+                    ("case", i, "lambda_L"), f"from lambda_s = {shortest} to the period, slab.n = {self.slab.n}"
+                )
+            elif case.lambda_s is not None and not 2 <= shortest <= longest:
+                yield Fault(("case", i, "lambda_s"), f"from 2, two spacings of atoms, to lambda_L = {longest}")
+
+    def wavelengths(self, case: CaseTable) -> tuple[float, float]:
+        """λ_s and λ_L of a case, in a0."""
+        return case.lambda_s or self.surface.lambda_s, case.lambda_L or self.surface.lambda_L
+
+    @check
+    def _names_are_distinct(self) -> Iterator[Fault]:
+        names = [case.name for case in self.case]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                yield Fault(("case", i, "name"), "a name of its own", "a case copied and not renamed")

@@ -1,0 +1,313 @@
+"""A deck on disk: a self-contained directory that a stock ``lmp -in in.contact`` runs, serial or with MPI.
+
+Rendering is pure and strict: a :class:`Deck` is checked whole, then turned into texts from ``templates/`` by
+strict substitution.  Only numbers formatted here and commands of the interatomic model enter a script, no
+text of a user.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import string
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import scipy.constants
+from numpy.typing import NDArray
+
+import continuum
+from atomistic.crystal.crystal import LAYER_SPACING, Slab
+from atomistic.crystal.interatomic import Model
+from atomistic.crystal.potentials import POTENTIAL
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.law import native_law, read_wall_table, wall_table
+from atomistic.lammps.mesh import wall_mesh
+from atomistic.lammps.protocol import LOAD_TOLERANCE, Separations
+from continuum.errors import OutputError
+from continuum.files.output import folder, save, whole
+from continuum.measure.contact import ATTRACTED, REPULSIVE
+from continuum.model.grid import Real
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+
+__all__ = ["FORMAT", "INPUTS", "OUTPUTS", "PARTS", "read_slab", "read_wall", "remove_outputs", "render", "write_deck"]
+
+FORMAT = "stickiness deck 3"
+"""What a ``deck.json`` says of itself."""
+SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.relax", "in.output", "README.txt")
+INPUTS = (*SCRIPTS, "slab.data", "wall.table", "wall.vtk", "deck.json")
+"""Files of a deck, beside those that its interatomic model reads."""
+OUTPUTS = re.compile(r"(result(\.\d+)?\.json)|((surface|state)(\.\d+)?\.dump)|(log(\.\d+)?\.lammps)")
+"""Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
+_POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
+PARTS = ("state.part", "result.part")
+"""What a killed run may leave."""
+
+_TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, at rest"
+"""First line of ``slab.data``."""
+
+
+class _Template(string.Template):
+    """Placeholders are @{name}: $ belongs to LAMMPS."""
+
+    delimiter = "@"
+
+
+def render(deck: Deck) -> dict[str, str]:
+    """The files of a deck but for its atoms: their names and texts."""
+    model, wall = deck.model, deck.wall
+    bonds = model.atom_style == "bond"
+    surface_atoms = deck.slab.ids[0].size
+    protocol, steps = _protocol(deck)
+    values = {
+        "units": model.units,
+        "length": _number(model.length),
+        "force": _number(model.energy / model.length),
+        "energy": _number(model.energy),
+        "element": model.element,
+        "separation": _number(deck.separation),
+        "tolerance": _number(deck.tolerance),
+        "evaluations": f"{deck.evaluations:d}",
+        "surface": _number(deck.rest[0, 0, 0, 2]),
+        "law": native_law(wall).lines,
+        "zero_gap": _number(wall.zero_gap),
+        "reach": _number(wall.zero_gap + wall.range),
+        "repulsive": f"{REPULSIVE:d}",
+        "attracted": f"{ATTRACTED:d}",
+        "settings": model.settings(),
+        "interactions": model.interactions(),
+        "room": " &\n                extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else "",
+        "surface_atoms": f"{surface_atoms:d}",
+        "mobile_atoms": f"{deck.slab.mobile * surface_atoms:d}",
+        "timestep": _number(_timestep(model)),
+        "real_units": _real_units(deck),
+        "atoms": f"{deck.slab.size:d}",
+        "version": continuum.__version__,
+        "model": textwrap.fill(model.reference, 118),
+        "notes": "".join(f"{textwrap.fill(_printable(note), 118)}\n" for note in deck.notes),
+        "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
+        "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
+        **steps,
+    }
+    names = {"in.contact": f"contact.{protocol}"} | {name: name for name in SCRIPTS if name != "in.contact"}
+    texts = {name: _template(template).substitute(values) for name, template in names.items()}
+    mesh = wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
+    return texts | {"wall.table": wall_table(wall), "wall.vtk": mesh}
+
+
+def _template(name: str) -> _Template:
+    return _Template((files("atomistic.lammps") / "templates" / name).read_text(encoding="utf-8"))
+
+
+def _protocol(deck: Deck) -> tuple[str, dict[str, str]]:
+    """Name of the script of a protocol, and what it holds beside the numbers of all decks."""
+    protocol = deck.protocol
+    if protocol is None:
+        return "single", {"results": "", "steps": "1"}
+    shared = {"results": ".N", "steps": f"{protocol.steps:d}", "separations": _list(protocol.separations)}
+    if isinstance(protocol, Separations):
+        return "separations", shared
+    return "pressures", shared | {
+        "pressures": _list(protocol.pressures),
+        "load_tolerance": f"{LOAD_TOLERANCE:g}",
+        "stiffness": _number(protocol.stiffness * deck.slab.ids[0].size),
+        "largest_move": "0.2",
+    }
+
+
+def _printable(text: str) -> str:
+    return "".join(c for c in text if c.isprintable())
+
+
+def _list(values: tuple[float, ...]) -> str:
+    return " &\n                ".join(map(_number, values))
+
+
+def _real_units(deck: Deck) -> str:
+    """Load and pressure in SI, where the crystal has a size."""
+    real = deck.model.real_units
+    if real is None:
+        return ""
+    newtons, pascals = real.si("force") / scipy.constants.nano, real.si("pressure") / scipy.constants.giga
+    area = deck.slab.ids[0].size
+    return (
+        f'  "load_nN": $(v_load*{_number(newtons)}:%.17g),\n'
+        f'  "mean_pressure_GPa": $(v_load*{_number(pascals / area)}:%.17g),\n'
+    )
+
+
+def write_deck(directory: Path, deck: Deck) -> Path:
+    """Write a deck into a directory, which is made if needed; returns it.
+
+    An earlier deck there is replaced, and its outputs are removed, so that no result outlives its input; but the steps
+    that are finished stay if it is the same deck, whose run then goes on.  ``in.contact`` is written last: without it
+    a directory is no deck.
+
+    Raises
+    ------
+    OutputError
+        If the directory holds anything else: it is left as it was; or it cannot be written to.
+    """
+    directory = Path(directory)
+    texts = render(deck)
+    texts["deck.json"] = _description(deck, texts)
+    if directory.exists():
+        if not directory.is_dir():
+            msg = f"{directory}: is no folder, and is left alone; choose another one for the deck"
+            raise OutputError(msg)
+        known = {*INPUTS, *PARTS}
+        foreign = sorted(
+            entry.name
+            for entry in directory.iterdir()
+            if entry.name not in known and not OUTPUTS.fullmatch(entry.name) and not _POTENTIALS.fullmatch(entry.name)
+        )
+        if foreign:
+            names = ", ".join(foreign[:5])
+            msg = f"{directory} holds files that are not of a deck ({names}): choose another directory"
+            raise OutputError(msg)
+        if deck.protocol is not None and _same(directory, texts["deck.json"]):
+            return directory
+    folder(directory)
+    remove_outputs(directory)
+    (directory / "in.contact").unlink(missing_ok=True)
+    for entry in list(directory.iterdir()):
+        if _POTENTIALS.fullmatch(entry.name):
+            entry.unlink()
+    for name, content in deck.model.files.items():
+        save(directory / name, content)
+    with whole(directory / "slab.data") as file:
+        _write_data(file, deck)
+    for name in reversed(texts):  # in.contact last
+        save(directory / name, texts[name])
+    return directory
+
+
+def remove_outputs(directory: Path) -> None:
+    """Remove what runs of a deck have left."""
+    for entry in Path(directory).iterdir():
+        if OUTPUTS.fullmatch(entry.name) or entry.name in PARTS:
+            entry.unlink(missing_ok=True)
+
+
+def _same(directory: Path, description: str) -> bool:
+    try:
+        there = (directory / "deck.json").read_text(encoding="utf-8") == description
+    except (OSError, ValueError):
+        return False
+    return there and (directory / "in.contact").is_file()
+
+
+def _description(deck: Deck, texts: Mapping[str, str]) -> str:
+    """``deck.json``: what the deck is, for programs; its identity is a hash of all that LAMMPS reads."""
+    digest = hashlib.sha256("".join(texts[name] for name in sorted(texts)).encode())
+    for content in deck.model.files.values():
+        digest.update(content)
+    for array in (deck.heights, deck.start, deck.rest):
+        digest.update(array.tobytes())
+    wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
+    numbers = {} if isinstance(wall, TabulatedWall) else asdict(wall)  # type: ignore[call-overload]
+    description = {
+        "format": FORMAT,
+        "identity": digest.hexdigest(),
+        "steps": 0 if protocol is None else protocol.steps,
+        "wall": {"law": type(wall).__name__, **numbers},
+        "element": deck.model.element,
+        "model": deck.model.reference,
+        "surface": float(deck.rest[0, 0, 0, 2]),
+        "notes": list(deck.notes),
+        "length": deck.model.length,
+        "real_units": None if real is None else asdict(real),
+    }
+    return json.dumps(description, indent=2) + "\n"
+
+
+def read_slab(path: Path) -> Slab:
+    """The slab of a ``slab.data``.
+
+    Raises
+    ------
+    ValueError
+        If the file is not one of a deck.
+    """
+    with Path(path).open(encoding="utf-8") as file:
+        title = file.readline().strip()
+    numbers = [int(number) for number in re.findall(r"\d+", title)]
+    if len(numbers) != 5 or title != _TITLE.format(*numbers[1:5]):
+        msg = f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}"
+        raise ValueError(msg)
+    nx, ny, mobile, frozen = numbers[1:5]
+    return Slab((nx, ny), mobile, frozen)
+
+
+def read_wall(directory: Path) -> Wall:
+    """The wall law of a deck.
+
+    Raises
+    ------
+    ValueError, OSError
+        If its ``deck.json`` or ``wall.table`` is not one of a deck.
+    """
+    directory = Path(directory)
+    numbers = json.loads((directory / "deck.json").read_text(encoding="utf-8"))["wall"]
+    law = numbers.pop("law")
+    if law == TabulatedWall.__name__:
+        return read_wall_table(directory / "wall.table")
+    kinds: dict[str, Callable[..., Wall]] = {
+        kind.__name__: kind for kind in (LennardJonesSpline, InversePowers, Exponential)
+    }
+    return kinds[law](**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})
+
+
+def _number(value: float) -> str:
+    """A number with all its digits: it reads back as the same float."""
+    return f"{float(value):.17g}"
+
+
+def _timestep(model: Model) -> float:
+    """Of damped dynamics, in LAMMPS' unit of time."""
+    # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
+    mvv2e = 1.0364269e-4 if model.units == "metal" else 1.0
+    return model.timestep * float(np.sqrt(mvv2e * model.mass * model.length**2 / model.energy))
+
+
+def _write_data(file: BinaryIO, deck: Deck) -> None:
+    """``slab.data``: the slab at rest, the wall above it and the start."""
+    slab, model = deck.slab, deck.model
+    bonds = model.atom_style == "bond"
+    nx, ny = slab.shape
+    ids = slab.ids.ravel()
+    heights = np.zeros(slab.ids.shape)
+    heights[0] = deck.heights
+    # Two spacings of room on both sides, and up to the highest point of the wall, to which adhesion may lift an atom:
+    # nothing leaves the box.
+    low = -slab.layers * LAYER_SPACING - 2
+    highest = max(deck.protocol.separations) if deck.protocol else deck.separation
+    high = 2 + max(0.0, highest + float(deck.heights.max()))
+    ends = [_number(model.length * value) for value in (nx, ny, low, high)]
+    file.write(
+        f"{_TITLE.format(nx, ny, slab.mobile, slab.frozen)}\n\n"
+        f"{slab.size} atoms\n1 atom types\n{'1 bond types' if bonds else ''}\n\n"
+        f"0 {ends[0]} xlo xhi\n0 {ends[1]} ylo yhi\n{ends[2]} {ends[3]} zlo zhi\n\n"
+        f"Masses\n\n1 {_number(model.mass)} # {model.element}\n\nAtoms # {model.atom_style}\n\n".encode()
+    )
+    kind = "%d 1 1" if bonds else "%d 1"  # molecule and type, or type
+    _write_rows(file, f"{kind} %.17g %.17g %.17g\n", ids, model.length * deck.rest.reshape(-1, 3))
+    file.write(b"\nWallHeight\n\n")
+    _write_rows(file, "%d %.17g\n", ids, heights.reshape(-1, 1))
+    file.write(b"\nDisplacement\n\n")
+    _write_rows(file, "%d %.17g %.17g %.17g\n", ids, deck.start.reshape(-1, 3))
+
+
+def _write_rows(file: BinaryIO, form: str, ids: NDArray[np.int64], values: Real) -> None:
+    """A line for each atom.  Three times as fast as :func:`numpy.savetxt`, and in little memory."""
+    for first in range(0, len(ids), 10_000):
+        part = slice(first, first + 10_000)
+        rows = np.column_stack([ids[part], values[part]])
+        file.write((form * len(rows) % tuple(rows.ravel().tolist())).encode())

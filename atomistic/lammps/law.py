@@ -1,0 +1,282 @@
+"""Wall laws as LAMMPS formulas: atom-style variables ``v_traction`` and ``v_energy`` of ``v_gap``, per area.
+
+The formulas are those of :mod:`continuum.model.laws`.  A table becomes a tree of cubic pieces, which LAMMPS evaluates
+in as many comparisons as the tree has levels; it holds at most :data:`PIECES`, so a long table is thinned, and what
+that costs is measured and written into the deck.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline, PPoly
+
+from continuum.model.grid import Real
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+
+__all__ = ["PIECES", "NativeLaw", "native_law", "read_wall_table", "wall_table"]
+
+PIECES = 192
+"""Cubic pieces of a table in LAMMPS, at most: the formula is parsed anew in each evaluation of the forces."""
+_TABLE_SPACING = 1e-3
+"""Largest distance of the knots of ``wall.table``, in a0."""
+_NO_CORE = -1e9
+"""Core of a law that has none, in a0."""
+
+
+@dataclass(frozen=True)
+class NativeLaw:
+    """A law in LAMMPS' language."""
+
+    lines: str
+    """That define the variables ``core``, ``traction`` and ``energy``."""
+    error: float
+    """Largest difference of the traction from the law, in E*; 0 for a formula, which differs by rounding only."""
+
+
+@lru_cache(maxsize=4)
+def native_law(wall: Wall) -> NativeLaw:
+    """The lines of a law.
+
+    Raises
+    ------
+    TypeError
+        If the law has no formula here: a hard wall, whose traction is no function of the gap.
+    """
+    if isinstance(wall, LennardJonesSpline):
+        return NativeLaw(_spline(wall), 0.0)
+    if isinstance(wall, InversePowers):
+        return NativeLaw(_inverse_powers(wall), 0.0)
+    if isinstance(wall, Exponential):
+        return NativeLaw(_exponential(wall), 0.0)
+    if isinstance(wall, TabulatedWall):
+        return _table(wall)
+    cause = (
+        "its traction is no function of the gap (a repulsive wall that has one: LennardJonesSpline(0))"
+        if wall.law is None
+        else "it has no formula in LAMMPS' language"
+    )
+    msg = f"a {type(wall).__name__} cannot act in a deck: {cause}"
+    raise TypeError(msg)
+
+
+def _define(name: str, value: float | str, style: str = "equal", comment: str = "") -> str:
+    text = f'"{value}"' if isinstance(value, str) else _number(value)
+    line = f"variable        {name} {style} {text}"
+    return f"{line}    # {comment}" if comment else line
+
+
+def _number(value: float) -> str:
+    return f"{float(value):.17g}"
+
+
+def _with_core(wall: Wall, lines: list[str], traction: str, energy: str) -> str:
+    """A law that goes on with constant stiffness below its core."""
+    at_core = wall.evaluate(np.array([wall.core]))
+    return "\n".join(
+        [
+            "# Below the core, where no equilibrium may lie, the law goes on with constant stiffness.",
+            _define("core", wall.core, comment="a0"),
+            _define("core_traction", float(at_core.traction[0])),
+            _define("core_stiffness", float(at_core.stiffness[0])),
+            _define("core_energy", float(at_core.energy[0])),
+            *lines,
+            _define("below", "v_gap-v_core", "atom"),
+            _define("core_push", "v_core_traction-v_core_stiffness*v_below", "atom"),
+            _define("core_push_energy", "v_core_energy+v_below*(0.5*v_below*v_core_stiffness-v_core_traction)", "atom"),
+            _define("traction", traction, "atom"),
+            _define("energy", energy, "atom"),
+        ]
+    )
+
+
+def _spline(wall: LennardJonesSpline) -> str:
+    lines = [
+        "# 9-3 repulsion below a gap of a0, a cubic spline in attraction beyond it.",
+        _define("k", wall.minimum_stiffness, comment="stiffness at the minimum, E*/a0"),
+        _define("range", wall.range, comment="of the attraction beyond a0"),
+        _define("work", wall.work_of_adhesion, comment="of adhesion, E* a0"),
+    ]
+    pull, pull_energy = "0.0", "0.0"
+    if wall.range > 0:
+        pull = "v_k*v_range*(v_t<1.0)*v_t*(1.0-v_t)^2"
+        pull_energy = "(v_t<1.0)*(v_k*v_range^2*v_t^2*(0.5+v_t*(v_t/4.0-2.0/3.0))-v_work)"
+        lines.append(_define("t", "(v_gap-1.0)/v_range", "atom"))
+    lines += [
+        _define("pull", pull, "atom"),
+        _define("pull_energy", pull_energy, "atom"),
+        _define("push", "v_k/6.0*(v_gap^(-10)-v_gap^(-4))", "atom"),
+        _define("push_energy", "v_k/54.0*(v_gap^(-3)-1.0)^2*(v_gap^(-3)+2.0)-v_work", "atom"),
+    ]
+    return _with_core(
+        wall,
+        lines,
+        "ternary(v_gap>1.0,-v_pull,ternary(v_gap>v_core,v_push,v_core_push))",
+        "ternary(v_gap>1.0,v_pull_energy,ternary(v_gap>v_core,v_push_energy,v_core_push_energy))",
+    )
+
+
+def _inverse_powers(wall: InversePowers) -> str:
+    m, n = wall.powers
+    lines = [
+        f"# Energy c (gap^-{m}/{m} - gap^-{n}/{n}), not cut off; gaps in a0.",
+        _define("c", wall.minimum_stiffness / (m - n), comment="E* a0"),
+        _define("law", f"v_c*(v_gap^(-{m + 1})-v_gap^(-{n + 1}))", "atom"),
+        _define("law_energy", f"v_c*(v_gap^(-{m})/{m}.0-v_gap^(-{n})/{n}.0)", "atom"),
+    ]
+    return _with_core(
+        wall,
+        lines,
+        "ternary(v_gap>v_core,v_law,v_core_push)",
+        "ternary(v_gap>v_core,v_law_energy,v_core_push_energy)",
+    )
+
+
+def _exponential(wall: Exponential) -> str:
+    return "\n".join(
+        [
+            "# Exponential attraction outside, a harmonic core inside.",
+            _define("core", _NO_CORE, comment="no gap is too small"),
+            _define("gamma", wall.surface_energy, comment="E* a0"),
+            _define("rho", wall.decay_length, comment="a0"),
+            _define("stiffness", wall.core_stiffness, comment="of the core, E*/a0"),
+            _define(
+                "traction", "ternary(v_gap<0.0,-v_gamma/v_rho-v_stiffness*v_gap,-v_gamma/v_rho*exp(-v_gap/v_rho))",
+                "atom",
+            ),
+            _define(
+                "energy",
+                "ternary(v_gap<0.0,v_gamma*(v_gap/v_rho-1.0)+0.5*v_stiffness*v_gap^2,-v_gamma*exp(-v_gap/v_rho))",
+                "atom",
+            ),
+        ]
+    )  # fmt: skip
+
+
+def _table(wall: TabulatedWall) -> NativeLaw:
+    """A tree of cubic pieces of the traction, and of its integral."""
+    pieces = _pieces(wall)
+    energy = _energy(pieces)
+    lines = _with_core(
+        wall,
+        [
+            f"# Cubic pieces of a table, {pieces.c.shape[1]} of them; zero beyond the last.",
+            _define("law", _tree(pieces), "atom"),
+            _define("law_energy", _tree(energy), "atom"),
+        ],
+        "ternary(v_gap>v_core,v_law,v_core_push)",
+        "ternary(v_gap>v_core,v_law_energy,v_core_push_energy)",
+    )
+    at = np.linspace(wall.gap[0], wall.gap[-1], 20 * max(PIECES, wall.gap.size))[:-1]
+    return NativeLaw(lines, float(np.abs(pieces(at) - wall.evaluate(at).traction).max()))
+
+
+def _pieces(wall: TabulatedWall) -> PPoly:
+    """The spline of the table if it is short; else cubic pieces with its values and slopes at fewer knots.
+
+    Knots are added in the middle of the piece that errs most: the traction stays continuous with its slope.
+    """
+    if wall.gap.size - 1 <= PIECES:
+        x, law = wall.gap, wall.evaluate(wall.gap)
+        end = np.append(law.traction[:-1], 0.0)
+        slope = -law.stiffness
+        slope[-1] = -wall.evaluate(np.nextafter(wall.gap[-1:], 0)).stiffness[0]
+        return _hermite(x, end, slope)
+    knots = list(np.linspace(wall.gap[0], wall.gap[-1], 5))
+    while True:
+        x = np.array(knots)
+        law = wall.evaluate(np.minimum(x, np.nextafter(wall.gap[-1], 0)))
+        pieces = _hermite(x, np.append(law.traction[:-1], 0.0), -law.stiffness)
+        if len(knots) > PIECES:
+            return pieces
+        inside = x[:-1, None] + np.diff(x)[:, None] * np.linspace(0.05, 0.95, 19)
+        error = np.abs(pieces(inside) - wall.evaluate(inside).traction).max(axis=1)
+        worst = int(np.argmax(error))
+        if error[worst] < 1e-13 * np.abs(wall.traction).max():
+            return pieces
+        knots.insert(worst + 1, float(x[worst] + x[worst + 1]) / 2)
+
+
+def _hermite(x: Real, value: Real, slope: Real) -> PPoly:
+    spline = CubicHermiteSpline(x, value, slope)
+    return PPoly(spline.c, spline.x)
+
+
+def _energy(traction: PPoly) -> PPoly:
+    """Minus the integral of the traction, zero at the last knot."""
+    integral = traction.antiderivative()
+    c = -integral.c
+    c[-1] += float(integral(traction.x[-1]))
+    return PPoly(c, traction.x)
+
+
+def _tree(pieces: PPoly) -> str:
+    """Nested ternaries that find the piece of a gap by halving, zero beyond the last knot."""
+    x, c = pieces.x, pieces.c
+
+    def piece(i: int) -> str:
+        text = _number(c[0, i])
+        for coefficient in c[1:, i]:
+            text = f"{_number(coefficient)}+(v_gap-({_number(x[i])}))*({text})"
+        return text
+
+    def part(first: int, last: int) -> str:
+        if last - first == 1:
+            return piece(first)
+        middle = (first + last) // 2
+        return f"ternary(v_gap<{_number(x[middle])},{part(first, middle)},{part(middle, last)})"
+
+    return f"ternary(v_gap<{_number(x[-1])},{part(0, c.shape[1])},0.0)"
+
+
+def wall_table(wall: Wall) -> str:
+    """``wall.table``: the law at knots that include the core, the change of sign and, if there is one, the end."""
+    if isinstance(wall, TabulatedWall):
+        gap, law = wall.gap, wall.evaluate(wall.gap)
+    else:
+        gap = _knots(wall)
+        law = wall.evaluate(gap)
+    # Rounding leaves a traction of 1e-17 at the end of the range, where the law ends.
+    traction = np.where(gap < wall.reach, law.traction, 0.0)
+    between = (gap[1:] + gap[:-1]) / 2
+    stated = "the law itself"
+    if not isinstance(wall, TabulatedWall) and np.isfinite(wall.reach):
+        error = np.abs(TabulatedWall(gap, traction).evaluate(between).traction - wall.evaluate(between).traction).max()
+        stated = f"a cubic spline through the tractions errs by at most {error:.1e} E*"
+    elif not isinstance(wall, TabulatedWall):
+        stated = "the law goes on beyond the last gap"
+    text = io.StringIO()
+    text.write(
+        "# Wall law: energy and traction per area against gap; traction = -d energy/d gap, positive in compression.\n"
+        "# Units: gap a0, energy E* a0, traction E*.\n"
+        f"# {'A table' if isinstance(wall, TabulatedWall) else wall}: {gap.size} knots; {stated}.\n"
+        f"# The formulas of in.wall differ from the law by at most {native_law(wall).error:.1e} E*.\n"
+        "# gap energy traction\n"
+    )
+    np.savetxt(text, np.column_stack([gap, law.energy, traction]), fmt="%.17g")
+    return text.getvalue()
+
+
+def _knots(wall: Wall) -> Real:
+    start = wall.core if np.isfinite(wall.core) else wall.zero_gap - 0.3
+    end = wall.reach if np.isfinite(wall.reach) else wall.zero_gap + 10.0
+    sides = [_between(start, wall.zero_gap)]
+    if end > wall.zero_gap:
+        sides.append(_between(wall.zero_gap, end)[1:])
+    return np.concatenate(sides)
+
+
+def _between(low: float, high: float) -> Real:
+    """Equidistant knots that cover a length, both ends included."""
+    return np.linspace(low, high, max(4, int(np.ceil((high - low) / _TABLE_SPACING)) + 1))
+
+
+def read_wall_table(path: Path) -> TabulatedWall:
+    """The wall law of a ``wall.table``, as a cubic spline through its knots."""
+    gap, _, traction = np.loadtxt(path, unpack=True)
+    return TabulatedWall(gap, traction)

@@ -1,0 +1,144 @@
+"""LAMMPS open in this process on the atoms of a deck: forces at any displacements, walls evaluated in Python."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from atomistic.lammps.directory import read_slab
+from atomistic.lammps.engine import guard, open_library
+from continuum.model.grid import Real
+
+__all__ = ["Session"]
+
+
+class Session:
+    """LAMMPS open in this process on the atoms of a deck, without its wall; close it, or use it with
+    ``with``.
+
+    Parameters
+    ----------
+    directory : of a deck.
+
+    Raises
+    ------
+    LammpsError
+        If LAMMPS cannot be loaded or reports an error.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self._directory = Path(directory).absolute()
+        self.slab = read_slab(self._directory / "slab.data")
+        self._failure: BaseException | None = None
+        self._lammps = open_library()
+        try:
+            self.run("in.slab")
+            self.length, self.energy = self.variable("length_unit"), self.variable("energy_unit")
+            self._rest = self._where_at_rest()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End this LAMMPS."""
+        self._lammps.close()
+
+    def run(self, script: str) -> None:
+        """Run a script of the deck."""
+        with contextlib.chdir(self._directory):
+            guard(lambda: self._lammps.file(script), self._directory)
+        self._raise_failure()
+
+    def command(self, text: str) -> None:
+        """Run one LAMMPS command."""
+        with contextlib.chdir(self._directory):
+            guard(lambda: self._lammps.command(text), self._directory)
+        self._raise_failure()
+
+    def variable(self, name: str) -> float:
+        """Value of an equal-style variable."""
+        return float(self._lammps.extract_variable(name))
+
+    def apply(self, forces: Callable[[Real], tuple[Real, float]]) -> None:
+        """Let vertical forces act on the surface atoms, in every evaluation from now on.
+
+        Parameters
+        ----------
+        forces : given the height of each surface atom above the surface at rest, shape (nx, ny), in a0, the force on
+            it, positive upwards, same shape, in E* a0², and the energy of all, in E* a0³.
+        """
+        shape = self.slab.shape
+        count = shape[0] * shape[1]
+
+        def callback(_: Any, step: int, local: int, tag: NDArray[np.int64], x: Real, f: Real) -> None:
+            try:
+                mine = np.flatnonzero(tag <= count)
+                site = tag[mine] - 1
+                z = np.empty(count)
+                z[site] = x[mine, 2] / self.length
+                force, energy = forces(z.reshape(shape) - self._rest[0, ..., 2])
+                f[...] = 0.0
+                f[mine, 2] = force.reshape(-1)[site] * (self.energy / self.length)
+                self._lammps.fix_external_set_energy_global("applied", energy * self.energy)
+            except BaseException as error:
+                self._failure = error
+
+        self.command("fix applied surface external pf/callback 1 1")
+        self.command("fix_modify applied energy yes")
+        self._lammps.set_fix_external_callback("applied", callback, None)
+
+    def evaluate(self, displacements: Real) -> tuple[float, Real]:
+        """Energy, in E* a0³, and forces, shape (layers, nx, ny, 3), in E* a0², of displaced atoms.
+
+        Parameters
+        ----------
+        displacements : from where the slab is at rest, shape (layers, nx, ny, 3), in a0.
+        """
+        at = np.ascontiguousarray((self._rest + displacements) * self.length, dtype=np.float64)
+        pointer = at.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+        self._lammps.scatter_atoms("x", 1, 3, pointer)
+        self.command("run 0 post no")
+        energy = float(self._lammps.get_thermo("pe"))
+        if self._lammps.extract_setting("thermo_norm"):
+            energy *= self.slab.size
+        return energy / self.energy, self._gather("f") / (self.energy / self.length)
+
+    def displacements(self) -> Real:
+        """Where the atoms are now, from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
+        moved = self._gather("x") / self.length - self._rest
+        # Atoms that crossed the border of the box have come back on the other side.
+        period = np.array(self.slab.shape, dtype=np.float64)
+        moved[..., :2] -= period * np.rint(moved[..., :2] / period)
+        return moved
+
+    def _where_at_rest(self) -> Real:
+        """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""
+        start = [np.array(self._lammps.gather(f"d_u{axis}", 1, 1), dtype=np.float64) for axis in "xyz"]
+        # As they are in slab.data but for rounding, and for atoms that crossed the border of the box.
+        rest = self._gather("x") / self.length - np.stack(start, axis=-1).reshape(*self.slab.ids.shape, 3)
+        rest[..., :2] = self.slab.positions[..., :2]
+        return rest
+
+    def _gather(self, name: str) -> Real:
+        values = self._lammps.gather_atoms(name, 1, 3)
+        return np.array(values, dtype=np.float64).reshape(*self.slab.ids.shape, 3)
+
+    def _raise_failure(self) -> None:
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure

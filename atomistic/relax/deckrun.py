@@ -1,0 +1,187 @@
+"""A run of a deck as a whole: its steps as numbers, their storage, and the continuum of the same wall beside them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+
+import numpy as np
+
+from atomistic.lammps.directory import read_wall
+from atomistic.lammps.result import (
+    DeckDescription,
+    DeckResult,
+    finished_steps,
+    read_description,
+    read_result,
+)
+from continuum.files import store
+from continuum.files.output import folder
+from continuum.files.provenance import provenance
+from continuum.files.store import Dataset
+from continuum.measure.contact import contact_map, quantity, totals_of
+from continuum.model.grid import Real
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import moments
+from continuum.model.walls import Wall
+from continuum.path import loading
+from continuum.solve.solution import Settings
+
+__all__ = ["ContinuumStep", "DeckRun", "DeckStep", "read_run"]
+
+SCHEMA, VERSION = "stickiness/deck-run", 1
+
+
+@dataclass(frozen=True)
+class DeckStep:
+    """One equilibrium of a run; names and units are those of a continuum run."""
+
+    separation: float = quantity("a0", "of the wall's zero from the surface at rest")
+    mean_gap: float = quantity("a0", "mean gap")
+    load: float = quantity("E*", "N/A0, compression positive")
+    load_rep: float = quantity("E*", "N_rep/A0")
+    load_att: float = quantity("E*", "N_att/A0")
+    area_rep: float = quantity("1", "A_rep/A0")
+    area_att: float = quantity("1", "A_att/A0")
+    wall_energy: float = quantity("E* a0", "energy of the wall per area")
+    total_energy: float = quantity("E* a0", "energy of atoms and wall per area")
+    smallest_gap: float = quantity("a0", "smallest gap")
+    largest_force: float = quantity("E* a0^2", "largest force left on an atom")
+    evaluations: int = quantity("1", "evaluations of the forces")
+    status: str = quantity("", "what was found")
+
+    @classmethod
+    def of(cls, result: DeckResult) -> DeckStep:
+        """The numbers of a state."""
+        pressure, atoms = result.traction, result.traction.size
+        return cls(
+            separation=result.separation,
+            mean_gap=float(result.gap.mean()),
+            load=result.load / atoms,
+            load_rep=float(pressure[pressure > 0].sum()) / atoms,
+            load_att=-float(pressure[pressure < 0].sum()) / atoms,
+            area_rep=result.area_rep,
+            area_att=result.area_att,
+            wall_energy=result.wall_energy / atoms,
+            total_energy=result.total_energy / atoms,
+            smallest_gap=result.smallest_gap,
+            largest_force=result.largest_force,
+            evaluations=result.evaluations,
+            status=result.status.name,
+        )
+
+
+@dataclass(frozen=True)
+class ContinuumStep:
+    """The continuum at the mean gap of a step: the same wall on an isotropic half-space of nu = 1/2."""
+
+    load: float
+    """N/A0, in E*."""
+    area_rep: float
+    area_att: float
+    same: float
+    """Part of the points whose contact, repulsive, attracted or none, is that of the atoms."""
+    converged: bool
+
+
+@dataclass(frozen=True, eq=False)
+class DeckRun:
+    """What a run of a deck has left: every finished step, and the last state of the atoms."""
+
+    directory: Path
+    description: DeckDescription = field(repr=False)
+    wall: Wall
+    """The law."""
+    steps: tuple[DeckStep, ...]
+    gaps: Real = field(repr=False)
+    """Shape (steps, nx, ny), in a0."""
+    last: DeckResult = field(repr=False)
+
+    @property
+    def expected(self) -> int:
+        """Steps of the protocol."""
+        return max(self.description.steps, 1)
+
+    @property
+    def finished(self) -> bool:
+        """Whether no step is missing."""
+        return len(self.steps) == self.expected
+
+    @property
+    def converged(self) -> bool:
+        """Whether each step that is there is an equilibrium."""
+        return all(step.status == "CONVERGED" for step in self.steps)
+
+    def compare(self) -> tuple[ContinuumStep, ...]:
+        """The continuum at the mean gap of each step, followed as a path: branch by branch as the atoms were."""
+        slab, heights = self.last.slab, self.last.heights
+        problem = ContactProblem(slab.grid, self.wall, heights, HalfSpace("clamped"))
+        settings = Settings(1e-9 * (moments(slab.grid, heights).rms_slope or 1.0))
+        states = loading.follow(problem, "mean-gap", [step.mean_gap for step in self.steps], settings)
+        found = []
+        for state, gap in zip(states, self.gaps, strict=True):
+            totals = totals_of(slab.grid, self.wall, state.gap)
+            same = float(np.mean(contact_map(self.wall, state.gap) == contact_map(self.wall, gap)))
+            found.append(ContinuumStep(totals.load, totals.area_rep, totals.area_att, same, state.status.ok))
+        return tuple(found)
+
+    def store(self, path: Path, beside: tuple[ContinuumStep, ...] = ()) -> Path:
+        """Write ``NAME.h5``; returns it.
+
+        Raises
+        ------
+        OutputError
+            If a file that is no run of a deck is in the way, or it cannot be written.
+        """
+        folder(path.parent)
+        store.earlier(path, SCHEMA, VERSION, self.description.identity, force=True)
+        datasets = {
+            column.name: Dataset(
+                np.array([getattr(step, column.name) for step in self.steps]), ("step",), **column.metadata
+            )
+            for column in fields(DeckStep)
+        }
+        datasets["step"] = Dataset(np.arange(1, len(self.steps) + 1), ("step",), "1", "step of the protocol")
+        datasets["gap"] = Dataset(self.gaps, ("step", "x", "y"), "a0", "gap at each surface atom")
+        datasets["height"] = Dataset(self.last.heights, ("x", "y"), "a0", "of the wall above each surface atom")
+        for name, unit in (("load", "E*"), ("area_rep", "1"), ("area_att", "1"), ("same", "1")):
+            if beside:
+                values = np.array([getattr(step, name) for step in beside])
+                datasets[f"continuum/{name}"] = Dataset(values, ("step",), unit, f"{name}, at the same mean gap")
+        real = self.description.real_units
+        sizes = {} if real is None else {f"real_units/{name}": value for name, value in asdict(real).items()}
+        attributes = {
+            "schema": SCHEMA,
+            "schema_version": VERSION,
+            "identity": self.description.identity,
+            "finished": self.finished,
+            "model": self.description.model,
+            "element": self.description.element,
+            "wall": repr(dict(self.description.wall)),
+            "lammps_version": self.last.lammps_version,
+            **sizes,
+            **provenance(),
+        }
+        store.write(path, datasets, attributes)
+        return path
+
+
+def read_run(directory: Path) -> DeckRun:
+    """Every finished step of a run.
+
+    Raises
+    ------
+    DeckError
+        If there is none, or one is damaged.
+    """
+    directory = Path(directory)
+    description = read_description(directory)
+    steps, gaps = [], []
+    result = None
+    for step in finished_steps(directory):
+        result = read_result(directory, step)
+        steps.append(DeckStep.of(result))
+        gaps.append(result.gap)
+    last = result or read_result(directory)  # which says why there is none
+    return DeckRun(directory, description, read_wall(directory), tuple(steps), np.array(gaps), last)

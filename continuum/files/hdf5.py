@@ -1,0 +1,193 @@
+"""HDF5 files as safe to write as any other file, and safe to read whoever wrote them.
+
+What could lead a reader to other files (soft and external links, external storage, virtual datasets) is refused where
+it is asked for; what else is in a file does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.errors import InputError
+from continuum.files.output import whole
+
+__all__ = ["StoreError", "created", "datasets_in", "member", "opened", "read_array"]
+
+_FORMAT = ("v110", "v110")  # the oldest with sums on its headers; HDF5 1.10 (2016) and later read it
+_DEEPEST = 8  # groups in groups; a group may hold itself
+
+
+class StoreError(InputError, OSError):
+    """A file cannot be read: missing, damaged, of another kind, or refused.  The message says which."""
+
+
+@contextmanager
+def created(path: str | Path) -> Iterator[h5py.File]:
+    """A file to be filled, which takes its name when it is complete and on the disk, and leaves no trace otherwise.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; an older file of that name stays as it was.
+    """
+    with whole(path) as raw:
+        disk = _Disk(raw)
+        try:
+            with h5py.File(disk, "w", libver=_FORMAT) as file:
+                yield file
+        except Exception:
+            if disk.failure is None:
+                raise
+        if disk.failure is not None:
+            raise disk.failure
+
+
+class _Disk:
+    """What HDF5 writes to.  A full disk it could not live with: it crashes when the process ends.
+
+    So it is told that all went well, and what went wrong is remembered.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.failure: OSError | None = None
+
+    def write(self, data: memoryview) -> int:
+        self._do(self._file.write, data)
+        return len(data)
+
+    def read(self, size: int) -> bytes:
+        return self._do(self._file.read, size) or bytes(size)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        self._do(self._file.seek, offset, whence)  # writes what is waiting
+        return offset
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def truncate(self, size: int) -> None:
+        self._do(self._file.truncate, size)
+
+    def flush(self) -> None:
+        self._do(self._file.flush)
+
+    def _do(self, call: Callable[..., Any], *arguments: object) -> Any:
+        if self.failure is None:
+            try:
+                return call(*arguments)
+            except OSError as error:
+                self.failure = error
+        return None
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[h5py.File]:
+    """A file open for reading; one kind of error for all that h5py raises on damaged files."""
+    if not path.is_file():
+        msg = f"{path}: there is no such file"
+        raise StoreError(msg)
+    try:
+        # Files are replaced, never changed, so locks protect nothing and read-only folders need none.
+        file = h5py.File(path, "r", locking=False)
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        msg = f"{path}: not an HDF5 file, or damaged or truncated ({error})"
+        raise StoreError(msg) from error
+    with file:
+        try:
+            yield file
+        except StoreError:
+            raise
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError, MemoryError) as error:
+            msg = f"{path}: cannot be read, probably damaged ({error})"
+            raise StoreError(msg) from error
+
+
+def datasets_in(path: Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
+    """All datasets of a file, refusing whatever is not stored in it."""
+    for name in group:
+        item = _item(path, group, name, prefix + name)
+        if isinstance(item, h5py.Group):
+            if prefix.count("/") > _DEEPEST:
+                msg = f"{path}: groups are nested too deep at {prefix + name}"
+                raise StoreError(msg)
+            yield from datasets_in(path, item, f"{prefix}{name}/")
+        elif isinstance(item, h5py.Dataset):
+            yield prefix + name, item
+
+
+def _item(path: Path, group: h5py.Group, name: str, full: str) -> Any:
+    """What a name of a group stands for; refused if that lies elsewhere."""
+    link = group.get(name, getlink=True)
+    if not isinstance(link, h5py.HardLink):
+        msg = f"{path}: {full} is a link to elsewhere ({type(link).__name__}), which is refused"
+        raise StoreError(msg)
+    item = group[name]
+    if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
+        msg = f"{path}: the data of {full} lie in other files, which is refused"
+        raise StoreError(msg)
+    return item
+
+
+def member(path: Path, file: h5py.File, name: str) -> Any:
+    """What a name like ``entry/data/height`` stands for; None if nothing.
+
+    Raises
+    ------
+    StoreError
+        If it lies in another file.
+    """
+    item, passed = file, ""
+    for part in filter(None, name.split("/")):
+        passed += f"/{part}"
+        item = _item(path, item, part, passed[1:]) if isinstance(item, h5py.Group) and part in item else None
+    return item
+
+
+def _names(group: h5py.Group, prefix: str = "") -> Iterator[str]:
+    """Names of the datasets that are stored in a file, whatever else there is."""
+    for name in group:
+        if isinstance(group.get(name, getlink=True), h5py.HardLink):
+            kind = group.get(name, getclass=True)
+            if kind is h5py.Dataset:
+                yield prefix + name
+            elif kind is h5py.Group and prefix.count("/") <= _DEEPEST:
+                yield from _names(group[name], f"{prefix}{name}/")
+
+
+def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
+    """A dataset of real numbers from a user's own HDF5 file, whatever else is in it.
+
+    Parameters
+    ----------
+    path, dataset : where; a dataset in a group has a name like ``entry/data/height``.
+    shape : refused if it has another; looked at before anything is loaded.
+
+    Raises
+    ------
+    StoreError
+        If it is not there, damaged, no array of real numbers, of another shape, or stored elsewhere.
+    """
+    path = Path(path)
+    with opened(path) as file:
+        item = member(path, file, dataset)
+        if not isinstance(item, h5py.Dataset):
+            names = ", ".join(islice(_names(file), 10)) or "none"
+            msg = f"{path}: there is no dataset {dataset!r}; datasets: {names}"
+            raise StoreError(msg)
+        if item.dtype.kind not in "iuf":
+            msg = f"{path}: dataset {dataset!r} holds {item.dtype}, not real numbers"
+            raise StoreError(msg)
+        if shape is not None and item.shape != shape:
+            msg = f"{path}: dataset {dataset!r} has shape {item.shape}, expected {shape}"
+            raise StoreError(msg)
+        values: NDArray[np.float64] = item[()].astype(np.float64)
+        return values

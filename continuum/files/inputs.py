@@ -1,0 +1,258 @@
+"""Input files are read with all their faults at once, each with its line, what is allowed and a probable cause.
+
+Pydantic stops at nothing but says little to a physicist; here its errors become the words of the input file, and the
+checks that it left out, since a key was faulty, are made as far as the sound keys allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar, get_args, get_origin
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from continuum.files.tables import STRICT, Document, Table, frozen, is_kind
+from continuum.files.toml import ConfigError, Fault, Key, Source, find, nearest
+
+__all__ = ["load", "parsed"]
+
+_Document = TypeVar("_Document", bound=Document)
+
+
+def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] | None = None) -> _Document:
+    """Read an input file.
+
+    Parameters
+    ----------
+    path : the file as given, or ``inputs/...`` for one that comes with the package.
+    model : what it should hold.
+    settings : values instead of those of the file, by dotted keys such as ``surface.seed``.
+
+    Raises
+    ------
+    ConfigError
+        With all faults of the file.
+    """
+    source = Source.read(find(path))
+    return parsed(source.changed(settings) if settings else source, model)
+
+
+def parsed(source: Source, model: type[_Document]) -> _Document:
+    """What the text of an input file amounts to.
+
+    Raises
+    ------
+    ConfigError
+        With all faults of the file.
+    """
+    data = frozen(source.data)
+    context = {"folder": source.path.parent}
+    try:
+        config = model.model_validate(data, context=context)
+    except ValidationError as error:
+        faults, data = _complete(error.errors(include_url=False), data, model, context)
+        bad = {fault.key for fault in faults}
+        faults += _contradictions(model, data, (), bad, context)
+        raise ConfigError(source, faults) from None
+    config._source = source
+    return config
+
+
+_CAUSES = {
+    "finite_number": "a number that another program could not compute",
+    "float_type": "a number in quotes, or true/false",
+    "greater_than": "a sign, or a value in other units than a0 and E*",
+    "greater_than_equal": "a sign, or a value in other units than a0 and E*",
+    "bool_type": "quotes, or a capital letter",
+    "string_type": "quotes left out",
+    "int_type": "a decimal point or quotes where a count belongs",
+    "missing": "a line left out, or a misspelt key",
+    "missing_file": "a slip in the name, or a path relative to another folder",
+    "tuple_type": "one value without [brackets]",
+}
+
+
+def _complete(
+    errors: list[ErrorDetails], data: Any, model: type[Table], context: Mapping[str, Any]
+) -> tuple[list[Fault], Any]:
+    """Faults of single keys.
+
+    A table whose kind is misspelt hides its other faults: they are looked for with the kind probably meant.
+    """
+    faults = [_translate(error, data, model) for error in errors if error["type"] != "inconsistent"]
+    mended = data
+    for error, fault in zip([e for e in errors if e["type"] != "inconsistent"], faults, strict=True):
+        if error["type"] == "union_tag_invalid":
+            meant = nearest(error["ctx"]["tag"], _tags(error))
+            mended = _replaced(mended, fault.key, meant) if meant else mended
+    if mended is not data:
+        try:
+            model.model_validate(mended, context=context)
+        except ValidationError as error:
+            more, mended = _complete(error.errors(include_url=False), mended, model, context)
+            known = {fault.key for fault in faults}
+            faults += [fault for fault in more if fault.key not in known]
+    return faults, mended
+
+
+def _replaced(data: Any, key: Key, value: Any) -> Any:
+    if not key:
+        return value
+    if isinstance(data, tuple):
+        return tuple(_replaced(x, key[1:], value) if i == key[0] else x for i, x in enumerate(data))
+    return {**data, key[0]: _replaced(data[key[0]], key[1:], value)}
+
+
+def _tags(error: ErrorDetails) -> list[str]:
+    return [tag.strip("' ") for tag in error["ctx"]["expected_tags"].split(",")]
+
+
+def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
+    """One of pydantic's errors in the words of the input file."""
+    kind = error["type"]
+    key, table, field = _locate(error["loc"], data, model)
+    about = f" ({' '.join(field.description.split())})" if field and field.description else ""
+    if kind == "extra_forbidden" and table is not None:
+        meant = nearest(str(key[-1]), table.model_fields)
+        hint = f"a slip; did you mean {meant}?" if meant else _where_it_belongs(key, model)
+        return Fault(key, "one of the keys " + ", ".join(table.model_fields), hint)
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        tag = error["ctx"]["discriminator"].strip("'")
+        if kind == "union_tag_not_found":
+            return Fault((*key, tag), f"a name that says which kind of table this is{about}")
+        meant = nearest(error["ctx"]["tag"], _tags(error))
+        allowed = "one of " + ", ".join(f'"{name}"' for name in _tags(error))
+        return Fault((*key, tag), allowed, f'a slip; did you mean "{meant}"?' if meant else "")
+    if kind == "literal_error":
+        choices = [str(choice) for choice in get_args(field.annotation)] if field else []
+        meant = nearest(str(error["input"]), choices)
+        allowed = ("one of " if len(choices) > 1 else "") + ", ".join(f'"{name}"' for name in choices)
+        return Fault(key, allowed + about, f'a slip; did you mean "{meant}"?' if meant else "")
+    allowed = {
+        "missing": "this key is required",
+        "model_type": "a table, [" + ".".join(map(str, key)) + "]",
+        "model_attributes_type": "a table, [" + ".".join(map(str, key)) + "]",
+        "tuple_type": "a list in [brackets]",
+        "int_type": "a whole number",
+        "bool_type": "true or false",
+        "float_type": "a number",
+        "string_type": "text in quotes",
+    }.get(kind, error["msg"].removeprefix("Input should be ").removeprefix("a valid "))
+    return Fault(key, allowed + about, _CAUSES.get(kind, ""))
+
+
+def _where_it_belongs(key: Key, model: type[Table]) -> str:
+    """The tables of a document that have a key which stands where it is unknown."""
+    here = tuple(part for part in key[:-1] if isinstance(part, str))
+    homes = dict.fromkeys(_homes(str(key[-1]), model, ()))
+    if not homes:
+        return "a key of another table, or of another version"
+    return "it belongs " + " or ".join(
+        f"{'to another kind of' if home == here else 'into'} [{'.'.join(home)}]" for home in homes
+    )
+
+
+def _homes(name: str, model: type[Table], place: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Places, outermost first, of the tables that have a key of that name."""
+    for key, field in model.model_fields.items():
+        for table in _tables_in(field.annotation):
+            if name in table.model_fields:
+                yield (*place, key)
+            yield from _homes(name, table, (*place, key))
+
+
+def _locate(
+    location: tuple[int | str, ...], data: Any, model: type[Table]
+) -> tuple[Key, type[Table] | None, FieldInfo | None]:
+    """Key in the file of pydantic's location; the table that holds it, and its field there."""
+    key: Key = ()
+    table: type[Table] | None = model
+    holder, field, kind_follows = table, None, False
+    for part in location:
+        if isinstance(part, int):
+            data = data[part] if isinstance(data, tuple) and part < len(data) else None
+            table = _table_of(field, data) if field else None
+        elif kind_follows:  # pydantic names the kind of a table after its key
+            kind_follows = False
+            continue
+        else:
+            holder, field = table, table.model_fields.get(part) if table else None
+            data = data.get(part) if isinstance(data, Mapping) else None
+            table = _table_of(field, data) if field else None
+            kind_follows = field is not None and len(list(_tables_in(field.annotation))) > 1
+        key = (*key, part)
+    return key, holder, field
+
+
+def _table_of(field: FieldInfo, data: Any) -> type[Table] | None:
+    """The table that a field holds: of several, the one whose kind is that of the data."""
+    candidates = list(_tables_in(field.annotation))
+    if len(candidates) > 1 and isinstance(data, Mapping):
+        candidates = [table for table in candidates if _fits(table, data)]
+    return candidates[0] if len(candidates) == 1 else None
+
+
+def _tables_in(annotation: Any) -> Iterator[type[Table]]:
+    if isinstance(annotation, type) and get_origin(annotation) is None and issubclass(annotation, Table):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _tables_in(argument)
+
+
+def _fits(table: type[Table], data: Mapping[str, Any]) -> bool:
+    """Whether the first key that takes fixed names, which by convention is the kind, has one of them."""
+    for name, field in table.model_fields.items():
+        if is_kind(field):
+            return data.get(name) in get_args(field.annotation)
+    return False
+
+
+def _contradictions(
+    model: type[Table], data: Any, key: Key, bad: set[Key], context: Mapping[str, Any]
+) -> Iterator[Fault]:
+    """What the checks of a table and of those inside it find, as far as its keys are sound."""
+    sound = _sound(model, data, key, bad, context)
+    for name, field in model.model_fields.items():
+        for inner, value, here in _inner_tables(field, data.get(name), (*key, name), bad):
+            yield from _contradictions(inner, value, here, bad, context)
+    for method in model._checks():
+        try:
+            yield from [replace(fault, key=(*key, *fault.key)) for fault in method(sound)]
+        except AttributeError:
+            # A key that the check needs is faulty itself.  Without such, this is an error of ours.
+            if not bad:
+                raise
+
+
+def _inner_tables(
+    field: FieldInfo, value: Any, key: Key, bad: set[Key]
+) -> Iterator[tuple[type[Table], Mapping[str, Any], Key]]:
+    """The table or the array of tables that a key holds, with its place; nothing for plain values."""
+    items = [((*key, i), item) for i, item in enumerate(value)] if isinstance(value, tuple) else [(key, value)]
+    for here, item in items:
+        table = _table_of(field, item) if isinstance(item, Mapping) else None
+        if table is not None and not {key, here} & bad:
+            yield table, item, here
+
+
+def _sound(model: type[Table], data: Mapping[str, Any], key: Key, bad: set[Key], context: Mapping[str, Any]) -> Table:
+    """A table made of its sound keys only; asking it for another raises AttributeError."""
+    values: dict[str, Any] = {}
+    for name, field in model.model_fields.items():
+        here = (*key, name)
+        inner = [_sound(*item, bad, context) for item in _inner_tables(field, data.get(name), here, bad)]
+        if inner:
+            values[name] = tuple(inner) if isinstance(data[name], tuple) else inner[0]
+        elif name in data and not any(other[: len(here)] == here for other in bad):
+            adapter = TypeAdapter[Any](field.rebuild_annotation(), config=STRICT)
+            values[name] = adapter.validate_python(data[name], context=context)
+        elif name not in data and not field.is_required():
+            values[name] = field.get_default(call_default_factory=True)
+    table = model.model_construct(**values)
+    for name in set(model.model_fields) - set(values):
+        table.__dict__.pop(name, None)  # the default that model_construct put in place of a faulty value
+    return table

@@ -1,0 +1,224 @@
+"""Where results go: whole or not at all, never over an input, and never two writers at once."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from filelock import FileLock, Timeout
+
+from continuum.errors import OutputError
+
+__all__ = [
+    "Held",
+    "distinct",
+    "folder",
+    "holder",
+    "is_held",
+    "placed",
+    "reason",
+    "remove_stale",
+    "reserved",
+    "save",
+    "whole",
+]
+
+
+class Held(OutputError):
+    """Another process is writing there."""
+
+
+def folder(path: str | Path) -> Path:
+    """A folder that can be written to, made if it is not there; returns it.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made, is something else, or may not be written to.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"{path}: no folder for results can be made there ({reason(error)}); choose another with --output"
+        raise OutputError(msg) from error
+    if not os.access(path, os.W_OK | os.X_OK):
+        msg = f"{path}: this folder may not be written to; choose another with --output"
+        raise OutputError(msg)
+    return path
+
+
+@contextmanager
+def whole(path: str | Path) -> Iterator[BinaryIO]:
+    """A file to write to, which takes its name when it is complete and on the disk, and leaves no trace otherwise.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; an older file of that name stays as it was.
+    """
+    path = Path(path)
+    # Same folder, so that the replacement is a rename; host and process, so that two writers never share it.
+    temporary = path.with_name(f"{_stem(path)}{socket.gethostname()}.{os.getpid()}.tmp")
+    try:
+        if path.exists() and not path.is_file():
+            msg = f"{path}: is no plain file, and is left alone; choose another name or folder"
+            raise OutputError(msg)
+        try:
+            with temporary.open("w+b") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, path)  # noqa: PTH105 - the name says what happens
+            _sync(path.parent)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        msg = f"{path}: cannot be written: {reason(error)}"
+        raise OutputError(msg) from error
+
+
+def save(path: str | Path, content: bytes | str) -> Path:
+    """Write a small file, whole or not at all; returns its path.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; an older file of that name stays as it was.
+    """
+    path = Path(path)
+    with whole(path) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def distinct(path: Path, inputs: Iterable[Path]) -> None:
+    """Refuse to write over an input, whatever it is called: files are compared by device and inode.
+
+    Raises
+    ------
+    OutputError
+        If the path leads to one of the inputs.
+    """
+    for used in inputs:
+        try:
+            same = path.samefile(used)
+        except OSError:
+            same = False
+        if same:
+            msg = f"{path}: is an input ({used}), and is left alone; choose another folder with --output"
+            raise OutputError(msg)
+
+
+def is_held(mark: Path) -> bool:
+    """Whether the process that made a mark still has it: asked of this machine, and believed of others."""
+    words = holder(mark).split()
+    if len(words) < 4 or words[3] != socket.gethostname() or not words[1].isdecimal():
+        return mark.is_file()
+    return _alive(int(words[1]))
+
+
+def placed(path: str | Path, final: str | Path) -> Path:
+    """Give a whole file its final name, in another folder of the same disk; returns that.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be moved there.
+    """
+    final = Path(final)
+    try:
+        os.replace(path, final)  # noqa: PTH105 - the name says what happens
+        _sync(final.parent)
+    except OSError as error:
+        msg = f"{final}: cannot be written: {reason(error)}"
+        raise OutputError(msg) from error
+    return final
+
+
+@contextmanager
+def reserved(path: str | Path) -> Iterator[None]:
+    """Hold a file that is about to be written, possibly many times: no other process writes it meanwhile.
+
+    Its folder is made, and what killed writers left there of it is removed.
+
+    Raises
+    ------
+    OutputError
+        If it is no plain file, or its folder cannot be written to, or another process holds it.
+    """
+    path = Path(path)
+    folder(path.parent)
+    try:
+        if path.exists() and not path.is_file():
+            msg = f"{path}: is no plain file, and is left alone; choose another folder with --output"
+            raise OutputError(msg)
+        mark = path.with_name(f".{path.name}.lock")
+        lock = FileLock(mark, timeout=0)
+        lock.acquire()
+    except Timeout:
+        msg = f"{path}: is being written by {holder(mark)}; wait for it, or choose another folder with --output"
+        raise Held(msg) from None
+    except OSError as error:
+        msg = f"{path}: cannot be written: {reason(error)}"
+        raise OutputError(msg) from error
+    try:
+        mark.write_text(f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}")
+        remove_stale(path)
+        yield
+    finally:
+        # Removed while it is held: who waits for it sees that it has no name any more, and makes a new one.
+        mark.unlink(missing_ok=True)
+        lock.release()
+
+
+def holder(mark: Path) -> str:
+    """Who holds a file, from the mark beside it."""
+    try:
+        return mark.read_text() or "another process"
+    except OSError:
+        return "another process"
+
+
+def remove_stale(path: str | Path) -> None:
+    """Remove what writers of this file left behind when they were killed on this machine."""
+    path = Path(path)
+    stem = _stem(path) + socket.gethostname() + "."
+    if not path.parent.is_dir():
+        return
+    for entry in path.parent.iterdir():
+        process = entry.name.removeprefix(stem).removesuffix(".tmp")
+        if entry.name == f"{stem}{process}.tmp" and process.isdecimal() and not _alive(int(process)):
+            entry.unlink(missing_ok=True)
+
+
+def reason(error: OSError) -> str:
+    """Why a file could not be read or written, without its name."""
+    return error.strerror or str(error)
+
+
+def _stem(path: Path) -> str:
+    return f".{path.name}."
+
+
+def _alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

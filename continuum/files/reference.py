@@ -1,0 +1,191 @@
+"""What an input file may hold, made from the models that check it: a reference, a schema, a commented template.
+
+Nothing is written twice: type, bounds, default and meaning of a key are those with which it is read.
+"""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+from continuum.files.inputs import load
+from continuum.files.tables import Document, Table, is_kind
+from continuum.files.toml import find
+
+__all__ = ["Entry", "TableEntry", "entries", "markdown", "schema", "template"]
+
+_WIDTH = 100
+_BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+_NAMES = {float: "number", int: "whole number", str: "text", bool: "true or false", Path: "file"}
+
+
+class Entry(NamedTuple):
+    """A key of a table."""
+
+    name: str
+    type: str
+    default: str
+    """As in a file; empty if the key is required."""
+    meaning: str
+
+
+class TableEntry(NamedTuple):
+    """A table of an input file, of one of its kinds."""
+
+    place: str
+    """With its brackets, as in the file."""
+    kind: str
+    """``kind = "..."``, which says which one it is; empty if there is only one."""
+    meaning: str
+    keys: tuple[Entry, ...]
+
+
+def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
+    """All tables that a document may have, in order, each kind of each; first the keys that stand in no table."""
+    alone = [name for name, field in model.model_fields.items() if not list(_tables(field.annotation))]
+    if alone and not place:
+        keys = tuple(_entry(name, model.model_fields[name]) for name in alone)
+        yield TableEntry("", "", "Keys that stand before all tables.", keys)
+    for name, field in model.model_fields.items():
+        inner = f"{place}.{name}" if place else name
+        brackets = f"[[{inner}]]" if _is_array(field) else f"[{inner}]"
+        for table in _tables(field.annotation):
+            fields = table.model_fields
+            keys = tuple(_entry(key, fields[key]) for key in fields if not list(_tables(fields[key].annotation)))
+            kind = next((f"{e.name} = {e.type}" for e in keys if is_kind(fields[e.name])), "")
+            kind = kind if len(list(_tables(field.annotation))) > 1 else ""
+            yield TableEntry(brackets, kind, " ".join((table.__doc__ or "").split()), keys)
+            yield from entries(table, inner)
+
+
+def _entry(name: str, field: FieldInfo) -> Entry:
+    default = "" if field.is_required() else _toml(field.get_default(call_default_factory=True))
+    return Entry(name, _type(field), default, " ".join((field.description or "").split()))
+
+
+def _type(field: FieldInfo) -> str:
+    """Type and bounds in words."""
+    bounds = [
+        f"{_BOUNDS[name]} {getattr(limit, name):g}"
+        for limit in _limits(field)
+        for name in _BOUNDS
+        if getattr(limit, name, None) is not None
+    ]
+    return ", ".join([_words(field.annotation), *bounds])
+
+
+def _limits(field: FieldInfo) -> Iterator[Any]:
+    yield from field.metadata
+    for part in get_args(field.annotation):
+        for inner in getattr(part, "__metadata__", ()):
+            yield from getattr(inner, "metadata", ())
+
+
+def _words(annotation: Any) -> str:
+    if annotation in _NAMES:
+        return _NAMES[annotation]
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        return " or ".join(f'"{choice}"' if isinstance(choice, str) else str(choice) for choice in arguments)
+    if origin is tuple:
+        if arguments[-1] is Ellipsis:
+            return f"list of {_words(arguments[0])}s"
+        return f"{_words(arguments[0])}, or two of them in [brackets]"
+    if hasattr(annotation, "__metadata__"):
+        return _words(annotation.__origin__)
+    parts = [_words(part) for part in arguments if part is not type(None)]
+    return " or ".join(dict.fromkeys(parts)) if parts else getattr(annotation, "__name__", str(annotation))
+
+
+def _is_array(field: FieldInfo) -> bool:
+    return any(get_origin(part) is tuple for part in (field.annotation, *get_args(field.annotation)))
+
+
+def _tables(annotation: Any) -> Iterator[type[Table]]:
+    if isinstance(annotation, type) and get_origin(annotation) is None and issubclass(annotation, Table):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _tables(argument)
+
+
+def _toml(value: Any) -> str:
+    if value is None:
+        return "not given"
+    if isinstance(value, Path):
+        value = value.name
+    if isinstance(value, tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def markdown(model: type[Document], title: str) -> str:
+    """Every key of every table, as a page in Markdown."""
+    lines = [f"# {title}", "", " ".join((model.__doc__ or "").split()), ""]
+    for table in entries(model):
+        head = f"## `{table.place}`" + (f" with `{table.kind}`" if table.kind else "") if table.place else "## No table"
+        lines += [head, "", table.meaning, "", "| key | type | default | meaning |", "|---|---|---|---|"]
+        for key in table.keys:
+            default = f"`{key.default}`" if key.default else "*required*"
+            cells = (f"`{key.name}`", key.type, default, key.meaning)
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def schema(model: type[Document]) -> str:
+    """The JSON schema of an input, for editors that complete and check TOML."""
+    return json.dumps(model.model_json_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def template(model: type[Document], example: str) -> str:
+    """An input to begin with: the values of an example that comes with the package, each key with its meaning.
+
+    Keys that keep their default are commented out, with that default.
+    """
+    config = load(find(example), model)
+    about = f"{' '.join((model.__doc__ or '').split())}  Lengths are in a0, pressures in E*, the contact modulus."
+    lines, tables = [*_commented(about), ""], list[str]()
+    for name, field in type(config).model_fields.items():
+        value = getattr(config, name)
+        if list(_tables(field.annotation)):
+            tables += _described(name, value, field)
+        else:
+            lines += [*_key(name, value, field), ""]
+    return "\n".join([*lines, *tables]).rstrip() + "\n"
+
+
+def _commented(text: str) -> list[str]:
+    return textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")
+
+
+def _key(name: str, value: Any, field: FieldInfo) -> list[str]:
+    """A key with its meaning; commented out where it has its default."""
+    kept = not field.is_required() and value == field.get_default(call_default_factory=True)
+    meaning = _commented(" ".join((field.description or "").split()))
+    return [*meaning, f"# {name} = {_toml(value)}" if kept else f"{name} = {_toml(value)}"]
+
+
+def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
+    """A table as text, with those inside it; of one that is not given its name and meaning."""
+    if isinstance(value, tuple) and value and isinstance(value[0], Table):
+        return [line for item in value for line in _of_table(f"[[{place}]]", place, item)]
+    if isinstance(value, Table):
+        return _of_table(f"[{place}]", place, value)
+    tables = list(_tables(field.annotation))
+    return [f"# [{place}]: {' '.join((table.__doc__ or '').split())}" for table in tables] + [""] if tables else []
+
+
+def _of_table(head: str, place: str, table: Table) -> list[str]:
+    lines, inner = [head], list[str]()
+    for name, field in type(table).model_fields.items():
+        value = getattr(table, name)
+        if list(_tables(field.annotation)):
+            inner += _described(f"{place}.{name}", value, field)
+            continue
+        lines += _key(name, value, field)
+    return [*lines, "", *inner]

@@ -1,0 +1,93 @@
+"""Fourier transforms of fields with two periods, in blocks of rows and columns: the one convention (see `continuum`).
+
+values(x) = sum over q of values_q exp(i q x); of the spectrum of a real field one half is kept.  A transform goes along
+the rows, then along the columns, or back.  Blocks are fixed by the shape of the field, and one thread transforms a
+block (ducc0's own threads change the last bits): so whoever runs them, in whatever order, finds the same bits.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import ducc0.fft
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Complex",
+    "Real",
+    "block_edges",
+    "columns_forward",
+    "columns_inverse",
+    "cut",
+    "padded",
+    "prolong",
+    "restrict",
+    "rows_forward",
+    "rows_inverse",
+]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+_PADDING = 128  # bytes
+
+
+def block_edges(length: int, points: int) -> list[int]:
+    """Where the blocks of rows or columns of a field begin and end: a megabyte, which stays in a cache.
+
+    They are at least 32 wide, which sweeps over columns need, and depend on the field only, never on the threads.
+    """
+    blocks = max(1, min(length // 32, points // 2**17))
+    return [length * b // blocks for b in range(blocks + 1)]
+
+
+def padded(shape: tuple[int, int], kind: type[Any] = np.float64) -> NDArray[Any]:
+    """Zeros of a shape, with padded rows: rows a power of two apart would share the sets of the caches."""
+    rows, columns = shape
+    return np.zeros((rows, columns + _PADDING // np.dtype(kind).itemsize), dtype=kind)[:, :columns]
+
+
+def rows_forward(values: Real, spectrum: Complex) -> None:
+    """First half of the forward transform of a block: along y."""
+    ducc0.fft.r2c(values, axes=(1,), inorm=2, out=spectrum)
+
+
+def columns_forward(spectrum: Complex) -> None:
+    """Second half, along x, in place."""
+    ducc0.fft.c2c(spectrum, axes=(0,), inorm=2, out=spectrum)
+
+
+def columns_inverse(spectrum: Complex) -> None:
+    """First half of the inverse transform of a block: along x, in place."""
+    ducc0.fft.c2c(spectrum, axes=(0,), forward=False, out=spectrum)
+
+
+def rows_inverse(spectrum: Complex, values: Real) -> None:
+    """Second half, along y; destroys the spectrum."""
+    n = values.shape[1]
+    ducc0.fft.c2r(spectrum, axes=(1,), lastsize=n, forward=False, out=values, allow_overwriting_input=True)
+
+
+def cut(values_q: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
+    """The part of a half spectrum that lies on the modes of a coarser grid of the same period, in a copy."""
+    rows, columns = shape
+    n = values_q.shape[0]
+    part: NDArray[Any] = values_q[np.r_[: rows // 2, n - rows // 2 : n], :columns]
+    return part
+
+
+def restrict(fine: Complex, coarse: Complex) -> None:
+    """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
+    m, n = coarse.shape[0] // 2, coarse.shape[1] - 1
+    coarse[m] = 0
+    coarse[:, n] = 0
+    coarse[:m, :n] = fine[:m, :n]
+    coarse[m + 1 :, :n] = fine[fine.shape[0] - m + 1 :, :n]
+
+
+def prolong(coarse: Complex, fine: Complex) -> None:
+    """Half spectrum on a finer grid of the same period: zero beyond the modes of the coarse one."""
+    m, n = coarse.shape[0] // 2, coarse.shape[1] - 1
+    fine[...] = 0
+    fine[:m, :n] = coarse[:m, :n]
+    fine[fine.shape[0] - m + 1 :, :n] = coarse[m + 1 :, :n]

@@ -1,0 +1,199 @@
+"""Words and options of the command ``continuum``; what it imports is light, so that ``--help`` comes at once."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import continuum
+
+__all__ = ["KINDS", "add_init", "at_least_one", "parser"]
+
+KINDS = ("run",)
+"""Inputs of which there is a template."""
+
+
+def add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser], kinds: Sequence[str]) -> None:
+    """The sub-commands `init` and `schema` of both programs."""
+    init = commands.add_parser("init", help="print an input to begin with, every key with its meaning")
+    init.add_argument("kind", choices=kinds, help="the command that it is for")
+    schema = commands.add_parser("schema", help="print the JSON schema of an input, for editors that complete TOML")
+    schema.add_argument("kind", choices=kinds, help="the command that the input is for")
+
+
+def at_least_one(text: str) -> int:
+    """An option that counts processes or threads."""
+    if not (text.isdecimal() and 1 <= int(text) <= 1024):
+        msg = f"{text!r}: allowed: a whole number from 1 to 1024"
+        raise argparse.ArgumentTypeError(msg)
+    return int(text)
+
+
+def parser() -> argparse.ArgumentParser:
+    """Of the command ``continuum``."""
+    parser = argparse.ArgumentParser(
+        prog="continuum",
+        description="Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
+        epilog="Units: a0 = 1 (atomic spacing), E* = 1 (contact modulus).  "
+        "Exit code: 0 all converged, 1 some point did not converge or has no state (a tension too large, an area that "
+        "is jumped over), 2 bad input (nothing is written).",
+    )
+    parser.add_argument("--version", action="version", version=f"stickiness {continuum.__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    check = commands.add_parser("check", help="validate an input file and print what it amounts to")
+    check.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
+
+    _add_run(commands.add_parser(
+        "run",
+        help="follow a loading path and store areas, loads, contact maps and jumps",
+        description="Follow a loading path.  [loading] of the input says how: control (separation, mean-gap, "
+        "mean-pressure, repulsive-area) and targets; retract = true or [loading.retraction] for the way back; "
+        "event_resolution to bracket jumps.  Stopped with Ctrl-C or otherwise, the same command goes on.",
+    ))  # fmt: skip
+    _add_sweep(commands.add_parser(
+        "sweep",
+        help="many systems: run, SLURM script, status, tables, verification",
+        description="A sweep is an input with a table [sweep]: axes over any of its keys.  Each system is one path, "
+        "stored in one file; whatever stops the work, the same command does what is missing.",
+    ))  # fmt: skip
+    plot = commands.add_parser(
+        "plot",
+        help="draw the figures of a stored run, or a figure of the paper from a sweep",
+        description="`plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1, "
+        "figure2, figure3, figure4, figure-s1, figure-s2, figure-s3, a further figure, `verdicts` or `page` (all).",
+    )
+    plot.add_argument("result", help="file written by `continuum run`, or the name of a figure")
+    plot.add_argument("folders", nargs="*", type=Path, help="folder of a sweep, for a figure; several for `page`")
+    plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
+
+    analyse = commands.add_parser(
+        "analyse",
+        help="measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
+        description="Measure every point of stored runs, compare with the paper, and draw the figures.  The "
+        "gap profile, d_att and the distributions need a run with fields = true in [output].",
+    )
+    analyse.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="files written by `continuum run`")
+    analyse.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of each result)")
+
+    _add_predict(commands.add_parser(
+        "predict",
+        help="is my surface sticky? every criterion on a measured topography",
+        description="Roughness of a measured topography, or of two that face each other, the verdict of every "
+        "criterion of stickiness with its margin, and warnings.  Writes figures and a one-page HTML report.",
+        epilog="Every quantity has a unit: 70GPa, 50mJ/m2, 0.5nm.  Example: continuum predict map.npy --size 10um "
+        "--unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm",
+    ))  # fmt: skip
+    add_init(commands, KINDS)
+    commands.add_parser("examples", help="print the paper's worked examples beside ours, as Markdown")
+    return parser
+
+
+def _add_run(run: argparse.ArgumentParser) -> None:
+    run.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
+    run.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("results"),
+        help="folder of the result, NAME.h5 after the input's name (default: results)",
+    )
+    run.add_argument("--force", action="store_true", help="start anew, whatever is stored")
+    run.add_argument(
+        "--device", help="what the solver runs on, instead of [solver] device: cpu, or cuda (experimental)"
+    )
+    _add_settings(run)
+
+
+def _add_settings(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", type=_setting,
+                        help="a value instead of that of the file, as surface.seed=3; may be repeated")  # fmt: skip
+
+
+def _setting(text: str) -> tuple[str, object]:
+    from continuum.files.toml import value_of
+
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise argparse.ArgumentTypeError(f"{text!r}: write KEY=VALUE, such as surface.seed=3")
+    return key.strip(), value_of(value.strip())
+
+
+def _shard(text: str) -> tuple[int, int]:
+    part, slash, parts = text.partition("/")
+    if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
+        raise argparse.ArgumentTypeError(f"{text!r}: write I/N with I from 1 to N, such as 2/8")
+    return int(part), int(parts)
+
+
+def _add_sweep(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    run = actions.add_parser("run", help="do the systems that are not done yet")
+    slurm = actions.add_parser("slurm", help="print a job script for sbatch")
+    for one in (run, slurm):
+        one.add_argument("file", help="input with a table [sweep]; inputs/sweep/... finds those of the package")
+        one.add_argument("-o", "--output", type=Path, default=Path("results"),
+                         help="folder in which that of the sweep is made (default: results)")  # fmt: skip
+        one.add_argument("--reduced", action="store_true", help="the smaller sizes of [sweep.reduced]")
+        _add_settings(one)
+    run.add_argument("--workers", type=at_least_one, default=1, help="processes at once (default: 1)")
+    run.add_argument("--threads", type=at_least_one, default=1, help="threads of each (default: 1)")
+    run.add_argument("--memory", type=float, metavar="GB", help="of this machine that may be used (default: all)")
+    run.add_argument("--retry", action="store_true", help="try again what failed")
+    run.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N", help="part I of N of the systems")
+    run.add_argument("--scheduler-file", type=Path, help="of a Dask cluster that does the work")
+    slurm.add_argument("--nodes", type=at_least_one, default=1, help="of the allocation (default: 1)")
+    slurm.add_argument("--time", default="12:00:00", help="of the allocation (default: 12:00:00)")
+    slurm.add_argument("--workers", type=at_least_one, default=16, help="processes a node (default: 16)")
+    slurm.add_argument("--array", type=at_least_one, metavar="N", help="an array of N jobs instead of one cluster")
+    status = actions.add_parser("status", help="how far a sweep is, from its files alone")
+    collect = actions.add_parser("collect", help="one table of all points: table.csv, and table.h5 for xarray")
+    verify = actions.add_parser("verify", help="read every file whole: sums, schema, identity")
+    for one in (status, collect, verify):
+        one.add_argument("folder", type=Path, help="folder of the sweep")
+    collect.add_argument("-o", "--output", type=Path, help="folder of the tables (default: that of the sweep)")
+    verify.add_argument("--aside", action="store_true",
+                        help="move what is damaged into DIR/damaged, so that the next run does it again")  # fmt: skip
+
+
+def _add_predict(predict: argparse.ArgumentParser) -> None:
+    predict.add_argument("files", nargs="+", type=Path, metavar="FILE", help="topography; two for two rough bodies")
+    maps = predict.add_argument_group("topography (given twice: one for each file)")
+    maps.add_argument("--size", action="append", metavar="LX[,LY]",
+                      help="physical size, from the first row of the array to the last, and from the first column to "
+                      "the last; one number: square pixels; only if the file does not say")  # fmt: skip
+    maps.add_argument("--unit", action="append", help="unit of the heights; only if the file does not say")
+    maps.add_argument("--dataset", action="append", help="dataset of an HDF5 file")
+    maps.add_argument("--part", action="append", help="map of a container, or channel of a file, if it has several")
+    maps.add_argument(
+        "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
+    )
+    maps.add_argument("--override-size", action="store_true", help="a given size or unit overrules that of the file")
+    maps.add_argument("--detrend", choices=("plane", "curvature", "lines", "none"),
+                      help="what is taken off: the mean plane (default), or the mean (if periodic), a paraboloid, or "
+                      "plane and median of each line of the scan")  # fmt: skip
+    maps.add_argument(
+        "--fill",
+        metavar="SHARE",
+        help="fill missing points, scars, points that stand out, up to this share of all, as 5%%",
+    )
+    maps.add_argument("--crop", metavar="X0,X1,Y0,Y1", help="the part that counts, as 1um,9um,0,8um")
+    maps.add_argument("--cutoff", metavar="LENGTH", help="verdict and solution count only waves longer than this")
+    contact = predict.add_argument_group("contact")
+    contact.add_argument("--material", action="append", default=[], metavar="NAME",
+                         help="diamond, silicon, mica, pdms, rubber, with cited values; given once the other body is "
+                         "rigid, twice for two elastic bodies")  # fmt: skip
+    contact.add_argument("--modulus", action="append", default=[], help="Young's modulus of a body; twice for two")
+    contact.add_argument("--poisson", action="append", default=[], help="its Poisson's ratio; twice for two")
+    contact.add_argument("--estar", help="contact modulus E* = E/(1 - nu^2), instead of modulus and Poisson's ratio")
+    contact.add_argument("--work", help="work of adhesion w")
+    contact.add_argument("--range", help="range of the attraction (for a law without cut-off, its effective range)")
+    contact.add_argument("--spacing", help="spacing of the atoms a0, for the necessary condition on crystals")
+    predict.add_argument("--solve", action="store_true", help="also solve the contact of the map and compare")
+    predict.add_argument("--threads", type=at_least_one, default=1, help="threads of the solver (default: 1)")
+    predict.add_argument("-o", "--output", type=Path, default=Path("results"),
+                         help="folder of report and figures (default: results)")  # fmt: skip
+    predict.add_argument("--json", type=Path, metavar="FILE", help="write everything, with the spectrum, in SI units")
+    predict.add_argument("--csv", type=Path, metavar="FILE",
+                         help="write one row for each of many files, each a contact by itself; no pages")  # fmt: skip

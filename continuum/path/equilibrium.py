@@ -1,0 +1,139 @@
+"""One equilibrium at a given separation, mean gap or mean pressure.
+
+Two models with different mean compliance are compared at equal mean gap: there the mean mode takes no part, and the
+separation follows from the mean pressure P as ``separation = mean gap - mean height - P/K_0`` (no value where the mean
+is free).  At given mean pressure the mean is free and a uniform pressure presses: one solve as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from continuum.model.grid import Real
+from continuum.model.problem import ContactProblem
+from continuum.path.state import Branch, Control, State, gone, state_of
+from continuum.solve.solution import Settings, Solution, Status, Work
+from continuum.solve.solver import Solver
+from continuum.solve.stability import stability
+
+__all__ = ["equilibrium", "solver_of"]
+
+STRETCH = 50
+"""Under tension a solve is looked at after so many iterations."""
+
+
+def solver_of(problem: ContactProblem, settings: Settings) -> Solver:
+    """The solver of a problem's surface, for as many states of it as are wanted."""
+    return Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
+
+
+def equilibrium(
+    problem: ContactProblem,
+    control: Control,
+    target: float,
+    settings: Settings,
+    start: Real | None = None,
+    branch: Branch = "start",
+    solver: Solver | None = None,
+) -> State:
+    """Equilibrium at one separation, mean gap or mean pressure: as :func:`continuum.path.loading.solve` says."""
+    if control == "mean-pressure" and target < 0 and start is None:
+        # Surfaces apart hold no tension: it is applied to what rests at zero load.
+        rest = equilibrium(problem, control, 0.0, settings, None, branch, solver)
+        if not rest.status.ok:
+            return replace(rest, target=target)
+        pulled = equilibrium(problem, control, target, settings, rest.gap, branch, solver)
+        return replace(pulled, search_pairs=rest.solution.fft_pairs, search_solves=1)
+    lift, mean, pressure = target, problem.mean_stiffness, 0.0
+    if control == "mean-gap":
+        # The mean displacement is given; which separation and base belong to it is found afterwards.
+        lift, mean = target - problem.mean_height, np.inf
+    elif control == "mean-pressure":
+        # The mean displacement is free, and counted from first touch.
+        lift, mean, pressure = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
+    if pressure < 0 and problem.wall.largest_tension == 0:
+        return gone(problem, target, branch)
+    # A solver made here is not kept for longer than it solves.
+    if pressure < 0 and mean == 0:
+        solution = _pull(problem, solver or solver_of(problem, settings), lift, start, settings, pressure)
+        if not _may_hold(problem, solution.gap, -pressure):
+            return gone(problem, target, branch, solution)
+    else:
+        solution = _solution(problem, solver or solver_of(problem, settings), lift, mean, pressure, start, settings)
+    if solution.status.ok and solution.gap.min() < problem.wall.core:
+        solution = replace(solution, status=Status.BELOW_CORE)
+    if solution.status.ok and settings.stability and problem.wall.law is not None:
+        solution = _examined(problem, solution, mean, settings)
+    return state_of(problem, control, target, branch, solution)
+
+
+def _solution(
+    problem: ContactProblem,
+    solver: Solver,
+    lift: float,
+    mean: float,
+    pressure: float,
+    start: Real | None,
+    settings: Settings,
+) -> Solution:
+    """Where the solver is chosen: by whether the wall has a law, or only a bound."""
+    law, heights = problem.wall.law, problem.heights
+    if law is None:
+        return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
+    return solver.minimise(law, heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
+
+
+def _examined(problem: ContactProblem, solution: Solution, mean: float, settings: Settings) -> Solution:
+    """The solution with the lowest eigenvalue of its Hessian; a bound makes the energy convex, and needs no look."""
+    assert problem.wall.law is not None
+    found = stability(problem.grid, problem.stiffness_q, problem.wall.law, solution.gap, mean, settings.shift)
+    status = Status.SADDLE if found.is_saddle else solution.status
+    return replace(solution, lowest_eigenvalue=found.eigenvalue, status=status)
+
+
+def _pull(
+    problem: ContactProblem, solver: Solver, lift: float, start: Real | None, settings: Settings, pressure: float
+) -> Solution:
+    """Minimise under a tension, by stretches: a surface that has left the wall would fly on to the last iteration.
+
+    What a coarser grid does not hold this one may.
+    """
+    done: Solution | None = None
+    while True:
+        left = settings.max_iterations - (done.iterations if done else 0)
+        stretch = replace(settings, max_iterations=min(left, STRETCH), warm_grids=0)
+        last = _solution(problem, solver, lift, 0.0, pressure, start, stretch)
+        done = last if done is None else _joined(done, last)
+        ended = last.status is not Status.ITERATION_LIMIT or done.iterations >= settings.max_iterations
+        if ended or not _may_hold(problem, last.gap, -pressure):
+            return done
+        start = last.gap
+
+
+def _joined(first: Solution, second: Solution) -> Solution:
+    """The second of two stretches, with the work of both."""
+    work = tuple(
+        Work(a.shape, a.fft_pairs + b.fft_pairs, a.sweeps + b.sweeps, a.fft_seconds + b.fft_seconds)
+        for a, b in zip(first.work, second.work, strict=True)
+    )
+    return replace(
+        second,
+        iterations=first.iterations + second.iterations,
+        work=work,
+        seconds=first.seconds + second.seconds,
+        history=first.history + second.history,
+    )
+
+
+def _may_hold(problem: ContactProblem, gap: Real, tension: float) -> bool:
+    """Whether the law pulls as hard as the mean tension asks for at any gap from the smallest one on.
+
+    Where it does not, no point pulls as hard as the mean should, and moving away makes it worse: the surface has left.
+    """
+    nearest = float(gap.min())
+    if not np.isfinite(nearest):
+        return not np.isposinf(nearest)  # a failure of another kind
+    end = max(nearest, min(problem.wall.reach, nearest + 20.0))
+    return -float(problem.wall.evaluate(np.linspace(nearest, end, 2001)).traction.min()) >= tension

@@ -1,0 +1,118 @@
+"""Tasks on a Dask cluster that a scheduler file names, and the script that starts one inside a SLURM allocation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from continuum.errors import InputError
+from continuum.runs.engine import DIED, Ended, Job, Task, timed
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = ["ClusterError", "on_cluster", "slurm_script"]
+
+_PROCESS = 2.5e8
+"""Bytes of a worker before it does anything."""
+_WAIT = 60
+"""Seconds in which a scheduler has to answer."""
+
+
+class ClusterError(InputError, OSError):
+    """There is no cluster where there should be one."""
+
+
+def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[Ended, None, None]:
+    """Run tasks on the workers of a cluster; the longest first, as they come.
+
+    What a worker returns is the time it took: results are on disk, so that nothing is lost with a worker.
+
+    Raises
+    ------
+    ClusterError
+        If Dask is not installed, or no scheduler answers.
+    """
+    from distributed import as_completed
+
+    with _client(scheduler_file) as client:
+        futures = {
+            client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
+            for i, task in enumerate(todo)
+        }
+        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call]
+            task = futures.pop(future)
+            error = future.exception()
+            if error is None:
+                yield Ended(task, future.result())
+            elif type(error).__name__ == "KilledWorker":
+                yield Ended(task, 0.0, DIED)
+            elif isinstance(error, Exception):
+                yield Ended(task, 0.0, f"{type(error).__name__}: {error}", error)
+            else:
+                raise error
+            future.release()
+
+
+def _client(scheduler_file: Path) -> Client:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        msg = "a cluster needs Dask: pip install 'stickiness[cluster]'"
+        raise ClusterError(msg) from error
+    if not scheduler_file.is_file():
+        msg = f"{scheduler_file}: there is no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it"
+        raise ClusterError(msg)
+    try:
+        return Client(scheduler_file=str(scheduler_file), timeout=_WAIT)  # type: ignore[no-untyped-call]
+    except (OSError, TimeoutError, ValueError) as error:
+        msg = f"{scheduler_file}: no scheduler answers there ({error})"
+        raise ClusterError(msg) from error
+
+
+def slurm_script(
+    command: str, *, nodes: int, time: str, workers: int, memory: float, name: str, shards: int | None = None
+) -> str:
+    """A job for ``sbatch``: a cluster inside one allocation, or one job of an array for each shard.
+
+    Parameters
+    ----------
+    command : ``continuum sweep run FILE ...``, quoted; told here where its cluster, or what its shard is.
+    nodes, time : of the allocation, as SLURM has them.
+    workers : processes a node, one thread each.
+    memory : that a process needs, in bytes.
+    name : of the job.
+    shards : jobs of an array instead, each on one node.
+    """
+    head = [
+        "#!/bin/bash",
+        f"#SBATCH --job-name={name}",
+        f"#SBATCH --nodes={1 if shards else nodes}",
+        "#SBATCH --ntasks-per-node=1",
+        f"#SBATCH --cpus-per-task={workers}",
+        f"#SBATCH --mem={math.ceil(workers * (memory + _PROCESS) / 2**20) + 1024}M",
+        f"#SBATCH --time={time}",
+        f"#SBATCH --output={name}-%{'A-%a' if shards else 'j'}.log",
+        *([f"#SBATCH --array=1-{shards}"] if shards else []),
+        "# The same job, submitted again, goes on where this one was stopped.",
+        "set -eu",
+        "export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1",
+    ]
+    if shards:
+        return "\n".join([*head, f"exec {command} --workers {workers} --shard $SLURM_ARRAY_TASK_ID/{shards}", ""])
+    body = [
+        "export DASK_LOGGING__DISTRIBUTED=warning",
+        "scheduler=$PWD/scheduler-$SLURM_JOB_ID.json",
+        "# Whoever reaches the scheduler can run programs: its page is for this node only.",
+        'dask scheduler --scheduler-file "$scheduler" --port 0 --dashboard-address 127.0.0.1:0 &',
+        "trap 'kill $(jobs -p) 2>/dev/null; rm -f \"$scheduler\"' EXIT",
+        'until [ -s "$scheduler" ]; do sleep 1; done',
+        'srun dask worker --scheduler-file "$scheduler" --nthreads 1 --death-timeout 120 \\',
+        f"  --nworkers {workers} --memory-limit 0 --dashboard-address 127.0.0.1:0 \\",
+        '  --local-directory "${TMPDIR:-/tmp}" &',
+        f'{command} --scheduler-file "$scheduler"',
+        "",
+    ]
+    return "\n".join([*head, *body])

@@ -1,0 +1,310 @@
+"""What a sweep has found: one tidy table of all points, its state, and whether its files are sound."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.files import output, store
+from continuum.files.provenance import provenance
+from continuum.files.store import Dataset, StoreError
+from continuum.files.tables import ConfigError, identity, restored
+from continuum.model.grid import Real
+from continuum.runs.config import RunConfig
+from continuum.runs.measured import COLUMNS, numbers_of
+from continuum.runs.sweep import Folder, Listed, System, systems_of
+
+__all__ = ["Collected", "Fault", "Progress", "collect", "progress_of", "verify", "write_cube"]
+
+_RECENT = 50
+"""Systems that ended last, from which the rate is taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class Collected:
+    """All converged points of a sweep, one in a row."""
+
+    listed: Listed = field(repr=False)
+    keys: tuple[str, ...]
+    """Systems that were read, in the order of the listing."""
+    system: NDArray[np.int64]
+    """Of each point, the index of its system in ``keys``."""
+    values: Real
+    """One row for each point, one column for each of :data:`continuum.runs.measured.COLUMNS`."""
+    seconds: Real
+    """Wall time of each system."""
+    unconverged: int
+    """Points that are no equilibria, which are left out."""
+    missing: int
+    """Systems that are not done."""
+    faults: tuple[str, ...]
+    """Files that could not be read."""
+    provenance: Mapping[str, int]
+    """Versions and commits that the points were computed with, and the number of systems of each."""
+
+    def __getitem__(self, name: str) -> Real:
+        """A column, one number for each point: of the table, or a key of the input such as ``surface.lambda_s``."""
+        if name in COLUMNS:
+            return self.values[:, list(COLUMNS).index(name)]
+        per_system = np.array([self.setting(key, name) for key in self.keys])
+        found: Real = per_system[self.system]
+        return found
+
+    def setting(self, key: str, name: str) -> Any:
+        """The value of a key of the input in a system; NaN if it has none."""
+        found = self._settings[key].get(name, self.listed.common.get(name))
+        return np.nan if found is None else found
+
+    @property
+    def _settings(self) -> dict[str, Mapping[str, Any]]:
+        if "settings" not in self.__dict__:
+            self.__dict__["settings"] = {system.key: system.settings for system in self.listed.systems}
+        found: dict[str, Mapping[str, Any]] = self.__dict__["settings"]
+        return found
+
+    def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
+        """Name and unit of each column, and the rows of the tidy table."""
+        axes = [key for axis in self.listed.axes for key in axis.keys]
+        head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in COLUMNS.items())]
+
+        def each() -> Iterator[list[Any]]:
+            for index, numbers in zip(self.system.tolist(), self.values.tolist(), strict=True):
+                key = self.keys[index]
+                yield [key, *(_word(self.setting(key, name)) for name in axes), *numbers]
+
+        return head, each()
+
+
+def _word(value: Any) -> Any:
+    return json.dumps(value) if isinstance(value, (list, tuple, dict)) else value
+
+
+def collect(root: str | Path) -> Collected:
+    """Read all that is done; a file that cannot be read is one fault, and the rest is there.
+
+    Raises
+    ------
+    SweepError
+        If there is no sweep.
+    """
+    folder, listed = Folder(Path(root)), systems_of(root)
+    keys, system, tables, seconds, faults = list[str](), list[int](), list[Real](), list[float](), list[str]()
+    made: Counter[str] = Counter()
+    unconverged = missing = 0
+    for each in listed.systems:
+        path = folder.point(each.key)
+        if not path.is_file():
+            missing += 1
+            continue
+        try:
+            found = numbers_of(path, each.key)
+        except StoreError as error:
+            faults.append(str(error))
+            continue
+        good = found.table[:, list(COLUMNS).index("converged")] == 1
+        unconverged += int((~good).sum())
+        system += [len(keys)] * int(good.sum())
+        tables.append(found.table[good])
+        keys.append(each.key)
+        seconds.append(found.seconds)
+        made[found.made] += 1
+    values = np.concatenate(tables) if tables else np.empty((0, len(COLUMNS)))
+    return Collected(
+        listed, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
+        tuple(faults), dict(made),
+    )  # fmt: skip
+
+
+def write_cube(found: Collected, path: Path) -> None:
+    """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it.
+
+    Keys that change together are one dimension, named by the first.  What is not there is NaN.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    axes = [axis for axis in found.listed.axes if axis.values]
+    names = [axis.keys[0] for axis in axes]
+    places = [{_place(values): i for i, values in enumerate(axis.values)} for axis in axes]
+    of_system = {}
+    for key in found.keys:
+        values = found._settings[key]
+        of_system[key] = tuple(
+            place[_place(tuple(values[k] for k in a.keys))] for a, place in zip(axes, places, strict=True)
+        )
+    steps = found["step"].astype(int)
+    shape = (*(len(axis.values) for axis in axes), int(steps.max(initial=-1)) + 1)
+    where = tuple(np.array([of_system[found.keys[i]] for i in found.system], dtype=int).reshape(-1, len(axes)).T)
+    datasets = {}
+    for axis in axes:
+        for i, key in enumerate(axis.keys):
+            column = np.array([_word(values[i]) for values in axis.values])
+            datasets[key] = Dataset(column, (axis.keys[0],), "", "value of this key of the input")
+    for i, (name, (unit, what)) in enumerate(COLUMNS.items()):
+        if name == "step":
+            continue
+        cube = np.full(shape, np.nan)
+        cube[(*where, steps)] = found.values[:, i]
+        datasets[name] = Dataset(cube, (*names, "step"), unit, what)
+    datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
+    said = {
+        "schema": "stickiness/sweep-table", "schema_version": 1, "name": found.listed.name,
+        "common": json.dumps(found.listed.common), "systems": len(found.keys), "systems_missing": found.missing,
+        "points": len(found.system), "points_unconverged": found.unconverged, "files_unreadable": len(found.faults),
+        "made_with": json.dumps(dict(found.provenance)), **provenance(),
+    }  # fmt: skip
+    store.write(path, datasets, said)
+
+
+def _place(values: tuple[Any, ...]) -> str:
+    return json.dumps(values)
+
+
+# --- how far it is -------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a sweep is, from its files alone."""
+
+    listed: Listed = field(repr=False)
+    done: int
+    running: tuple[str, ...]
+    """Who has a system in hand, with when it was begun."""
+    failed: tuple[tuple[str, str], ...]
+    """System and reason."""
+    rate: float
+    """Systems per hour, lately; NaN if that is not known."""
+    seconds_left: float
+    """At the rate of late, by the work that the systems are estimated to take; NaN if that is not known."""
+    others: int
+    """Files of systems that the listing does not have: of an earlier input, kept."""
+
+    @property
+    def total(self) -> int:
+        """Systems of the sweep."""
+        return len(self.listed.systems)
+
+
+def progress_of(root: str | Path) -> Progress:
+    """How far a sweep is; reads no result.
+
+    Raises
+    ------
+    SweepError
+        If there is none.
+    """
+    folder, listed = Folder(Path(root)), systems_of(root)
+    ended = {}
+    with os.scandir(folder.points) as entries:
+        for entry in entries:
+            if entry.name.endswith(".h5"):
+                ended[entry.name.removesuffix(".h5")] = entry.stat().st_mtime
+    costs = {folder.point(system.key).stem: system for system in listed.systems}
+    done = {name: when for name, when in ended.items() if name in costs}
+    failed = []
+    for name, system in costs.items():
+        if name not in done and (path := folder.failed / f"{name}.json").is_file():
+            failed.append((system.label, _reason(path)))
+    running = tuple(
+        f"{costs[name].label if name in costs else name}: {output.holder(mark)}" for name, mark in _in_hand(folder)
+    )
+    left = sum(system.cost for name, system in costs.items() if name not in done)
+    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
+    seconds = left / work_rate if work_rate > 0 else np.nan
+    return Progress(listed, len(done), running, tuple(failed), rate, seconds, len(ended) - len(done))
+
+
+def _in_hand(folder: Folder) -> Iterator[tuple[str, Path]]:
+    """Systems that a living process holds, and the mark that says who."""
+    for mark in sorted(folder.work.glob(".*.lock")):
+        name = mark.name.removeprefix(".").removesuffix(".lock")
+        if not name.endswith(".h5") and output.is_held(mark):
+            yield name, mark
+
+
+def _reason(path: Path) -> str:
+    try:
+        return str(json.loads(path.read_text())["reason"]).splitlines()[0]
+    except (OSError, ValueError, KeyError, IndexError, TypeError):
+        return "its record cannot be read"
+
+
+def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
+    """Systems per hour and work per second of those that ended last."""
+    last = sorted(ended, key=lambda each: each[0])[-_RECENT:]
+    seconds = time.time() - last[0][0] if len(last) > 1 else 0.0
+    if seconds <= 0:
+        return np.nan, 0.0
+    return 3600 * (len(last) - 1) / seconds, sum(system.cost for _, system in last[1:]) / seconds
+
+
+# --- whether it is sound -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A file that is not what its name says."""
+
+    path: Path
+    what: str
+
+
+def verify(
+    root: str | Path, *, aside: bool = False, after: Callable[[int], None] | None = None
+) -> tuple[int, list[Fault]]:
+    """Read every file of a sweep whole: sums, schema, identity; returns how many there are, and what is wrong.
+
+    Parameters
+    ----------
+    aside : move what is wrong into the folder ``damaged``, so that the next run does it again.
+    after : called with the number of files looked at.
+
+    Raises
+    ------
+    SweepError
+        If there is no sweep.
+    """
+    folder = Folder(Path(root))
+    systems_of(root)
+    paths, faults = sorted(path for path in folder.points.iterdir() if not path.name.startswith(".")), []
+    for i, path in enumerate(paths, 1):
+        what = _fault(path)
+        if what:
+            faults.append(Fault(path, what))
+            if aside:
+                output.placed(path, output.folder(folder.root / "damaged") / path.name)
+        if after is not None:
+            after(i)
+    return len(paths), faults
+
+
+def _fault(path: Path) -> str:
+    try:
+        file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+        numbers_of(path)
+    except StoreError as error:
+        return str(error)
+    key = str(file.attributes.get("identity"))
+    if not (key and key.startswith(path.stem)):
+        return f"{path}: holds another system ({key[:24]}...)"
+    if not file.attributes.get("finished"):
+        return f"{path}: is not finished"
+    try:
+        config = restored(RunConfig, str(file.attributes["config_resolved"]))
+        if not config.files and identity(config) != key:
+            return f"{path}: its input is not the one that its identity was made of"
+    except (KeyError, ValueError, ConfigError) as error:
+        return f"{path}: its input cannot be read ({error})"
+    return ""

@@ -1,0 +1,162 @@
+"""The numbers of a finished system, one row for each point of its path: what tables and figures are made of."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from continuum.files import store
+from continuum.files.store import Attribute, Dataset, File, StoreError
+from continuum.files.tables import restored
+from continuum.measure.contact import MEASURED, measure
+from continuum.measure.curve import Curve, normal_stiffness
+from continuum.measure.outline import patches
+from continuum.measure.profile import gap_profile
+from continuum.model.grid import Grid, Real
+from continuum.model.surface import Moments
+from continuum.model.walls import Wall
+from continuum.runs.config import RunConfig
+from continuum.runs.record import Point, points_of
+from continuum.runs.result import wall_of
+
+__all__ = ["COLUMNS", "Numbers", "finish", "numbers_of"]
+
+_SYSTEM = {
+    "rms_height": ("a0", "h_rms of the surface as it was"),
+    "rms_slope": ("1", "h'_rms of the surface as it was"),
+    "rms_curvature": ("1/a0", "h''_rms of the surface as it was"),
+    "range": ("a0", "range of the attraction, Δr"),
+    "effective_range": ("a0", "effective range of the attraction, Eq. (S-5)"),
+    "work_of_adhesion": ("E* a0", "work of adhesion w; in reduced units l_a"),
+}
+_POINT = {c.name: (c.metadata["units"], c.metadata["long_name"]) for c in dataclasses.fields(Point) if c.type != "str"}
+_ADDED = {
+    "step": ("1", "point of the path"),
+    "converged": ("1", "1 if the point is an equilibrium at its target"),
+    "retracting": ("1", "1 on the way back"),
+    "stiffness": ("E*/a0", "normal stiffness k_N = -dN/d(mean gap) per A0"),
+    "patches": ("1", "connected patches of A_rep"),
+    "width": ("a0", "d_att: where the mean gap above zero_gap reaches the range; of runs that store fields"),
+}
+COLUMNS: Mapping[str, tuple[str, str]] = {**_ADDED, **_POINT, **MEASURED, **_SYSTEM}
+"""Columns of the table of a system: unit, and what it is."""
+_NAME = "measured"
+
+
+def finish(path: Path) -> None:
+    """Add the table of numbers to the file of a finished run: dataset ``measured``, rows as ``step``.
+
+    Raises
+    ------
+    StoreError, OutputError
+        If the file cannot be read, or not be written.
+    """
+    file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+    datasets = {
+        **file.datasets,
+        "quantity": Dataset(np.array(list(COLUMNS)), ("quantity",), "", "columns of the table of numbers"),
+        _NAME: Dataset(_table(path, file), ("step", "quantity"), "", "numbers of each point: tables are made of them"),
+    }
+    seconds = float(file["journal/seconds"].sum())
+    store.write(path, datasets, {**file.attributes, "journal/total_seconds": seconds})
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """The table of a system, with what it was made by."""
+
+    table: Real
+    """One row for each point, one column for each of :data:`COLUMNS`."""
+    seconds: float
+    """Wall time of the system."""
+    made: str
+    """Version and commit of the program."""
+
+
+def numbers_of(path: Path, key: str | None = None) -> Numbers:
+    """The numbers of a finished system; little else of its file is read.
+
+    Parameters
+    ----------
+    key : identity that it must have, if given.
+
+    Raises
+    ------
+    StoreError
+        If the file is missing, damaged, or not that of this system.
+    """
+    names = ("schema", "schema_version", "identity", "journal/total_seconds",
+             "provenance/stickiness", "provenance/git_commit", "provenance/git_dirty")  # fmt: skip
+    datasets, found = store.read_few(path, (_NAME, "quantity"), names)
+    schema = found.get("schema"), found.get("schema_version")
+    if schema != (RunConfig.result_schema, RunConfig.result_version):
+        msg = f"{path}: holds {schema[0]} version {schema[1]}, expected {RunConfig.result_schema}"
+        raise StoreError(f"{msg} version {RunConfig.result_version}")
+    if key is not None and found.get("identity") != key:
+        msg = f"{path}: holds another system than its name says"
+        raise StoreError(msg)
+    if _NAME not in datasets:
+        msg = f"{path}: is a run, but holds no table of numbers"
+        raise StoreError(msg)
+    stored = datasets[_NAME]
+    table = np.full((len(stored), len(COLUMNS)), np.nan)
+    places = {name: i for i, name in enumerate(datasets["quantity"].tolist())}
+    for i, name in enumerate(COLUMNS):
+        if name in places:
+            table[:, i] = stored[:, places[name]]
+    commit = str(found.get("provenance/git_commit", ""))[:12]
+    changed = " with changes" if found.get("provenance/git_dirty") else ""
+    made = f"version {found.get('provenance/stickiness')}{f', commit {commit}' if commit else ''}{changed}"
+    return Numbers(table, float(found.get("journal/total_seconds", np.nan)), made)
+
+
+def _table(path: Path, file: File) -> Real:
+    """One row for each point, one column for each of :data:`COLUMNS`."""
+    config = restored(RunConfig, str(file.attributes["config_resolved"]))
+    grid, wall, points = config.grid.build(), wall_of(path, config, file), points_of(file)
+    system = _system(file.attributes, wall)
+    stiffness = _stiffness(points)
+    table = np.full((len(points), len(COLUMNS)), np.nan)
+    for step, point in enumerate(points):
+        row = {
+            **system,
+            **{name: getattr(point, name) for name in _POINT},
+            "step": step,
+            "converged": point.converged,
+            "retracting": point.branch == "retract",
+            "stiffness": stiffness[step],
+        }
+        if point.converged:
+            row |= _geometry(grid, wall, file, step, point, system["rms_slope"])
+        table[step] = [row.get(name, np.nan) for name in COLUMNS]
+    return table
+
+
+def _system(attributes: Mapping[str, Attribute], wall: Wall) -> dict[str, float]:
+    moments = {name: float(attributes[f"realised_{name}"]) for name in Moments._fields}
+    attracts = wall.work_of_adhesion > 0
+    effective = wall.effective_range if attracts else 0.0
+    return {**moments, "range": wall.range, "effective_range": effective, "work_of_adhesion": wall.work_of_adhesion}
+
+
+def _stiffness(points: tuple[Point, ...]) -> Real:
+    good = [i for i, point in enumerate(points) if point.converged]
+    values = np.full(len(points), np.nan)
+    if good:
+        values[good] = normal_stiffness(Curve.of([points[i] for i in good]))
+    return values
+
+
+def _geometry(grid: Grid, wall: Wall, file: File, step: int, point: Point, rms_slope: float) -> dict[str, float]:
+    inside = store.unpack(file["repulsive"][step], grid.shape[1])
+    numbers = measure(grid, point, inside, rms_slope)
+    found = {**numbers.numbers(), "patches": float(patches(grid, inside).areas.size)}
+    if "gap" in file.datasets and wall.range > 0 and inside.any():
+        farthest = min(max(2 * numbers.diameter, 16 * max(grid.spacing)), min(grid.lengths) / 8)
+        gap = file["gap"][step].astype(np.float64)
+        found["width"] = gap_profile(grid, gap, inside, farthest, wall.zero_gap).width(wall.range)
+    return found

@@ -1,0 +1,305 @@
+"""A sweep on disk: one file for each system, named by its identity; what is there is not done again.
+
+The folder of a sweep holds ``sweep.toml`` (its input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the
+systems that are done, never changed again), ``work/`` (those in hand) and ``failed/KEY.json`` (why one could not be
+done).  Nothing else is known anywhere: processes may die, and several may work on one folder.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from continuum.errors import InputError, OutputError
+from continuum.files import output, store
+from continuum.files.provenance import journal
+from continuum.runs.axes import Axis, Sweep, SystemPlan
+from continuum.runs.build import cost_of, physical_memory
+from continuum.runs.config import RunConfig
+from continuum.runs.engine import Ended, Task, run_tasks
+from continuum.runs.measured import finish
+from continuum.runs.run import run
+
+__all__ = ["Folder", "Listed", "SweepError", "System", "begin", "run_sweep", "solve_system", "systems_of"]
+
+_DIGITS = 24
+"""Of an identity, in the name of a file."""
+
+
+_EVERY = 20.0
+"""Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""
+
+
+class SweepError(InputError, OSError):
+    """A folder is no sweep, or is damaged."""
+
+
+@dataclass(frozen=True)
+class Folder:
+    """Where the files of a sweep are."""
+
+    root: Path
+
+    @property
+    def points(self) -> Path:
+        """Systems that are done."""
+        return self.root / "points"
+
+    @property
+    def work(self) -> Path:
+        """Systems in hand."""
+        return self.root / "work"
+
+    @property
+    def failed(self) -> Path:
+        """Reasons why systems could not be done."""
+        return self.root / "failed"
+
+    @property
+    def listing(self) -> Path:
+        """What the sweep amounts to."""
+        return self.root / "systems.json"
+
+    def point(self, key: str) -> Path:
+        """The file of a system."""
+        return self.points / f"{key[:_DIGITS]}.h5"
+
+    def failure(self, key: str) -> Path:
+        """Where it is said why a system failed."""
+        return self.failed / f"{key[:_DIGITS]}.json"
+
+    def made(self) -> Folder:
+        """The same, with its folders on disk.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be made or written to.
+        """
+        for path in (self.root, self.points, self.work, self.failed):
+            output.folder(path)
+        return self
+
+
+@dataclass(frozen=True)
+class System:
+    """A system of a sweep, as its listing knows it."""
+
+    key: str
+    settings: Mapping[str, Any]
+    """Key and value on each axis."""
+    cost: float
+    memory: float
+
+    @property
+    def label(self) -> str:
+        """The system in words."""
+        return ", ".join(f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
+
+
+@dataclass(frozen=True)
+class Listed:
+    """What a sweep amounts to."""
+
+    name: str
+    axes: tuple[Axis, ...]
+    common: Mapping[str, Any]
+    """Values of all other keys of the input, defaults included."""
+    systems: tuple[System, ...]
+
+
+@dataclass(frozen=True)
+class SystemTask(Task):
+    """What the engine is given."""
+
+    plan: SystemPlan | None = None
+
+
+def begin(
+    sweep: Sweep, root: str | Path, *, retry: bool = False, shard: tuple[int, int] = (1, 1), threads: int = 1
+) -> list[SystemTask]:
+    """Make the folder of a sweep and list its systems; returns those to do, done or not.
+
+    Parameters
+    ----------
+    retry : try what failed again, too.
+    shard : which part of how many; the parts take about equally long.
+    threads : of the solver of each system.
+
+    Raises
+    ------
+    ConfigError
+        If a system is no input of a run.
+    OutputError
+        If the folder cannot be written to, or another process is making it.
+    """
+    listed, tasks = _listed(sweep, Folder(Path(root)))
+    folder = Folder(Path(root)).made()
+    output.distinct(folder.root / "sweep.toml", [sweep.source.path])
+    _save_once(folder.root / "sweep.toml", sweep.source.text)
+    _save_once(folder.listing, _json(listed))
+    failed = _names(folder.failed)
+    if retry:
+        for name in failed:
+            (folder.failed / f"{name}.json").unlink(missing_ok=True)
+        failed = frozenset()
+    part, parts = shard
+    mine = sorted(tasks, key=lambda task: (-task.cost, task.path.name))[part - 1 :: parts]
+    left = [task for task in mine if task.path.stem not in failed]
+    if threads == 1:
+        return left
+    with_threads = {"solver.threads": threads}
+    return [_threaded(task, with_threads) for task in left]
+
+
+def run_sweep(
+    tasks: list[SystemTask],
+    root: str | Path,
+    *,
+    workers: int = 1,
+    memory: float | None = None,
+    scheduler_file: Path | None = None,
+) -> Generator[Ended, None, None]:
+    """Do the systems that are not done; yields how each ended.  What failed is recorded, and never stops the rest.
+
+    Parameters
+    ----------
+    tasks : from :func:`begin`.
+    workers : processes of this machine.
+    memory : of this machine that may be used, in bytes; all of it if None.
+    scheduler_file : of a Dask cluster that does the work instead.
+    """
+    folder = Folder(Path(root))
+    done = _names(folder.points)
+    work, limit = partial(solve_system, folder.root), memory or physical_memory()
+    known = run_tasks(
+        tasks, work, lambda task: task.path.stem in done,
+        workers=workers, scheduler_file=scheduler_file, memory=limit,
+    )  # fmt: skip
+    for ended in known:
+        # A disk that is full, or another process that has it in hand, says nothing about the system.
+        if not ended.ok and not isinstance(ended.error, OutputError):
+            _record(folder, ended)
+        yield ended
+
+
+def solve_system(root: Path, task: Task) -> None:
+    """One system: its path, its numbers, and its place among those that are done.
+
+    Raises
+    ------
+    Held
+        If another process has it in hand.
+    """
+    assert isinstance(task, SystemTask)
+    assert task.plan is not None
+    folder = Folder(root)
+    working = folder.work / task.path.name
+    with output.reserved(folder.work / task.path.stem):
+        if task.path.is_file():  # done meanwhile by another process
+            return
+        if working.exists() and store.schema_of(working) != RunConfig.result_schema:
+            working.unlink()  # what was left here by a machine that went down
+        run(task.plan.config, working, every=_EVERY)
+        finish(working)
+        output.placed(working, task.path)
+        folder.failure(task.path.stem).unlink(missing_ok=True)
+
+
+def systems_of(root: str | Path) -> Listed:
+    """What the sweep in a folder amounts to.
+
+    Raises
+    ------
+    SweepError
+        If there is none.
+    """
+    path = Folder(Path(root)).listing
+    try:
+        data = json.loads(path.read_text())
+        axes = tuple(Axis(tuple(a["keys"]), tuple(map(tuple, a["values"]))) for a in data["axes"])
+        names = [key for axis in axes for key in axis.keys]
+        systems = tuple(
+            System(key, dict(zip(names, values, strict=True)), cost, memory)
+            for key, values, cost, memory in data["systems"]
+        )
+        return Listed(data["name"], axes, data["common"], systems)
+    except FileNotFoundError:
+        msg = f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one"
+        raise SweepError(msg) from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        msg = f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again"
+        raise SweepError(msg) from error
+
+
+# --- the folder ----------------------------------------------------------------------------------------------
+
+
+def _listed(sweep: Sweep, folder: Folder) -> tuple[Listed, list[SystemTask]]:
+    tasks, systems = list[SystemTask](), list[System]()
+    common: dict[str, Any] = {}
+    for plan, config in sweep.systems():
+        if not systems:
+            common = dict(_flat(config.plain()))
+        cost = cost_of(config)
+        nx, ny = config.grid.n
+        work = float(cost.fft_pairs) * nx * ny
+        tasks.append(SystemTask(folder.point(plan.key), plan.label, work, float(cost.memory), plan))
+        systems.append(System(plan.key, dict(plan.settings), work, float(cost.memory)))
+    on_axes = {key for axis in sweep.axes for key in axis.keys}
+    common = {key: value for key, value in common.items() if key not in on_axes}
+    return Listed(sweep.name, sweep.axes, common, tuple(systems)), tasks
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+
+
+def _json(listed: Listed) -> str:
+    axes = [{"keys": axis.keys, "values": axis.values} for axis in listed.axes]
+    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listed.name, "axes": axes}
+    # One line for each system, so that a long list is still a text.
+    rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in listed.systems]
+    start = json.dumps({**head, "common": listed.common})
+    return start[:-1] + ', "systems": [\n' + ",\n".join(rows) + "\n]}\n"
+
+
+def _save_once(path: Path, text: str) -> None:
+    """Write a file unless it is there as it should be: several processes may begin at once."""
+    with suppress(OSError, ValueError):
+        if path.read_text() == text:
+            return
+    output.save(path, text)
+
+
+def _names(path: Path) -> frozenset[str]:
+    """Stems of the files of a folder, but for hidden ones."""
+    try:
+        with os.scandir(path) as entries:
+            return frozenset(entry.name.rpartition(".")[0] for entry in entries if not entry.name.startswith("."))
+    except FileNotFoundError:
+        return frozenset()
+
+
+def _threaded(task: SystemTask, settings: Mapping[str, Any]) -> SystemTask:
+    assert task.plan is not None
+    plan = SystemPlan(task.plan.source.changed(settings), task.plan.settings, task.plan.key)
+    return SystemTask(task.path, task.label, task.cost, task.memory, plan)
+
+
+def _record(folder: Folder, ended: Ended) -> None:
+    """Say on disk why a system failed; where that cannot be written either, the caller is told anyway."""
+    journalled = {name.removeprefix("journal/"): value for name, value in journal().items()}
+    content = {"system": ended.task.label, "reason": ended.reason, **journalled}
+    with suppress(OutputError):
+        output.save(folder.failure(ended.task.path.stem), json.dumps(content, indent=1) + "\n")

@@ -1,0 +1,160 @@
+"""What one axis of a sweep does: finite size, continuum limit, roll-off, other laws, stiffness, pull-off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from continuum.model.grid import Real
+from continuum.show import plot
+from continuum.show.paper import Drawing
+from continuum.show.paper_points import FigureError, Points, colour
+from continuum.show.sheet import Sheet
+
+__all__ = ["AXES"]
+
+
+def _axis_keys(points: Points) -> set[str]:
+    return {key for axis in points.table.listed.axes for key in axis.keys}
+
+
+def _chosen(points: Points, key: str) -> np.ndarray:
+    rows = np.flatnonzero(points.reference)
+    if key not in _axis_keys(points) or not rows.size or len(set(points[key][rows])) < 2:
+        msg = f"this figure needs a sweep over {key}, with points of enough contact at two values at least"
+        raise FigureError(msg)
+    return rows
+
+
+@plot.styled
+def _inverse_kappa(points: Points, key: str, label: str, column: str, caption: str, *along: str) -> Drawing:
+    """1/κ against a key of the input, means and scatter over surfaces, one curve for each adhesion length."""
+    rows = _chosen(points, key)
+    figure = plot.new_figure(5.0, 3.6)
+    axis = figure.subplots()
+    body = []
+    for length in sorted(set(points.length[rows])):
+        mine = rows[points.length[rows] == length]
+        for curve in points.groups(mine, key, "surface.seed", *along):
+            x = np.unique(points[key][curve])
+            groups = [1 / points[column][curve[points[key][curve] == value]] for value in x]
+            mean = np.array([group.mean() for group in groups])
+            scatter = np.array([group.std(ddof=1) if group.size > 1 else 0.0 for group in groups])
+            axis.errorbar(x.astype(float), mean, yerr=scatter, fmt="o-", color=colour(length), capsize=2)
+            body += [(length, float(v), m, s, g.size) for v, m, s, g in zip(x, mean, scatter, groups, strict=True)]
+        axis.plot([], [], "o-", color=colour(length), label=rf"$\ell_a/a_0 = {length:g}$")
+    axis.axhline(0.5, color="0.6", linestyle="--", linewidth=0.8, label="the paper's 1/2 without adhesion")
+    axis.axhline(0, color="0.8", linewidth=0.6, label="below: sticky")
+    axis.set(xscale="log", xlabel=label, ylabel=r"$1/\kappa$" if column == "kappa" else r"$1/\kappa_{rep}$")
+    axis.legend(fontsize=7)
+    sheet = Sheet.of(caption, ("l_a (a0)", key, f"1/{column}", "scatter over surfaces", "surfaces"), body)
+    return Drawing(figure, sheet, f"{caption}; means over surfaces, bars their standard deviation.")
+
+
+def finite_size(points: Points) -> Drawing:
+    """1/κ against the period."""
+    text = "κ at 1 % area against the period L = 2λ_L"
+    return _inverse_kappa(points, "surface.lambda_L", r"$\lambda_L = L/2$ ($a_0$)", "kappa", text, "grid.n")
+
+
+def continuum_limit(points: Points) -> Drawing:
+    """1/κ_rep against λ_s/a0."""
+    return _inverse_kappa(
+        points, "surface.lambda_s", r"$\lambda_s/a_0$", "kappa_rep", "κ_rep at 1 % area against λ_s/a0"
+    )
+
+
+def roll_off(points: Points) -> Drawing:
+    """1/κ against λ_L at one period."""
+    return _inverse_kappa(
+        points, "surface.lambda_L", r"$\lambda_L$ ($a_0$)", "kappa", "κ at 1 % area against λ_L, one period"
+    )
+
+
+@plot.styled
+def other_potentials(points: Points) -> Drawing:
+    """1/κ_att measured against theory with the effective range, one symbol for each law."""
+    rows = np.flatnonzero(points.reference & (points.length > 0))
+    laws = points["wall.law"]
+    if not rows.size or "wall.law" not in _axis_keys(points):
+        msg = "this figure needs a sweep over wall.law"
+        raise FigureError(msg)
+    figure = plot.new_figure(4.6, 3.8)
+    axis = figure.subplots()
+    body = []
+    for i, law in enumerate(sorted(set(laws[rows]))):
+        mine = rows[laws[rows] == law]
+        x, y = 1 / points.kappa_att[mine], 1 / points["kappa_att"][mine]
+        axis.plot(x, y, "os^Dv"[i % 5], color=plot.SERIES[i], label=str(law))
+        body += [
+            (str(law), points.length[r], points["effective_range"][r], a, b) for r, a, b in zip(mine, x, y, strict=True)
+        ]
+    ends = np.array(axis.get_xlim())
+    axis.plot(ends, ends, color="0.5", linewidth=0.9, label="equal")
+    axis.set(xscale="log", yscale="log", ylabel=r"$1/\kappa_{att}$ measured",
+             xlabel=r"$1/\kappa_{att}$, Eqs. (3), (4) with $\Delta r$ of Eq. (S-5)")  # fmt: skip
+    axis.legend(fontsize=7)
+    heads = ("law", "l_a (a0)", "effective range (a0)", "1/kappa_att theory", "1/kappa_att")
+    return Drawing(
+        figure, Sheet.of("other potentials", heads, body), "Other laws of the wall beside the theory for the spline."
+    )
+
+
+def _curves(points: Points, x: Real, y: Real, *labels: str) -> tuple[object, object, list[tuple[float, ...]]]:
+    figure = plot.new_figure(5.0, 3.6)
+    axis = figure.subplots()
+    body: list[tuple[float, ...]] = []
+    for path in points.paths():
+        length = float(points.length[path[0]])
+        axis.plot(x[path], y[path], "o-", color=colour(length), markersize=3, linewidth=0.8)
+        body += [(length, float(points["surface.seed"][r]), float(x[r]), float(y[r])) for r in path]
+    for length in sorted(set(points.length)):
+        axis.plot([], [], "o-", color=colour(length), label=rf"$\ell_a/a_0 = {length:g}$, each line a surface")
+    axis.set(xlabel=labels[0], ylabel=labels[1])
+    return figure, axis, body
+
+
+@plot.styled
+def stiffness(points: Points) -> Drawing:
+    """k_N against load, with and without adhesion."""
+    height = points["rms_height"]
+    figure, axis, body = _curves(points, points["load"], points["stiffness"] * height,
+                                 r"$N/A_0$ ($E^*$)", r"$k_N h_{rms}/A_0$ ($E^*$)")  # fmt: skip
+    axis.legend(fontsize=7)  # type: ignore[attr-defined]
+    heads = ("l_a (a0)", "seed", "N/A0 (E*)", "k_N h_rms/A0 (E*)")
+    return Drawing(figure, Sheet.of("stiffness", heads, body), "Normal stiffness against load.")  # type: ignore[arg-type]
+
+
+@plot.styled
+def pull_off(points: Points) -> Drawing:
+    """Largest tension on retraction against the largest load of the path."""
+    body = []
+    for path in points.paths():
+        back = path[points["retracting"][path] == 1]
+        if back.size:
+            peak, force = float(points["load"][path].max()), float(max(0.0, -points["load"][back].min()))
+            body.append((float(points.length[path[0]]), float(points["surface.seed"][path[0]]), peak, force))
+    if not body:
+        msg = "this figure needs paths with a way back: retract = true"
+        raise FigureError(msg)
+    figure = plot.new_figure(5.0, 3.6)
+    axis = figure.subplots()
+    for length in sorted({row[0] for row in body}):
+        mine = sorted((row[2], row[3]) for row in body if row[0] == length)
+        axis.plot(*zip(*mine, strict=True), "o", color=colour(length), label=rf"$\ell_a/a_0 = {length:g}$")
+    axis.set(xlabel="largest load of the path, $N/A_0$ ($E^*$)", ylabel="pull-off, $-N/A_0$ ($E^*$)")
+    axis.legend(fontsize=7)
+    heads = ("l_a (a0)", "seed", "peak load (E*)", "pull-off (E*)")
+    return Drawing(figure, Sheet.of("pull-off", heads, body), "Pull-off force against the largest load before.")
+
+
+AXES: Mapping[str, Callable[[Points], Drawing]] = {
+    "finite-size": finite_size,
+    "continuum-limit": continuum_limit,
+    "lambda-L": roll_off,
+    "other-potentials": other_potentials,
+    "stiffness": stiffness,
+    "pull-off": pull_off,
+}
+"""Figures of further inputs."""

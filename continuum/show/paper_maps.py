@@ -1,0 +1,138 @@
+"""Figures 1 and S-1: contact maps, a cut through a contact, and how its perimeter is counted, from stored files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Rectangle
+
+from continuum.measure.contact import REPULSIVE
+from continuum.measure.outline import Mask, perimeter_map
+from continuum.runs.collect import Collected
+from continuum.runs.result import Result
+from continuum.runs.sweep import Folder
+from continuum.show import plot
+from continuum.show.paper import Drawing
+from continuum.show.paper_points import FigureError
+from continuum.show.sheet import Sheet
+
+__all__ = ["contact_maps", "patch_cells"]
+
+_TARGET = 0.02
+"""A_rep/A0 of the maps of Fig. 1."""
+
+
+def _results(table: Collected, root: Path) -> list[tuple[Result, int]]:
+    """One system for each adhesion length, of the first surface; and the point nearest to the area of Fig. 1."""
+    found: dict[float, tuple[Result, int]] = {}
+    folder = Folder(root)
+    for key in table.keys:
+        result = Result.read(folder.point(key))
+        good = [(abs(point.area_rep - _TARGET), i) for i, point in enumerate(result.points) if point.converged]
+        if good:
+            found.setdefault(float(result.attributes["work_of_adhesion"]), (result, min(good)[1]))
+    if not found:
+        msg = f"{root}: no system has a converged point to draw"
+        raise FigureError(msg)
+    return [found[length] for length in sorted(found)]
+
+
+def _window(inside: Mask, width: int) -> tuple[int, int]:
+    """Corner of the square of that width that holds most contact, among squares half a width apart."""
+    step = max(1, width // 2)
+    corners = [(i, j) for i in range(0, inside.shape[0] - width + 1, step)
+               for j in range(0, inside.shape[1] - width + 1, step)]  # fmt: skip
+    return max(corners, key=lambda c: int(inside[c[0] : c[0] + width, c[1] : c[1] + width].sum()))
+
+
+@plot.styled
+def contact_maps(table: Collected, root: Path) -> Drawing:
+    """Fig. 1: geometry, maps at a fixed repulsive area with growing adhesion, one patch, and a cut through it."""
+    chosen = _results(table, root)
+    first, last = chosen[0], chosen[-1]
+    n, spacing = first[0].grid.shape[0], first[0].grid.spacing[0]
+    quarter, small = max(n // 4, 16), min(max(int(80 / spacing), 16), n // 2)
+    whole = first[0].contact_map(first[1])
+    i, j = _window(whole == REPULSIVE, quarter)
+    figure = plot.new_figure(3.0 * (len(chosen) + 1), 6.0)
+    axes = figure.subplots(2, len(chosen) + 1, squeeze=False)
+    plot.contact_image(axes[0, 0], whole, first[0].grid.lengths)
+    axes[0, 0].add_patch(Rectangle((i * spacing, j * spacing), quarter * spacing, quarter * spacing,
+                                   fill=False, edgecolor="#0072b2", linewidth=1.2))  # fmt: skip
+    axes[0, 0].set_title("whole; the square is enlarged")
+    rows = []
+    for axis, (result, step) in zip(axes[0, 1:], chosen, strict=True):
+        kinds = result.contact_map(step)
+        plot.contact_image(axis, kinds[i : i + quarter, j : j + quarter], (quarter * spacing, quarter * spacing))
+        length, point = float(result.attributes["work_of_adhesion"]), result.points[step]
+        axis.set_title(rf"$\ell_a/a_0 = {length:.3g}$, $A_{{rep}} = {100 * point.area_rep:.2g}\,\%$")
+        rows.append((length, point.area_rep, point.area_att, point.load_rep, point.load, point.mean_gap))
+    kinds = last[0].contact_map(last[1])
+    k, m = _window(kinds == REPULSIVE, small)
+    plot.contact_image(axes[1, 0], kinds[k : k + small, m : m + small], (small * spacing, small * spacing))
+    axes[1, 0].set_title(f"{small * spacing:g} $a_0$ of the strongest adhesion")
+    for axis in (*axes[0], axes[1, 0]):
+        axis.set_xlabel("$a_0$")
+    _cut(axes[1, 1], axes[1, 2], last, k, m, small)
+    for axis in axes[1, 2:]:
+        axis.set_axis_off()
+    names = (("repulsive", plot.REPULSIVE_COLOUR), ("attracted", plot.ATTRACTED_COLOUR))
+    handles = [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in names]
+    axes[1, -1].legend(handles=handles, loc="center", title="contact maps")
+    heads = ("l_a (a0)", "A_rep/A0", "A_att/A0", "N_rep/A0 (E*)", "N/A0 (E*)", "mean gap (a0)")
+    return Drawing(
+        figure, Sheet.of("Fig. 1", heads, rows), "Fig. 1: contact at a fixed repulsive area, adhesion growing."
+    )
+
+
+def _cut(axis: Axes, key: Axes, drawn: tuple[Result, int], k: int, m: int, small: int) -> None:
+    """The rigid wall and the deformed surface along a line through the enlarged patch."""
+    result, step = drawn
+    gap, heights = result.gap(step), result.heights()
+    if gap is None or heights is None:
+        axis.text(0.5, 0.5, "a cut needs fields = true in [output]", ha="center", va="center")
+        axis.set_axis_off()
+        return
+    touching = result.repulsive(step)[k : k + small, m : m + small].sum(axis=0)
+    line = slice(k, k + small), m + int(np.argmax(touching))
+    x = np.arange(small) * result.grid.spacing[0]
+    wall = heights[line] - heights[line].min()
+    surface = wall - gap[line] + result.wall.zero_gap
+    axis.fill_between(x, wall, wall.max() + 1, color="0.75", label="rigid wall")
+    axis.plot(x, surface, "-", color=plot.SERIES[0], label="deformed surface, moved up by $a_0$")
+    attracted = (gap[line] >= result.wall.zero_gap) & (gap[line] < result.wall.zero_gap + result.wall.range)
+    axis.plot(x[attracted], surface[attracted], ".", color=plot.ATTRACTED_COLOUR, label="attracted")
+    axis.set(xlabel="$a_0$", ylabel="height ($a_0$)", title="cut through it; heights magnified")
+    key.legend(*axis.get_legend_handles_labels(), fontsize=7, loc="center left")
+
+
+@plot.styled
+def patch_cells(table: Collected, root: Path) -> Drawing:
+    """Fig. S-1: which cells are neighbours, and the perimeter cells of a patch."""
+    result, step = _results(table, root)[0]
+    inside = result.repulsive(step)
+    width = min(40, inside.shape[0] // 2)
+    edge = perimeter_map(inside)
+    i, j = _window(edge, width)
+    shown = inside.astype(int) + (inside & ~edge)
+    part = shown[i : i + width, j : j + width]
+    neighbours = np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])
+    figure = plot.new_figure(6.4, 3.4)
+    left, right = figure.subplots(1, 2)
+    for axis, cells in ((left, neighbours), (right, part)):
+        axis.pcolormesh(
+            cells.T, cmap=ListedColormap(["white", "0.65", "black"]), vmin=0, vmax=2, edgecolors="0.85", lw=0.3
+        )
+        axis.set_aspect("equal")
+        axis.set_xticks([])
+        axis.set_yticks([])
+    left.set_title("neighbours of the black cell: grey")
+    right.set_title("perimeter cells: grey")
+    count, rims = int(inside.sum()), int(edge.sum())
+    sheet = Sheet.of("Fig. S-1", ("cells of A_rep", "perimeter cells"), [(count, rims)])
+    return Drawing(
+        figure, sheet, f"Fig. S-1: cells and perimeter; of {count} cells of this map {rims} are perimeter cells."
+    )

@@ -1,0 +1,123 @@
+"""The page of a sweep beside the paper: verdicts, figures with their captions, and where the numbers come from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from continuum.files import output
+from continuum.runs.collect import Collected, collect
+from continuum.show.paper import FIGURES, Drawing, points_of, save_drawing
+from continuum.show.paper_axes import AXES
+from continuum.show.paper_maps import contact_maps, patch_cells
+from continuum.show.paper_points import FigureError, Points
+from continuum.show.paper_verdicts import verdict_sheet, verdicts
+
+__all__ = ["NAMES", "draw_figure", "write_page"]
+
+_MAPS = {"figure1": contact_maps, "figure-s1": patch_cells}
+NAMES = (*_MAPS, *FIGURES, *AXES, "verdicts", "page")
+"""What ``continuum plot`` can make of a sweep."""
+
+
+def draw_figure(name: str, roots: Sequence[Path], into: Path | None = None) -> list[Path]:
+    """Draw a figure from the files of a sweep alone; returns the files written.
+
+    Parameters
+    ----------
+    name : one of :data:`NAMES`; "page" is all that the sweep has points for.
+    roots : folder of the sweep; several for the page.
+    into : where to write; the folder of the first sweep if None.
+
+    Raises
+    ------
+    FigureError
+        If there is no such figure, or no point for it.
+    """
+    if name not in NAMES:
+        msg = f"{name}: no such figure; there are {', '.join(NAMES)}"
+        raise FigureError(msg)
+    place = output.folder(into or roots[0])
+    if name == "page":
+        return write_page([(collect(root), root) for root in roots], place / "paper.md")
+    if len(roots) > 1:
+        msg = f"{name}: of one sweep at a time; only a page has several"
+        raise FigureError(msg)
+    root = roots[0]
+    table = collect(root)
+    if name == "verdicts":
+        found = verdict_sheet(verdicts(points_of(table)))
+        text = f"# {found.title}\n\n{found.markdown()}\n\n{_provenance(table)}\n"
+        return [output.save(place / "verdicts.md", text), output.save(place / "verdicts.csv", found.csv())]
+    return save_drawing(_drawing(name, table, root, points_of(table)), place / name)
+
+
+def _drawing(name: str, table: Collected, root: Path, points: Points) -> Drawing:
+    if name in _MAPS:
+        return _MAPS[name](table, root)
+    return {**FIGURES, **AXES}[name](points)
+
+
+def write_page(sweeps: Sequence[tuple[Collected, Path]], path: Path) -> list[Path]:
+    """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
+
+    Parameters
+    ----------
+    sweeps : table and folder of each; their figures carry the names of the folders.
+    path : of the page, in Markdown; figures lie beside it.
+    """
+    names = [root.resolve().name for _, root in sweeps]
+    if len(set(names)) < len(names):
+        msg = f"folders of different names, whose figures do not overwrite one another, not {', '.join(names)}"
+        raise FigureError(msg)
+    written, parts = list[Path](), ["# The paper's figures and claims, from stored sweeps\n"]
+    for table, root in sweeps:
+        points = points_of(table)
+        parts += [f"## Sweep `{root.resolve().name}`\n", _provenance(table), _sizes(points)]
+        if points["step"].max() > 0:
+            parts += ["", verdict_sheet(verdicts(points)).markdown(), ""]
+        for name in _meant(table, points):
+            try:
+                drawing = _drawing(name, table, root, points)
+            except FigureError:
+                continue
+            stem = path.with_name(f"paper-{root.resolve().name}-{name}")
+            written += save_drawing(drawing, stem)
+            parts += [f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
+    return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
+
+
+def _meant(table: Collected, points: Points) -> Iterator[str]:
+    """The figures that a sweep is for: maps where fields are stored, the paper's where there are paths."""
+    if table.listed.common.get("output.fields"):
+        yield from _MAPS
+    if points["step"].max() > 0:
+        yield from FIGURES
+    yield from (name for name in AXES if table.listed.name.removesuffix("-reduced") == name)
+
+
+def _provenance(table: Collected) -> str:
+    made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
+    return (
+        f"{len(table.keys)} of {len(table.listed.systems)} systems done, {len(table.system)} converged points; "
+        f"{table.unconverged} points did not converge or have no state, and are left out. Computed with {made}; "
+        f"{table.seconds.sum() / 3600:.2g} hours of wall time in all."
+    )
+
+
+def _sizes(points: Points) -> str:
+    def listed(values: Iterator[float]) -> str:
+        return ", ".join(f"{value:g}" for value in sorted(set(values)))
+
+    table = points.table
+    size = {json.dumps(table.setting(key, "grid.n")) for key in table.keys}
+    lengths = listed(float(v) for v in np.unique(points.length))
+    waves = listed(float(v) for v in np.unique(points.lambda_s))
+    valid = int(points.valid.sum())
+    return (
+        f"\nPoints of the grid {', '.join(sorted(size))}; λ_s = {waves} a0; "
+        f"l_a = {lengths} a0. {valid} points have A_rep >= 10 λ_s². κ is read at the first of them from 1 % area on."
+    )

@@ -1,0 +1,103 @@
+"""A prediction for other programs: JSON with everything, one flat row for a table.  SI units."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from continuum.sticky.predict import Prediction
+from continuum.sticky.roughness import spectrum
+from continuum.sticky.verdict import judge, votes
+
+__all__ = ["as_csv", "as_json", "row"]
+
+
+def row(prediction: Prediction) -> dict[str, str | float | None]:
+    """One line of a table: verdict, moments, contact, and of each criterion its margin and what its record says."""
+    verdict, contact = judge(prediction), prediction.contact
+    found: dict[str, str | float | None] = {
+        "map": " on ".join(topography.source for topography in prediction.topographies),
+        "verdict": verdict.answer,
+        "probability": verdict.probability,
+        "faults": "; ".join(fault.kind for fault in prediction.faults),
+        "rms_height_m": contact.rms_height,
+        "rms_slope": contact.rms_slope,
+        "rms_curvature_1/m": contact.rms_curvature,
+        "contact_modulus_Pa": contact.contact_modulus,
+        "work_of_adhesion_J/m2": contact.work_of_adhesion,
+        "range_m": contact.range,
+    }
+    for vote in votes(contact):
+        name = vote.estimate.name
+        found[f"{name}: margin"] = vote.estimate.margin
+        found[f"{name}: in its range"] = "yes" if vote.estimate.valid else "no"
+        if vote.support is not None:
+            found[f"{name}: probability"] = vote.support.probability
+    if prediction.simulation is not None:
+        found["solved: load_Pa"] = prediction.simulation.load
+        found["solved: verdict"] = "sticky" if prediction.simulation.sticky else "not sticky"
+    return found
+
+
+def as_csv(rows: Sequence[Mapping[str, str | float | None]]) -> str:
+    """Rows as comma-separated values, numbers with all their digits; columns in the order of their first appearance."""
+    columns = list(dict.fromkeys(name for one in rows for name in one))
+    out = io.StringIO()
+    writer = csv.DictWriter(out, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def as_json(prediction: Prediction) -> str:
+    """Everything that a page shows, as numbers, with the whole spectrum of each map."""
+    verdict = judge(prediction)
+    maps = []
+    for topography, found, fit in zip(prediction.topographies, prediction.findings, prediction.fits, strict=True):
+        q, c = spectrum(topography)
+        maps.append({
+            "source": topography.source,
+            "sha256": topography.digest,
+            "points": topography.heights.shape,
+            "lengths_m": topography.lengths,
+            "periodic": topography.periodic,
+            "steps": topography.steps,
+            "faults": [vars(fault) for fault in found.faults],
+            "directions": vars(found.directions),
+            "kurtosis": found.kurtosis,
+            "fit": None if fit is None else vars(fit),
+            "spectrum": {"q_1/m": q.tolist(), "C_m4": c.tolist()},
+        })  # fmt: skip
+    estimates = [
+        {"name": e.name, "symbol": e.symbol, "value": e.value, "unit": e.unit, "margin": e.margin,
+         "source": e.source, "out_of_range": e.why}
+        for e in prediction.estimates
+    ]  # fmt: skip
+    cuts = [
+        {"wavelength_m": cut.wavelength, **cut.moments._asdict(), "margins": {e.name: e.margin for e in found}}
+        for cut, found in prediction.cuts
+    ]
+    content = {
+        "verdict": {"answer": verdict.answer, "probability": verdict.probability, "why": verdict.why},
+        "row": row(prediction),
+        "maps": maps,
+        "moments": prediction.roughness.moments._asdict(),
+        "interface": vars(prediction.interface),
+        "estimates": estimates,
+        "cuts": cuts,
+        "warnings": prediction.doubts,
+    }
+    return json.dumps(_finite(content), indent=1, ensure_ascii=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    """Without numbers that JSON has not."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(one) for name, one in value.items()}
+    return [_finite(one) for one in value] if isinstance(value, list | tuple) else value

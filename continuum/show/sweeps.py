@@ -1,0 +1,62 @@
+"""A sweep on the screen: how far it is, and what one call did."""
+
+from __future__ import annotations
+
+import math
+
+from continuum.files.output import Held
+from continuum.runs.collect import Collected, Progress
+from continuum.runs.engine import Ended
+from continuum.show.sheet import Sheet, pairs
+
+__all__ = ["collected_sheet", "ended_line", "failed_sheet", "progress_sheet"]
+
+_MOST = 20
+
+
+def ended_line(ended: Ended) -> str:
+    """One system, in a line."""
+    if ended.ok:
+        return f"{ended.task.label}: {'was there' if ended.found else f'{ended.seconds:.1f} s'}"
+    if isinstance(ended.error, Held):
+        return f"{ended.task.label}: in hand of another process"
+    return f"{ended.task.label}: {ended.reason.splitlines()[0]}"
+
+
+def progress_sheet(found: Progress) -> Sheet:
+    """How far a sweep is."""
+    rows: list[tuple[str, str | int]] = [
+        ("systems", found.total),
+        ("done", found.done),
+        ("in hand", len(found.running)),
+        *(("", text) for text in found.running[:_MOST]),
+        ("failed", len(found.failed)),
+        ("left", found.total - found.done - len(found.failed)),
+    ]
+    if not math.isnan(found.rate):
+        rows.append(("lately", f"{found.rate:.3g} systems an hour"))
+    if found.done < found.total and not math.isnan(found.seconds_left):
+        rows.append(("time left, about", f"{found.seconds_left / 3600:.2g} h at that rate"))
+    if found.others:
+        rows.append(("of an earlier input, kept", found.others))
+    return pairs(found.listed.name, rows)
+
+
+def failed_sheet(found: Progress) -> Sheet:
+    """What failed, and why."""
+    rows = list(found.failed[:_MOST])
+    note = f"and {len(found.failed) - _MOST} more" if len(found.failed) > _MOST else ""
+    return Sheet.of("failed; --retry tries them again", ("system", "reason"), rows, note)
+
+
+def collected_sheet(found: Collected) -> Sheet:
+    """What a table holds."""
+    rows: list[tuple[str, str | int]] = [
+        ("systems", len(found.keys)),
+        ("points", len(found.system)),
+        ("points that did not converge, left out", found.unconverged),
+        ("systems that are not done", found.missing),
+        ("files that cannot be read", len(found.faults)),
+        *(("computed with", f"{made}: {count} systems") for made, count in found.provenance.items()),
+    ]
+    return pairs(found.listed.name, rows)

@@ -1,0 +1,57 @@
+"""How the sweeps of this back end are compiled, and the numbers that they share.
+
+numba keeps compiled code on disk and compiles anew when the file of a function has changed; at the files of the
+functions that it calls it does not look.  Its name for the file of the code holds the qualified name of the function:
+so that name is given a digest of the sources that any sweep calls from elsewhere, the formulas of the laws first.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeVar, cast
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from continuum.model import laws
+
+__all__ = ["SOURCES", "SUMS", "TILE", "Mask", "compiled", "digest", "inlined"]
+
+SUMS = 6
+"""Sums of a sweep, at most."""
+TILE = 64
+"""Length in points of the pieces of a row that are marked as near the wall or not."""
+
+Mask = NDArray[np.bool_]
+"""Which tiles are near the wall, one row per row of points; or which points are in contact."""
+Kernel = TypeVar("Kernel", bound=Callable[..., object])
+
+SOURCES = (Path(laws.__file__), Path(__file__))
+"""Files, beside its own, whose functions, constants and options a sweep is compiled with."""
+
+
+def digest(sources: Iterable[Path]) -> str:
+    """Short hash of the content of some files."""
+    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:12]
+
+
+_DIGEST = digest(SOURCES)
+_FAST = {"reassoc", "contract", "nsz", "arcp"}
+
+
+def compiled(function: Kernel) -> Kernel:
+    """Compile a sweep, so that it releases the lock of the interpreter, and keep the result on disk.
+
+    Sums may be reordered and a division by zero is infinite instead of an error: only so do loops vectorise.
+    A NaN stays a NaN.
+    """
+    function.__qualname__ = f"{function.__qualname__}-{_DIGEST}"
+    return cast("Kernel", njit(nogil=True, cache=True, error_model="numpy", fastmath=_FAST)(function))
+
+
+def inlined(function: Kernel) -> Kernel:
+    """Compile a part of a sweep of the same file, as if its lines stood there."""
+    return cast("Kernel", njit(nogil=True, error_model="numpy", fastmath=_FAST, inline="always")(function))

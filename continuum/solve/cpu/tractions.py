@@ -1,0 +1,168 @@
+"""Compiled sweeps over the points of the surface that ask the wall law: its traction, energy and stiffness.
+
+A sweep is a function of the rows ``first:last`` of a block, which writes that block's sums.  Fields are whole arrays
+with padded rows, of which n points count; ``out`` and ``s`` are buffers of the block alone, which is transformed
+while it stays in the cache.  Tiles of a row are followed by the line search where they are marked as near; points
+that are not numbers are near, so that they are not lost.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuum.model.fourier import Real
+from continuum.model.laws import respond
+from continuum.solve.cpu.compiled import TILE, Mask, compiled
+
+__all__ = ["line", "move", "press", "turn"]
+
+
+@compiled
+def press(
+    first: int,
+    last: int,
+    sums: Real,
+    out: Real,
+    z: Real,
+    n: int,
+    kind: int,
+    p: Real,
+    reach: float,
+    near_gap: float,
+    near: Mask,
+) -> None:
+    """Traction into ``out``.  Marks the tiles."""
+    here = np.empty((3, TILE))
+    for i in range(first, last):
+        for t in range(near.shape[1]):
+            gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+            traction = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
+            close = touching = 0
+            for j in range(gap.size):
+                close += not gap[j] >= near_gap
+                touching += not gap[j] >= reach
+            near[i, t] = close > 0
+            if touching:
+                respond(kind, gap, p, here)
+                for j in range(gap.size):
+                    traction[j] = here[1, j]
+            else:
+                for j in range(gap.size):
+                    traction[j] = 0.0
+
+
+@compiled
+def turn(
+    first: int,
+    last: int,
+    sums: Real,
+    s: Real,
+    d: Real,
+    n: int,
+    beta: float,
+    z: Real,
+    kind: int,
+    p: Real,
+    near: Mask,
+) -> None:
+    """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""
+    curvature = 0.0
+    here = np.empty((3, TILE))
+    for i in range(first, last):
+        direction, step = d[i, :n], s[i - first, :n]
+        for j in range(n):
+            direction[j] = beta * direction[j] - step[j]
+        for t in range(near.shape[1]):
+            if near[i, t]:
+                gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+                e = d[i, t * TILE : min(n, (t + 1) * TILE)]
+                respond(kind, gap, p, here)
+                for j in range(gap.size):
+                    curvature += here[2, j] * e[j] * e[j]
+    sums[0] = curvature
+
+
+@compiled
+def line(
+    first: int,
+    last: int,
+    sums: Real,
+    z: Real,
+    d: Real,
+    n: int,
+    alpha: float,
+    kind: int,
+    p: Real,
+    near: Mask,
+) -> None:
+    """At z - alpha d.  sums, over the marked tiles: of (change of traction) d; of stiffness d²."""
+    slope = curvature = 0.0
+    here, there, trial = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
+    for i in range(first, last):
+        for t in range(near.shape[1]):
+            if near[i, t]:
+                gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+                e = d[i, t * TILE : min(n, (t + 1) * TILE)]
+                for j in range(gap.size):
+                    trial[j] = gap[j] - alpha * e[j]
+                respond(kind, gap, p, here)
+                respond(kind, trial[: gap.size], p, there)
+                for j in range(gap.size):
+                    slope += (there[1, j] - here[1, j]) * e[j]
+                    curvature += there[2, j] * e[j] * e[j]
+    sums[0] = slope
+    sums[1] = curvature
+
+
+@compiled
+def move(
+    first: int,
+    last: int,
+    sums: Real,
+    out: Real,
+    z: Real,
+    d: Real,
+    n: int,
+    step: float,
+    alpha: float,
+    kind: int,
+    p: Real,
+    reach: float,
+    near_gap: float,
+    near: Mask,
+) -> None:
+    """Step z <- z - step d, the last of several that add up to alpha.  Marks the tiles anew.
+
+    The change of the traction since alpha = 0 goes into ``out``.
+    sums: of that change times d; of what the energy changes beyond first order; of |energy|.
+    """
+    slope = second = size = 0.0
+    here, there, old = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
+    for i in range(first, last):
+        for t in range(near.shape[1]):
+            gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+            e = d[i, t * TILE : min(n, (t + 1) * TILE)]
+            change = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
+            close = touching = 0
+            for j in range(gap.size):
+                gap[j] -= step * e[j]
+                old[j] = gap[j] + alpha * e[j]
+            for j in range(gap.size):
+                lower = old[j] if old[j] < gap[j] else gap[j]
+                close += not lower >= near_gap
+                touching += not lower >= reach
+            near[i, t] = close > 0
+            if touching:
+                respond(kind, old[: gap.size], p, here)
+                respond(kind, gap, p, there)
+                for j in range(gap.size):
+                    change[j] = there[1, j] - here[1, j]
+                    slope += change[j] * e[j]
+                    second += there[0, j] - here[0, j] - alpha * here[1, j] * e[j]
+                    size += abs(there[0, j])
+            else:
+                for j in range(gap.size):
+                    change[j] = 0.0
+    sums[0] = slope
+    sums[1] = second
+    sums[2] = size

@@ -1,0 +1,112 @@
+"""Kernels over the points of the surface that need no wall law.
+
+``work`` is the memory of a half spectrum, of whose rows the first numbers are a field; what is to be transformed is
+scaled by 1/N.
+"""
+
+from __future__ import annotations
+
+import math
+
+from continuum.model.fourier import Real
+from continuum.solve.cuda.device import Sums, cuda, kernel
+
+__all__ = ["above", "displace", "every_second", "fill", "into", "keep", "lay", "moved", "put", "shift", "total"]
+
+
+@kernel
+def put(values: Real, at_first: float) -> None:
+    """One number, in the first place of an array."""
+    if cuda.grid(1) == 0:
+        values[0, 0] = at_first
+
+
+@kernel
+def fill(values: Real, number: float) -> None:
+    """The same number everywhere."""
+    for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
+            values[i, j] = number
+
+
+@kernel
+def shift(values: Real, by: float) -> None:
+    """Add a number."""
+    for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
+            values[i, j] += by
+
+
+@kernel
+def total(values: Real, sums: Sums) -> None:
+    """sums: of the finite values; of how many are not."""
+    points = lost = 0.0
+    for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
+            value = values[i, j]
+            if math.isfinite(value):
+                points += value
+            else:
+                lost += 1.0
+    sums[0, cuda.grid(1)] = points
+    sums[1, cuda.grid(1)] = lost
+
+
+@kernel
+def into(work: Real, values: Real, scale: float) -> None:
+    """Values, times scale, into work."""
+    for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
+            work[i, j] = scale * values[i, j]
+
+
+@kernel
+def keep(values: Real, work: Real) -> None:
+    """The field in work."""
+    for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
+            values[i, j] = work[i, j]
+
+
+@kernel
+def displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums: Sums) -> None:
+    """Displacement u = offset + lift - z, times scale, into work.  sums: of u."""
+    displaced = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            u = offset[i, j] + lift - z[i, j]
+            work[i, j] = scale * u
+            displaced += u
+    sums[0, cuda.grid(1)] = displaced
+
+
+@kernel
+def lay(z: Real, work: Real, offset: Real, lift: float) -> None:
+    """Gap z = offset + lift - u, u in work."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            z[i, j] = offset[i, j] + lift - work[i, j]
+
+
+@kernel
+def above(z: Real, offset: Real, lift: float) -> None:
+    """The same where z holds u."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            z[i, j] = offset[i, j] - z[i, j] + lift
+
+
+@kernel
+def every_second(z: Real, fine: Real) -> None:
+    """Values of every second point of a finer grid."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            z[i, j] = fine[2 * i, 2 * j]
+
+
+@kernel
+def moved(work: Real, fine: Real, z: Real, scale: float) -> None:
+    """How far a coarse grid has displaced the surface: (every second of the fine gap) - z, times scale, into work."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            work[i, j] = scale * (fine[2 * i, 2 * j] - z[i, j])

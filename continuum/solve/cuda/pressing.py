@@ -1,0 +1,384 @@
+"""Kernels of the bound-constrained solver.
+
+p is the pressure, z the gap up to its level ``shift``, t the direction; s is the preconditioned gap and m the
+preconditioned field of ones, both zero off the contact, ``mask``.  ``work`` is as in
+:mod:`continuum.solve.cuda.points` and :mod:`continuum.solve.cuda.spectra`.
+"""
+
+from __future__ import annotations
+
+from continuum.model.fourier import Real
+from continuum.solve.cuda.device import Mask, Sums, cuda, kernel
+
+__all__ = [
+    "accept",
+    "advance",
+    "arrive",
+    "certificate",
+    "compliance",
+    "contact",
+    "correct",
+    "finish",
+    "guess",
+    "kernel_q",
+    "level",
+    "lowest",
+    "mark",
+    "marked",
+    "misses",
+    "multiply",
+    "narrow",
+    "ones",
+    "positive",
+    "scale",
+    "select",
+    "spread",
+    "square",
+    "trial",
+    "turn",
+    "wide",
+    "window",
+]
+
+
+# --- where it starts -------------------------------------------------------------------------------------------
+
+
+@kernel
+def mark(mask: Mask, number: int) -> None:
+    """The same mark everywhere."""
+    for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
+            mask[i, j] = number
+
+
+@kernel
+def scale(values: Real, factor: float) -> None:
+    """All values times a number."""
+    for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
+            values[i, j] *= factor
+
+
+@kernel
+def lowest(z: Real, sums: Sums) -> None:
+    """Of the first sum the largest part is minus the smallest value."""
+    largest = -float("inf")
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            largest = max(largest, -z[i, j])
+    sums[0, cuda.grid(1)] = largest
+
+
+@kernel
+def wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
+    """Where the gap is at least its mean; sums: of the field in work, and how many points."""
+    total = count = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            if z[i, j] >= mean:
+                total += work[i, j]
+                count += 1.0
+    sums[0, cuda.grid(1)] = total
+    sums[1, cuda.grid(1)] = count
+
+
+@kernel
+def guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: float) -> None:
+    """Pressure of a start: where the traction in work, and ``more``, pushes and it nearly touches."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            here = work[i, j] + more
+            p[i, j] = max(here, 0.0) if here > stiffest * (z[i, j] - least) else 0.0
+
+
+@kernel
+def spread(fine: Real, coarse: Real, sums: Sums) -> None:
+    """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
+    rows, columns = coarse.shape
+    total = 0.0
+    for i in range(cuda.blockIdx.x, fine.shape[0], cuda.gridDim.x):
+        a = i // 2
+        b = (a + i % 2) % rows
+        for j in range(cuda.threadIdx.x, columns, cuda.blockDim.x):
+            k = j + 1 if j + 1 < columns else 0
+            here = 0.5 * (coarse[a, j] + coarse[b, j])
+            there = 0.5 * (coarse[a, k] + coarse[b, k])
+            fine[i, 2 * j] = here
+            fine[i, 2 * j + 1] = 0.5 * (here + there)
+            total += here + 0.5 * (here + there)
+    sums[0, cuda.grid(1)] = total
+
+
+# --- the preconditioner ----------------------------------------------------------------------------------------
+
+
+@kernel
+def kernel_q(work: Real, K: Real) -> None:
+    """Spectrum work <- K without its mean: that has its own way, and a stiff one would smear over the longest waves."""
+    for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
+            work[i, 2 * j] = K[i, j] if i > 0 or j > 0 else 0.0
+            work[i, 2 * j + 1] = 0.0
+
+
+@kernel
+def window(work: Real, columns: int, part: float, factor: float) -> None:
+    """The field in work, times factor, cut off by a triangular window, this part of the period wide."""
+    rows = work.shape[0]
+    for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
+        x = max(0.0, 1.0 - min(i, rows - i) / (part * rows))
+        for j in range(cuda.threadIdx.x, columns, cuda.blockDim.x):
+            y = max(0.0, 1.0 - min(j, columns - j) / (part * columns))
+            work[i, j] *= factor * x * y
+
+
+@kernel
+def positive(values_q: Real, work: Real) -> None:
+    """Real part of the spectrum in work, where it is positive."""
+    for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
+            values_q[i, j] = max(work[i, 2 * j], 0.0)
+
+
+@kernel
+def multiply(work: Real, values_q: Real, factor: float) -> None:
+    """Spectrum in work, times values for each mode and a number."""
+    for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
+            here = factor * values_q[i, j]
+            work[i, 2 * j] *= here
+            work[i, 2 * j + 1] *= here
+
+
+@kernel
+def level(p: Real, z: Real, m: Real, sums: Sums) -> None:
+    """Where p presses; sums: of m z, of m."""
+    mz = in_m = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            if p[i, j] > 0.0:
+                mz += m[i, j] * z[i, j]
+                in_m += m[i, j]
+    sums[0, cuda.grid(1)] = mz
+    sums[1, cuda.grid(1)] = in_m
+
+
+@kernel
+def select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> None:
+    """Contact: the points that press or overlap.  sums: of those, how many; new or gone; of m z, of m."""
+    mz = in_m = count = changed = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            touches = 1 if p[i, j] > 0.0 or z[i, j] + shift < 0.0 else 0
+            if touches != mask[i, j]:
+                changed += 1.0
+                mask[i, j] = touches
+            if touches:
+                count += 1.0
+                mz += m[i, j] * z[i, j]
+                in_m += m[i, j]
+            else:
+                m[i, j] = 0.0
+    slot = cuda.grid(1)
+    sums[0, slot] = count
+    sums[1, slot] = changed
+    sums[2, slot] = mz
+    sums[3, slot] = in_m
+
+
+@kernel
+def marked(work: Real, mask: Mask, factor: float) -> None:
+    """A number on the contact, 0 off it, into work."""
+    for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
+            work[i, j] = factor if mask[i, j] else 0.0
+
+
+@kernel
+def ones(m: Real, mask: Mask) -> None:
+    """Set m <- 1 on the contact, 0 off it."""
+    for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
+            m[i, j] = 1.0 if mask[i, j] else 0.0
+
+
+@kernel
+def contact(work: Real, mask: Mask, z: Real, shift: float, factor: float) -> None:
+    """Z + shift on the contact, 0 off it, times factor, into work."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            work[i, j] = factor * (z[i, j] + shift) if mask[i, j] else 0.0
+
+
+@kernel
+def narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
+    """The field in work on the contact, 0 off it; sums: of it."""
+    total = 0.0
+    for i in range(cuda.blockIdx.x, out.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, out.shape[1], cuda.blockDim.x):
+            here = work[i, j] if mask[i, j] else 0.0
+            out[i, j] = here
+            total += here
+    sums[0, cuda.grid(1)] = total
+
+
+@kernel
+def correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float, sums: Sums) -> None:
+    """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
+    ss = zs = ys = in_t = zt = zm = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            if mask[i, j]:
+                new = s[i, j] - weight * m[i, j]
+                s[i, j] = new
+                ss += new * new
+                zs += z[i, j] * new
+                ys += change[i, j] * new
+                in_t += t[i, j]
+                zt += z[i, j] * t[i, j]
+                zm += z[i, j] * m[i, j]
+            else:
+                t[i, j] = 0.0
+    slot = cuda.grid(1)
+    sums[0, slot] = ss
+    sums[1, slot] = zs
+    sums[2, slot] = ys
+    sums[3, slot] = in_t
+    sums[4, slot] = zt
+    sums[5, slot] = zm
+
+
+# --- a step ----------------------------------------------------------------------------------------------------
+
+
+@kernel
+def turn(work: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, factor: float) -> None:
+    """Direction t <- s + beta (t - weight m); times factor into work."""
+    for i in range(cuda.blockIdx.x, t.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, t.shape[1], cuda.blockDim.x):
+            here = t[i, j]
+            if mask[i, j]:
+                here = s[i, j] + beta * (here - weight * m[i, j])
+                t[i, j] = here
+            work[i, j] = factor * here
+
+
+@kernel
+def compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
+    """Spectrum work <- work/K, zero where K is; sums: <work, work/K> as a mean over the grid."""
+    total = 0.0
+    for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
+            k = K[i, j]
+            g = 1.0 / k if k > 0.0 else 0.0
+            a, b = work[i, 2 * j], work[i, 2 * j + 1]
+            work[i, 2 * j] = g * a
+            work[i, 2 * j + 1] = g * b
+            both = g * (a * a + b * b)
+            total += both if j in (0, single) else 2.0 * both
+    sums[0, cuda.grid(1)] = total
+
+
+@kernel
+def trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
+    """Pressure out <- p - step t, cut at 0; sums: of what was cut (negative), of p - step t, of out."""
+    below = before = after = 0.0
+    for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
+            new = p[i, j] - step * t[i, j]
+            before += new
+            if new < 0.0:
+                below += new
+                new = 0.0
+            after += new
+            out[i, j] = new
+    slot = cuda.grid(1)
+    sums[0, slot] = below
+    sums[1, slot] = before
+    sums[2, slot] = after
+
+
+@kernel
+def advance(z: Real, change: Real, work: Real, step: float) -> None:
+    """After a free step, work holding G t: change <- -step G t; z <- z + change."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            by = -step * work[i, j]
+            change[i, j] = by
+            z[i, j] += by
+
+
+@kernel
+def arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
+    """Gap out <- work + offset, work holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
+    energy = size = 0.0
+    for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
+            rest = offset[i, j]
+            gap = work[i, j] + rest
+            out[i, j] = gap
+            energy += 0.5 * p[i, j] * (gap + rest)
+            size += p[i, j] * (abs(gap) + abs(rest))
+    sums[0, cuda.grid(1)] = energy
+    sums[1, cuda.grid(1)] = size
+
+
+@kernel
+def accept(z: Real, new: Real) -> None:
+    """Set z <- new and new <- the change of z."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            here = new[i, j]
+            new[i, j] = here - z[i, j]
+            z[i, j] = here
+
+
+# --- the outcome -----------------------------------------------------------------------------------------------
+
+
+@kernel
+def misses(work: Real, p: Real, z: Real, shift: float, factor: float, sums: Sums) -> None:
+    """What closing the contact and lifting the overlaps adds to u, times factor, into work; its largest size."""
+    largest = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            gap = z[i, j] + shift
+            error = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
+            largest = max(largest, abs(error))
+            work[i, j] = factor * error
+    sums[0, cuda.grid(1)] = largest
+
+
+@kernel
+def certificate(p: Real, z: Real, sums: Sums) -> None:
+    """sums: p z, p, and of the third the largest part: minus the smallest z."""
+    pz = total = 0.0
+    depth = -float("inf")
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            pz += p[i, j] * z[i, j]
+            total += p[i, j]
+            depth = max(depth, -z[i, j])
+    sums[0, cuda.grid(1)] = pz
+    sums[1, cuda.grid(1)] = total
+    sums[2, cuda.grid(1)] = depth
+
+
+@kernel
+def square(work: Real, K: Real, single: int, sums: Sums) -> None:
+    """sums: |K e|², the spectrum of e in work."""
+    total = 0.0
+    for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
+            a, b = K[i, j] * work[i, 2 * j], K[i, j] * work[i, 2 * j + 1]
+            total += (a * a + b * b) * (1.0 if j in (0, single) else 2.0)
+    sums[0, cuda.grid(1)] = total
+
+
+@kernel
+def finish(p: Real, z: Real, by: float, smallest: float) -> None:
+    """Gap z <- z + by, exactly zero where p presses and positive elsewhere."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            z[i, j] = 0.0 if p[i, j] > 0.0 else max(z[i, j] + by, smallest)

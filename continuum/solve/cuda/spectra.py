@@ -1,0 +1,211 @@
+"""Kernels of the minimiser over its spectra.
+
+A half spectrum is a real array, real and imaginary parts in turn.  In a sum over all modes column 0 counts once, and so
+does ``single``, the last column of an even grid (-1 if there is none); all others count twice.  ``held`` is 1 where the
+mean of u is held at zero: then it has no gradient.
+
+The next coarser grid carries the columns below ``low_columns`` of the rows within ``low_rows`` of row 0: 2 low_rows - 1
+rows in all.
+"""
+
+from __future__ import annotations
+
+from continuum.model.fourier import Real
+from continuum.solve.cuda.device import Sums, cuda, device_function, kernel
+
+__all__ = ["add_square", "elastic", "energy", "gradient", "low_direction", "low_gradient", "low_modes", "prolong",
+           "restrict"]  # fmt: skip
+
+
+@device_function
+def _weight(j: int, single: int) -> float:
+    """How often a column counts."""
+    return 1.0 if j in (0, single) else 2.0
+
+
+@device_function
+def _low_row(r: int, low_rows: int, rows: int) -> int:
+    """Row of a spectrum that is the r-th of those of the coarser grid."""
+    return r if r < low_rows else rows - 2 * low_rows + 1 + r
+
+
+@kernel
+def gradient(
+    g: Real, d: Real, work: Real, K: Real, c0: float, alpha: float, beta: float, low_rows: int, low_columns: int,
+    single: int, held: int, complete: int, sums: Sums,
+) -> None:  # fmt: skip
+    """Finish the last step in Fourier space and precondition the new gradient.
+
+    On entry ``work`` holds the change of traction of that step (with ``complete`` there is none), alpha its length,
+    beta the weight of the direction before it::
+
+        d <- beta d - M g        (the direction of the step, M = 1/(K + c0))
+        y  = alpha K d + work
+        g <- g + y
+        work <- s = M g          modes of the coarse grid: y, and d is left as it is
+
+    sums: |g|², and without the coarse modes <g,s>, <y,s>, <y,My>, <s,Ks>, <s,Kd>.
+    """
+    rows = K.shape[0]
+    gg = gs = ys = ym = ss = sd = 0.0
+    for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
+        low_row = i < low_rows or i > rows - low_rows
+        for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
+            k = K[i, j]
+            weight = _weight(j, single)
+            g0, g1 = g[i, 2 * j], g[i, 2 * j + 1]
+            d0, d1 = d[i, 2 * j], d[i, 2 * j + 1]
+            y0 = y1 = 0.0
+            if not complete and not (held and i == 0 and j == 0):
+                y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
+            low = low_row and j < low_columns
+            m = 1.0 / (k + c0)
+            if not low:
+                d0 = beta * d0 - m * g0
+                d1 = beta * d1 - m * g1
+                d[i, 2 * j], d[i, 2 * j + 1] = d0, d1
+            y0 += alpha * k * d0
+            y1 += alpha * k * d1
+            g0 += y0
+            g1 += y1
+            g[i, 2 * j], g[i, 2 * j + 1] = g0, g1
+            square = weight * (g0 * g0 + g1 * g1)
+            gg += square
+            if low:
+                work[i, 2 * j], work[i, 2 * j + 1] = y0, y1
+            else:
+                s0, s1 = m * g0, m * g1
+                work[i, 2 * j], work[i, 2 * j + 1] = s0, s1
+                gs += m * square
+                ys += weight * (y0 * s0 + y1 * s1)
+                ym += weight * m * (y0 * y0 + y1 * y1)
+                ss += weight * k * (s0 * s0 + s1 * s1)
+                sd += weight * k * (s0 * d0 + s1 * d1)
+    slot = cuda.grid(1)
+    sums[0, slot] = gg
+    sums[1, slot] = gs
+    sums[2, slot] = ys
+    sums[3, slot] = ym
+    sums[4, slot] = ss
+    sums[5, slot] = sd
+
+
+@kernel
+def low_modes(
+    g: Real, d: Real, work: Real, K: Real, e: Real, c0: float, low_rows: int, low_columns: int, single: int, held: int,
+    sums: Sums,
+) -> None:  # fmt: skip
+    """The modes that the coarse grid has seen: work <- s = -e, and their share of the sums of `gradient`."""
+    rows = K.shape[0]
+    gs = ys = ym = ss = sd = 0.0
+    for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
+        i, coarse = _low_row(r, low_rows, rows), _low_row(r, low_rows, 2 * low_rows)
+        for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
+            k = K[i, j]
+            weight = _weight(j, single)
+            y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
+            s0 = s1 = 0.0
+            if not (held and i == 0 and j == 0):
+                s0, s1 = -e[coarse, 2 * j], -e[coarse, 2 * j + 1]
+            work[i, 2 * j], work[i, 2 * j + 1] = s0, s1
+            gs += weight * (g[i, 2 * j] * s0 + g[i, 2 * j + 1] * s1)
+            ys += weight * (y0 * s0 + y1 * s1)
+            ym += weight / (k + c0) * (y0 * y0 + y1 * y1)
+            ss += weight * k * (s0 * s0 + s1 * s1)
+            sd += weight * k * (s0 * d[i, 2 * j] + s1 * d[i, 2 * j + 1])
+    slot = cuda.grid(1)
+    sums[0, slot] = 0.0
+    sums[1, slot] = gs
+    sums[2, slot] = ys
+    sums[3, slot] = ym
+    sums[4, slot] = ss
+    sums[5, slot] = sd
+
+
+@kernel
+def low_gradient(
+    g: Real, work: Real, K: Real, c0: float, low_rows: int, low_columns: int, single: int, sums: Sums
+) -> None:
+    """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 4."""
+    rows = K.shape[0]
+    gs = ss = 0.0
+    for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
+        i = _low_row(r, low_rows, rows)
+        for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
+            k = K[i, j]
+            weight = _weight(j, single)
+            for c in range(2 * j, 2 * j + 2):
+                s = g[i, c] / (k + c0)
+                work[i, c] = s
+                gs += weight * g[i, c] * s
+                ss += weight * k * s * s
+    slot = cuda.grid(1)
+    for other in range(6):
+        sums[other, slot] = 0.0
+    sums[1, slot] = gs
+    sums[4, slot] = ss
+
+
+@kernel
+def low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: float) -> None:
+    """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
+    for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
+        i = _low_row(r, low_rows, d.shape[0])
+        for c in range(cuda.threadIdx.x, 2 * low_columns, cuda.blockDim.x):
+            d[i, c] = beta * d[i, c] - work[i, c]
+
+
+@kernel
+def elastic(g: Real, work: Real, K: Real, force: float) -> None:
+    """Gradient without the traction of the wall: g <- K u - F, the spectrum of u in work."""
+    for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
+            here = force if i == 0 and j == 0 else 0.0
+            g[i, 2 * j] = K[i, j] * work[i, 2 * j] - here
+            g[i, 2 * j + 1] = K[i, j] * work[i, 2 * j + 1]
+
+
+@kernel
+def add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
+    """Set g <- g + work; sums: |g|²."""
+    gg = 0.0
+    for i in range(cuda.blockIdx.x, g.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, g.shape[1] // 2, cuda.blockDim.x):
+            g0, g1 = g[i, 2 * j] + work[i, 2 * j], g[i, 2 * j + 1] + work[i, 2 * j + 1]
+            g[i, 2 * j], g[i, 2 * j + 1] = g0, g1
+            gg += _weight(j, single) * (g0 * g0 + g1 * g1)
+    sums[0, cuda.grid(1)] = gg
+
+
+@kernel
+def energy(work: Real, K: Real, single: int, sums: Sums) -> None:
+    """sums: <u,Ku> without the mean; the spectrum of u in work."""
+    total = 0.0
+    for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
+            if i > 0 or j > 0:
+                u0, u1 = work[i, 2 * j], work[i, 2 * j + 1]
+                total += _weight(j, single) * K[i, j] * (u0 * u0 + u1 * u1)
+    sums[0, cuda.grid(1)] = total
+
+
+@kernel
+def restrict(coarse: Real, fine: Real) -> None:
+    """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
+    low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
+    for i in range(cuda.blockIdx.x, coarse.shape[0], cuda.gridDim.x):
+        source = i if i < low_rows else i + fine.shape[0] - coarse.shape[0]
+        for c in range(cuda.threadIdx.x, coarse.shape[1], cuda.blockDim.x):
+            coarse[i, c] = 0.0 if i == low_rows or c >= last else fine[source, c]
+
+
+@kernel
+def prolong(fine: Real, coarse: Real) -> None:
+    """Half spectrum on a finer grid of the same period: zero beyond the modes of the coarse one."""
+    low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
+    rows = fine.shape[0]
+    for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
+        low = i < low_rows or i > rows - low_rows
+        source = i if i < low_rows else i - rows + coarse.shape[0]
+        for c in range(cuda.threadIdx.x, fine.shape[1], cuda.blockDim.x):
+            fine[i, c] = coarse[source, c] if low and c < last else 0.0

@@ -1,0 +1,116 @@
+"""Kernels over the points of the surface that ask the wall law: its traction, energy and stiffness.
+
+The formulas are those of :mod:`continuum.model.laws`, compiled anew: one source for both devices.  Points beyond the
+reach of the law are not computed; points that are not numbers are, so that they are not lost.  ``work`` is the memory
+of a half spectrum, of whose rows ``z.shape[1]`` numbers are the field; what is to be transformed is scaled by 1/N.
+"""
+
+from __future__ import annotations
+
+from continuum.model import laws
+from continuum.model.fourier import Real
+from continuum.model.laws import EXPONENTIAL, INVERSE_POWERS, SPLINE
+from continuum.solve.cuda.device import Parameters, Sums, cuda, device_function, kernel
+
+__all__ = ["line", "move", "press", "turn"]
+
+_spline = device_function(laws.spline)
+_inverse_powers = device_function(laws.inverse_powers)
+_exponential = device_function(laws.exponential)
+_table = device_function(laws.table)
+
+
+@device_function
+def respond(kind: int, z: float, p: Parameters) -> tuple[float, float, float]:
+    """Energy, traction and stiffness per area at one gap."""
+    if kind == SPLINE:
+        return _spline(z, p)
+    if kind == INVERSE_POWERS:
+        return _inverse_powers(z, p)
+    if kind == EXPONENTIAL:
+        return _exponential(z, p)
+    return _table(z, p)
+
+
+@kernel
+def press(work: Real, z: Real, kind: int, p: Parameters, reach: float, scale: float) -> None:
+    """Traction, times scale, into work."""
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            gap = z[i, j]
+            traction = 0.0
+            if not gap >= reach:
+                traction = respond(kind, gap, p)[1]
+            work[i, j] = scale * traction
+
+
+@kernel
+def turn(d: Real, work: Real, z: Real, beta: float, kind: int, p: Parameters, reach: float, sums: Sums) -> None:
+    """New direction, d <- beta d - s, s in work.  sums: of stiffness d²."""
+    curvature = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            e = beta * d[i, j] - work[i, j]
+            d[i, j] = e
+            gap = z[i, j]
+            if not gap >= reach:
+                curvature += respond(kind, gap, p)[2] * e * e
+    sums[0, cuda.grid(1)] = curvature
+
+
+@kernel
+def line(z: Real, d: Real, alpha: float, kind: int, p: Parameters, reach: float, sums: Sums) -> None:
+    """At z - alpha d.  sums: of (change of traction) d; of stiffness d²."""
+    slope = curvature = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            gap, e = z[i, j], d[i, j]
+            trial = gap - alpha * e
+            if not gap >= reach or not trial >= reach:
+                here = respond(kind, gap, p)
+                there = respond(kind, trial, p)
+                slope += (there[1] - here[1]) * e
+                curvature += there[2] * e * e
+    slot = cuda.grid(1)
+    sums[0, slot] = slope
+    sums[1, slot] = curvature
+
+
+@kernel
+def move(
+    work: Real,
+    z: Real,
+    d: Real,
+    step: float,
+    alpha: float,
+    kind: int,
+    p: Parameters,
+    reach: float,
+    scale: float,
+    sums: Sums,
+) -> None:
+    """Step z <- z - step d, the last of several that add up to alpha.
+
+    The change of the traction since alpha = 0, times scale, goes into work.
+    sums: of that change times d; of what the energy changes beyond first order; of |energy|.
+    """
+    slope = second = size = 0.0
+    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+            e = d[i, j]
+            gap = z[i, j] - step * e
+            z[i, j] = gap
+            old = gap + alpha * e
+            change = 0.0
+            if not gap >= reach or not old >= reach:
+                here = respond(kind, old, p)
+                there = respond(kind, gap, p)
+                change = there[1] - here[1]
+                slope += change * e
+                second += there[0] - here[0] - alpha * here[1] * e
+                size += abs(there[0])
+            work[i, j] = scale * change
+    slot = cuda.grid(1)
+    sums[0, slot] = slope
+    sums[1, slot] = second
+    sums[2, slot] = size

@@ -1,0 +1,118 @@
+"""A solver of one grid and one elastic response, whose arrays live as long as a path."""
+
+from __future__ import annotations
+
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.laws import Law
+from continuum.solve.backend import Face, Level, back_end
+from continuum.solve.hard import constrain
+from continuum.solve.smooth import COARSE_TOLERANCES, minimise
+from continuum.solve.solution import Settings, Solution
+
+__all__ = ["Solver"]
+
+
+class Solver:
+    """Equilibria of one elastic surface, one after the other, in arrays that are made once.
+
+    Parameters
+    ----------
+    grid : points and periods.
+    stiffness_q : K over the half spectrum, shape ``grid.shape_q``, in E*/a0: at least 0, but for q = 0 positive where
+        there is a bound.
+    threads : of this process; no bit of a result depends on their number.
+    device : name of the back end.
+
+    Raises
+    ------
+    ValueError
+        If there is no such device.
+    """
+
+    def __init__(self, grid: Grid, stiffness_q: Real, threads: int = 1, device: str = "cpu") -> None:
+        self._back_end = back_end(device)
+        self._surface = grid, stiffness_q, threads
+        self._mean_stiffness = float(stiffness_q[0, 0])
+        self._level: Level | None = None
+        self._face: Face | None = None
+
+    @property
+    def smallest(self) -> int:
+        """Grids of no more points along a side are not worth a coarser one."""
+        return self._back_end.SMALLEST
+
+    def minimise(
+        self,
+        law: Law,
+        offset: Real,
+        start: Real | None,
+        settings: Settings,
+        *,
+        pressure: float = 0.0,
+        lift: float = 0.0,
+        mean_stiffness: float | None = None,
+    ) -> Solution:
+        """Minimise ½ <u, K u> + <φ(offset + lift - u)> - F <u> over u.
+
+        Parameters
+        ----------
+        law : φ, per area, as compiled code takes it.
+        offset, lift : z at u = 0, an array of shape ``grid.shape`` and a number, in a0.
+        start : z at the start, shape ``grid.shape``; None starts on a cascade of coarser grids, from u = 0 on the
+            coarsest.
+        settings : when to stop; threads and device are those of the solver.
+        pressure : F, a uniform pressure along u, in E*; of no effect where the mean of u is held.
+        mean_stiffness : K at q = 0 instead of that of ``stiffness_q``; infinite holds the mean of u at zero.
+        """
+        if self._level is None:
+            self._level = self._back_end.level(*self._surface, len(COARSE_TOLERANCES))
+        mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
+        posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
+        return minimise(self._level, self._back_end.LEVELS, law, offset, start, settings, **posed)
+
+    def constrain(
+        self,
+        offset: Real,
+        start: Real | None,
+        settings: Settings,
+        *,
+        pressure: float = 0.0,
+        lift: float = 0.0,
+        mean_stiffness: float | None = None,
+    ) -> Solution:
+        """Minimise ½ <u, K u> - F <u> over u with z = offset + lift - u >= 0 at each point.
+
+        Parameters
+        ----------
+        offset, lift : z at u = 0, an array of shape ``grid.shape`` and a number, in a0.
+        start : z at the start, same shape, from which contact and pressure are guessed; None starts on coarser grids.
+        settings : when to stop; of it tolerance and iterations are used.
+        pressure : F, a uniform pressure along u, in E*; of no effect where the mean of u is held.
+        mean_stiffness : K at q = 0 instead of that of ``stiffness_q``.  Infinite holds the mean of u at zero; with 0
+            the mean pressure is F.
+
+        Returns
+        -------
+        Solution
+            Its gap is exactly zero where its traction is positive, and positive elsewhere.  Its residual is the
+            root-mean-square of K e, e being what closing the contact and lifting the overlaps exactly adds to u: the
+            traction by which a surface that fulfils the bound, with this traction, misses its equilibrium.
+
+        Raises
+        ------
+        ValueError
+            If no state exists: F < 0 without mean stiffness (a hard wall cannot pull), or a held mean that overlaps.
+        """
+        if self._face is None:
+            self._face = self._back_end.face(*self._surface)
+        mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
+        return constrain(self._face, offset, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
+
+    def elastic_energy(self, offset: Real, gap: Real) -> float:
+        """½ <u, K u> of u = offset - gap without its mean, in E* a0, in the arrays that are there."""
+        if self._face is not None:
+            return self._face.elastic_energy(offset, gap)
+        if self._level is None:
+            self._level = self._back_end.level(*self._surface, len(COARSE_TOLERANCES))
+        return self._level.elastic_energy(offset, gap)

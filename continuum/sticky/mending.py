@@ -1,0 +1,216 @@
+"""What is done to a map before it is judged: cut, holes filled, background taken off, short waves left out.
+
+Each step is asked for, changes heights only, and is written into the steps of the map.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import spsolve
+
+from continuum import units
+from continuum.model.grid import Real
+from continuum.sticky.scanlines import Mask, line_offsets, scan_lines, spikes
+from continuum.sticky.topography import FLAT, Topography, TopographyError, mirror
+
+__all__ = ["Detrending", "background", "crop", "cut_off", "detrend", "fill_outliers", "harmonic", "prepare"]
+
+Detrending = Literal["plane", "curvature", "lines", "none"]
+
+
+def detrend(topography: Topography, how: Detrending | None = None) -> Topography:
+    """Take off what is no roughness: how the sample lies, the bow of the scanner, the offsets of its lines.
+
+    Parameters
+    ----------
+    topography : as read.
+    how : "plane" and "curvature" take off the polynomial of first or second degree of least squares, "lines" the plane
+        and then the median of each line (:mod:`continuum.sticky.scanlines`), "none" the mean only.  None takes off the
+        plane, but of a periodic map, which no plane leaves periodic, the mean only.
+
+    Raises
+    ------
+    TopographyError
+        If nothing is left.
+    """
+    heights = topography.heights - topography.heights.mean()
+    step = "mean height taken off"
+    if how in ("plane", "curvature", "lines") or (how is None and not topography.periodic):
+        fitted, slopes = background(topography, 2 if how == "curvature" else 1)
+        heights = heights - fitted
+        step = f"mean plane taken off, of slopes {slopes[0]:.3g} and {slopes[1]:.3g}"
+        if how == "curvature":
+            step = f"paraboloid of least squares taken off, {units.readable(float(np.ptp(fitted)), 'length', 3)} high"
+    if how == "lines":
+        found = scan_lines(heights)
+        offsets = np.expand_dims(line_offsets(heights, found.axis, found.scars), found.axis)
+        heights = heights - offsets
+        heights = heights - heights.mean()
+        step += f", then the median of each line along {'xy'[found.axis]}"
+    if np.abs(heights).max() <= FLAT * max(np.abs(topography.heights).max(), np.ptp(topography.heights)) * 1e2:
+        msg = f"{topography.source}: the map is a plane: nothing is left when its plane is taken off"
+        raise TopographyError(msg)
+    return topography.after(heights, step)
+
+
+def prepare(
+    topography: Topography, how: Detrending | None = None, *, fill: float = 0.0, cutoff: str | None = None
+) -> Topography:
+    """A map as it is to be judged: outliers filled, background taken off, short waves left out.
+
+    Parameters
+    ----------
+    how : see :func:`detrend`.
+    fill : see :func:`fill_outliers`; 0 not to look for any.
+    cutoff : see :func:`cut_off`, with its unit; None to keep all waves.
+
+    Raises
+    ------
+    TopographyError
+        If one of these cannot be done.
+    """
+    if fill:
+        topography = fill_outliers(topography, fill)
+    topography = detrend(topography, how)
+    if cutoff is None:
+        return topography
+    try:
+        wavelength = units.parse(cutoff, "length")
+    except ValueError as error:
+        msg = f"--cutoff {error}"
+        raise TopographyError(msg) from error
+    return cut_off(topography, wavelength)
+
+
+def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tuple[float, float]]:
+    """Polynomial of least squares without its mean, and its mean slopes along x and y.
+
+    On a full rectangle 1, x, y, x² - <x²>, y² - <y²> and xy are independent, so that each is projected out by itself.
+    """
+    heights = topography.heights
+    spacing = topography.grid.spacing
+    x, y = (
+        np.expand_dims((np.arange(n) - (n - 1) / 2) * d, 1 - i)
+        for i, (n, d) in enumerate(zip(heights.shape, spacing, strict=True))
+    )
+    slopes = tuple(float(np.sum(heights * one) / np.sum(one**2 * np.ones(heights.shape))) for one in (x, y))
+    fitted: Real = slopes[0] * x + slopes[1] * y
+    if degree == 2:
+        for term in (x**2 - np.mean(x**2), y**2 - np.mean(y**2), x * y):
+            fitted = fitted + float(np.sum(heights * term) / np.sum(term**2 * np.ones(heights.shape))) * term
+    return fitted, (slopes[0], slopes[1])
+
+
+def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, float, float, float]) -> Real:
+    """Heights with x0 <= x < x1 and y0 <= y < y1, the points being the middles of their pixels.
+
+    Parameters
+    ----------
+    heights, lengths : a map and its size.
+    corners : (x0, x1, y0, y1), in the unit of the size.
+
+    Raises
+    ------
+    ValueError
+        If the part is not inside the map, or has no extent.
+    """
+    part = []
+    for name, n, length, low, high in zip("xy", heights.shape, lengths, corners[::2], corners[1::2], strict=True):
+        if not 0 <= low < high <= length * (1 + 1e-9):
+            inside, asked = (units.readable(value, "length", 3) for value in (length, high))
+            msg = f"the part to be cut out along {name} begins at 0 or beyond and ends after that, inside {inside}; "
+            msg += f"asked for: up to {asked}"
+            raise ValueError(msg)
+        part.append(slice(*(round(edge / length * n) for edge in (low, high))))
+    return heights[tuple(part)]
+
+
+def harmonic(heights: Real, holes: Mask) -> Real:
+    """Heights with the holes filled by the solution of Laplace's equation, the known points around them given.
+
+    The smoothest film over a hole: no point is above or below all that is known.  Edges of the map are free.
+
+    Raises
+    ------
+    ValueError
+        If nothing is known.
+    """
+    if holes.all():
+        msg = "all heights are missing"
+        raise ValueError(msg)
+    number = np.full(heights.shape, -1)
+    number[holes] = np.arange(np.count_nonzero(holes))
+    rows, columns, weights = [], [], []
+    known = np.zeros(np.count_nonzero(holes))
+    count = np.zeros(np.count_nonzero(holes))
+    for axis in (0, 1):
+        for here, there in (((slice(1, None)), slice(None, -1)), (slice(None, -1), slice(1, None))):
+            mine, its = np.moveaxis(number, axis, 0)[here], np.moveaxis(number, axis, 0)[there]
+            height = np.moveaxis(heights, axis, 0)[there]
+            inside = mine >= 0
+            np.add.at(count, mine[inside], 1)
+            open_side, edge = inside & (its >= 0), inside & (its < 0)
+            rows.append(mine[open_side])
+            columns.append(its[open_side])
+            weights.append(np.full(np.count_nonzero(open_side), -1.0))
+            np.add.at(known, mine[edge], height[edge])
+    diagonal = np.arange(count.size)
+    matrix = csr_array(
+        (np.concatenate([*weights, count]), (np.concatenate([*rows, diagonal]), np.concatenate([*columns, diagonal])))
+    )
+    filled = heights.copy()
+    filled[holes] = spsolve(matrix.tocsc(), known)
+    return filled
+
+
+def fill_outliers(topography: Topography, limit: float) -> Topography:
+    """Fill scars and single points that stand out as if they had not been measured.
+
+    Parameters
+    ----------
+    limit : largest share of the points that may be filled.
+
+    Raises
+    ------
+    TopographyError
+        If more would have to be.
+    """
+    mask = scan_lines(topography.heights).scars | spikes(topography.heights)
+    share = float(mask.mean())
+    if share > limit:
+        msg = f"{topography.source}: {100 * share:.2g} % of the points are scars or stand out, --fill allows "
+        msg += f"{100 * limit:.2g} %"
+        raise TopographyError(msg)
+    if not mask.any():
+        return topography
+    step = f"{100 * share:.2g} % of the points, scars or standing out, filled harmonically"
+    return topography.after(harmonic(topography.heights, mask), step)
+
+
+def cut_off(topography: Topography, wavelength: float) -> Topography:
+    """The map without waves shorter than a cut-off.
+
+    A map that is not periodic is filtered together with its mirror images, which have no steps at the edges.
+
+    Raises
+    ------
+    TopographyError
+        If no wave, or nothing, would be left out.
+    """
+    pixel, size = max(topography.grid.spacing), min(topography.lengths)
+    if not 2 * pixel < wavelength < size / 2:
+        ends = " and ".join(units.readable(value, "length", 3) for value in (2 * pixel, size / 2))
+        msg = f"{topography.source}: a cut-off lies between two pixels and half the size of the map, {ends}; got "
+        msg += units.readable(wavelength, "length", 3)
+        raise TopographyError(msg)
+    closed = topography if topography.periodic else mirror(topography)
+    grid = closed.grid
+    heights_q = grid.forward(closed.heights)
+    heights_q[grid.wavenumber > 2 * np.pi / wavelength * (1 + 1e-9)] = 0
+    nx, ny = topography.heights.shape
+    heights = grid.inverse(heights_q)[:nx, :ny]
+    step = f"waves shorter than {units.readable(wavelength, 'length', 3)} left out"
+    return topography.after(heights, step, cutoff=wavelength)

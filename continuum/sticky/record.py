@@ -1,0 +1,122 @@
+"""How often each criterion was right: its margins on surfaces whose contacts were computed.
+
+The record (``record.csv``, made by ``tests/studies/record.py``) holds surfaces in reduced units, of two kinds: with the
+work of adhesion at which the load at 1 % repulsive area changes its sign on approach, and with one work of adhesion and
+the sign found there.  A criterion that were exact would have a margin of 1 on the first.  So the probability that a
+contact is sticky, given a margin, is the share of surfaces that turned at a smaller one.
+
+Heights may be stretched (:mod:`tests.studies.turns`), so that a contact is told by the range of attraction over h_rms
+and over δh = h'²/h''.  Surfaces count where both are within a factor of :data:`SIMILAR` of the contact's.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+
+import numpy as np
+
+from continuum.sticky.criteria import Estimate, RoughContact
+
+__all__ = ["FEWEST", "Support", "Surface", "recorded", "support"]
+
+Criterion = Callable[[RoughContact], Estimate]
+
+SIMILAR = 3.0
+FEWEST = 10
+"""Surfaces below which they are too few, and those of the whole record are asked."""
+ELSEWHERE = 3.0
+"""Factor by which a margin is then taken nearer to the turn: theories drift by as much over the record's ranges."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One surface of the record with a work of adhesion."""
+
+    contact: RoughContact
+    sticky: bool | None
+    """What was found at this work of adhesion; None where it is the one at which the load changes its sign."""
+
+    def similar(self, other: RoughContact) -> bool:
+        """Whether the two contacts differ little but for the work of adhesion."""
+        mine, its = _numbers(self.contact), _numbers(other)
+        return bool(np.all(np.abs(np.log(mine / its)) <= np.log(SIMILAR)))
+
+
+@dataclass(frozen=True)
+class Support:
+    """What the record says of a margin."""
+
+    probability: float
+    """That the contact is sticky."""
+    count: int
+    """Surfaces that say something at this margin."""
+    similar: bool
+    """Whether they are like the contact; else they are all that there are."""
+
+
+def _numbers(contact: RoughContact) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    change = contact.rms_slope**2 / contact.rms_curvature
+    return np.array([contact.range / contact.rms_height, contact.range / change])
+
+
+@cache
+def recorded() -> tuple[Surface, ...]:
+    """The surfaces of the record."""
+    text = resources.files("continuum.sticky").joinpath("record.csv").read_text()
+    found = []
+    for row in csv.DictReader(text.splitlines()):
+        numbers = {name: float(row[name]) for name in row if name not in ("source", "sticky")}
+        contact = RoughContact(
+            numbers["rms_height"],
+            numbers["rms_slope"],
+            numbers["rms_curvature"],
+            numbers["work"],
+            numbers["range"],
+            conformal_energy=numbers["conformal_energy"],
+            roll_off=numbers["lambda_L"],
+        )
+        found.append(Surface(contact, {"yes": True, "no": False}.get(row["sticky"])))
+    return tuple(found)
+
+
+@cache
+def _margins(criterion: Criterion) -> tuple[float, ...]:
+    return tuple(criterion(surface.contact).margin or np.nan for surface in recorded())
+
+
+def support(criterion: Criterion, contact: RoughContact, without: Callable[[Surface], bool] | None = None) -> Support:
+    """Probability that a contact is sticky, from a criterion's margin on it and on the surfaces of the record.
+
+    Parameters
+    ----------
+    criterion : one of :mod:`continuum.sticky.criteria`.
+    without : true of surfaces that are not to count, so that a record is tested on what it has not seen.
+    """
+    margin = criterion(contact).margin or np.nan
+    heard = [
+        pair for pair in zip(recorded(), _margins(criterion), strict=True) if without is None or not without(pair[0])
+    ]
+    near = [pair for pair in heard if pair[0].similar(contact)]
+    sticky, count = _count(near, margin)
+    if count >= FEWEST:
+        return Support((sticky + 0.5) / (count + 1), count, True)
+    margin = min(margin * ELSEWHERE, 1.0) if margin < 1 else max(margin / ELSEWHERE, 1.0)
+    sticky, count = _count(heard, margin)
+    return Support((sticky + 0.5) / (count + 1), count, False)
+
+
+def _count(surfaces: list[tuple[Surface, float]], margin: float) -> tuple[int, int]:
+    """Surfaces that were sticky at a margin, of those that say anything there."""
+    sticky = count = 0
+    for surface, its in surfaces:
+        if surface.sticky is None:
+            sticky, count = sticky + (its < margin), count + 1
+        elif surface.sticky and margin >= its:
+            sticky, count = sticky + 1, count + 1
+        elif surface.sticky is False and margin <= its:
+            count += 1
+    return sticky, count

@@ -1,0 +1,112 @@
+"""Any pair_style in a whitelisted form: what hostile input cannot do, and one potential of LAMMPS end to end."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import atomistic as a
+import continuum as c
+from atomistic.crystal.pair_style import PairStyle
+from atomistic.crystal.potentials import PotentialError, find_potential
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.directory import render
+from atomistic.lammps.result import DeckStatus
+from atomistic.response.material import model_of
+
+TEXT = st.text(max_size=30) | st.sampled_from(
+    [
+        "a\nshell rm x",
+        "${v}",
+        "$(1)",
+        "a b",
+        "a;b",
+        "&",
+        '"',
+        "'",
+        "#",
+        "../x",
+        "/etc/passwd",
+        "a\\",
+        "python",
+        "*",
+        "1e5",
+    ]
+)
+
+
+@settings(max_examples=60)
+@given(style=TEXT, element=TEXT, words=st.lists(TEXT, max_size=4), name=TEXT, content=st.binary(max_size=20))
+def test_no_text_of_a_user_becomes_a_command(style, element, words, name, content):
+    said: list[str] = []
+    for kind, symbol in ((style, "Cu"), ("adp", element), ("adp", "Cu")):
+        try:
+            potential = PairStyle(kind, symbol, 63.5, 5.0, 3.6, tuple(words), (("*", *words, name),), {name: content})
+        except PotentialError as error:
+            said.append(str(error))
+            continue
+        lines = potential.interactions().splitlines()
+        assert len(lines) == 2
+        for line, command in zip(lines, ("pair_style", "pair_coeff"), strict=True):
+            # One command of words and nothing that LAMMPS expands, joins or ends.
+            assert re.fullmatch(rf"{command} +[A-Za-z0-9_.+*/= -]+", line)
+            assert ".." not in line or "/" not in line
+        assert not set(lines[0].split()[1:]) & {"python"} or kind != "python"
+        assert all(map(str.isprintable, said))
+        assert all(re.fullmatch(r"potential\.\d+", file) for file in potential.files)
+
+
+@settings(max_examples=20)
+@given(note=st.text(max_size=200))
+def test_notes_and_comments_reach_no_script(note):
+    heights = np.zeros((4, 4))
+    slab = a.Slab((4, 4), mobile=2)
+    deck = Deck(slab, a.Springs(), c.LennardJonesSpline(0.1), heights, 1.2, notes=(note,))
+    plain = Deck(slab, a.Springs(), c.LennardJonesSpline(0.1), heights, 1.2)
+    texts, expected = render(deck), render(plain)
+    assert {name for name in texts if texts[name] != expected[name]} <= {"README.txt"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"style": "python"}, "no pair_style"),
+        ({"style": "hybrid/overlay"}, "no pair_style"),
+        ({"coefficients": (("*", "*", "/etc/passwd"),)}, "under files"),
+        ({"coefficients": ()}, "at least one pair_coeff"),
+        ({"element": "Cu; clear"}, "chemical symbol"),
+        ({"cutoff": float("nan")}, "cutoff"),
+        ({"mass": -1.0}, "mass"),
+    ],
+)
+def test_what_is_no_pair_style_is_refused(changes, message):
+    with pytest.raises(PotentialError, match=message):
+        PairStyle(**({"style": "adp", "element": "Cu", "mass": 63.5, "cutoff": 5.0, "lattice_constant": 3.6} | changes))
+
+
+def test_a_style_that_lammps_does_not_have_is_named():
+    with pytest.raises(PotentialError, match=r"no pair_style 'adb'; did you mean adp"):
+        model_of(PairStyle("adb", "Cu", 63.5, 5.0, 3.6))
+
+
+def test_a_potential_of_another_style_runs_end_to_end(tmp_path: Path):
+    # Angular-dependent potential of Apostol and Mishin, PRB 83, 054116 (2011): a = 3.615 Å and C11, C12, C44 of
+    # 170, 123, 76 GPa are those of copper that it was fitted to.
+    path = find_potential("AlCu.adp")
+    copper = PairStyle(
+        "adp", "Cu", 63.546, 6.3, 3.6, coefficients=(("*", "*", path.name, "Cu"),),
+        contents=PairStyle.read_files((path,)),
+    )  # fmt: skip
+    model = model_of(copper)
+    assert model.length * np.sqrt(2) == pytest.approx(3.615, abs=0.005)
+    c11, c12, c44 = (constant * model.energy / model.length**3 * 160.2177 for constant in model.elastic_constants)
+    assert (c11, c12, c44) == (pytest.approx(170, rel=0.03), pytest.approx(123, rel=0.03), pytest.approx(76, rel=0.03))
+    heights = c.sphere(c.Grid.square(12), 60.0)
+    contact = c.Contact(heights, c.LennardJonesSpline(adhesion_length=0.005))
+    run = a.run_deck(a.deck(contact, copper, separation=0.95, depth=6).write(tmp_path / "deck"))
+    assert run.converged, DeckStatus[run.steps[-1].status].value
+    assert run.last.area_rep > 0.02
+    assert run.description.element == "Cu"

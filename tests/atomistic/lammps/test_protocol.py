@@ -1,0 +1,176 @@
+"""Staircases and given pressures: what a deck does step by step, and that it goes on where it was stopped."""
+
+import os
+import shutil
+import signal
+import subprocess
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import atomistic as a
+import continuum as c
+from atomistic.lammps import engine
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.engine import run_command, run_in_process
+from atomistic.lammps.protocol import MeanPressures, Separations
+from atomistic.lammps.result import DeckResult, DeckStatus, finished_steps, read_result
+from atomistic.relax.specimen import Specimen
+from continuum.errors import InputError
+from continuum.model.problem import ContactProblem
+from continuum.path import loading
+from continuum.solve.solution import Settings
+
+GRID = c.Grid.square(8)
+
+
+def rough() -> c.Contact:
+    heights = c.SelfAffine(0.8, 0.05, 4, 8).synthesise(GRID, np.random.default_rng(1))
+    return c.Contact(heights, c.LennardJonesSpline(adhesion_length=0.005))
+
+
+def results(directory: Path) -> list[DeckResult]:
+    return [read_result(directory, step).require() for step in finished_steps(directory)]
+
+
+def test_a_sticky_surface_jumps_in_and_out_where_the_lattice_does(tmp_path):
+    # A slab 12 a0 deep gives way as a whole by 12/C11, softer than the law's 1/6: it jumps.
+    step, depth, wall = 0.05, 12.0, c.LennardJonesSpline(adhesion_length=0.05)
+    in_, out = np.arange(2.15, 1.9, -step), np.arange(1.95, 2.41, step)
+    separations = [*in_, *out]
+    heights = c.sphere(GRID, 200.0)
+    deck = a.deck(c.Contact(heights, wall), separations=separations, depth=depth)
+    atoms = [result.load for result in results_of(deck, tmp_path / "deck")]
+
+    lattice = ContactProblem(GRID, wall, heights, Specimen.of_model(a.Springs(), GRID, depth).response)
+    states = loading.follow(lattice, "separation", separations, Settings(1e-10))
+    linear = [state.require().load * GRID.area for state in states]
+    for loads in (atoms, linear):
+        assert max(loads) < 1e-8  # nothing but attraction
+        assert loads[len(in_) - 1] == pytest.approx(loads[len(in_) + 1], rel=0.1)
+    # The largest change of the load between neighbouring steps is the jump; strains of 3 % move it by a step at most.
+    for part in (slice(0, len(in_)), slice(len(in_), None)):
+        jumps = [int(np.argmax(np.abs(np.diff(loads[part])))) for loads in (atoms, linear)]
+        assert abs(jumps[0] - jumps[1]) <= 1
+        assert min(np.abs(np.diff(loads[part])).max() for loads in (atoms, linear)) > 4
+    # Hysteresis: it holds on the way out where it did not yet on the way in.
+    assert atoms[0] == pytest.approx(0, abs=1e-8)
+    assert atoms[len(in_) + int(np.argmin(np.abs(out - separations[0])))] < -4
+    assert atoms[-1] == pytest.approx(0, abs=1e-8)
+
+
+def results_of(deck: Deck, directory: Path) -> list[DeckResult]:
+    run_in_process(write_deck(directory, deck))
+    return results(directory)
+
+
+def test_a_mean_pressure_is_met_on_one_core_and_on_two(tmp_path):
+    pressures = (0.004, 0.01, -0.002)
+    deck = a.deck(rough(), pressures=pressures, depth=6)
+    here = results_of(deck, tmp_path / "deck")
+    for one, pressure in zip(here, pressures, strict=True):
+        assert one.load / 64 == pytest.approx(pressure, rel=1e-6)
+    # Two ranks meet the target to 1e-6 of it, by the same moves.
+    first = MeanPressures(pressures[:1], deck.protocol.separations[:1], deck.protocol.stiffness)
+    two = run_command(write_deck(tmp_path / "two", replace(deck, protocol=first)), ranks=2)
+    assert two.load == pytest.approx(here[0].load, rel=1e-8)
+    assert two.separation == pytest.approx(here[0].separation, abs=1e-8)
+    assert ((two.gap < 1) == (here[0].gap < 1)).all()
+
+
+def test_a_pressure_that_no_separation_has_is_reported(tmp_path):
+    deck = a.deck(rough(), separation=1.1, depth=6)
+    beyond = MeanPressures((-5.0,), (1.1,), 0.1)
+    result = run_in_process(write_deck(tmp_path, replace(deck, protocol=beyond)))
+    assert result.status is DeckStatus.TARGET_MISSED
+
+
+def test_a_killed_run_goes_on_from_its_last_step_to_the_same_numbers(tmp_path):
+    deck = a.deck(rough(), separations=[1.3, 1.1, 1.0, 1.1, 1.2, 1.3], depth=6)
+    whole, killed = write_deck(tmp_path / "whole", deck), write_deck(tmp_path / "killed", deck)
+    undisturbed = run_command(whole).require()
+    assert undisturbed.step == 6
+    process = subprocess.Popen(
+        [engine._script("lmp"), "-in", "in.contact", "-screen", "none"], cwd=killed, start_new_session=True
+    )
+    while not (killed / "result.2.json").exists():
+        assert process.poll() is None
+        time.sleep(0.002)
+    # The whole group: the wheel's lmp is a script that waits for another process, which would live on.
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    done = finished_steps(killed)
+    times = {step: (killed / f"result.{step}.json").stat().st_mtime_ns for step in done}
+    # Where it died does not matter: what is half written has another name, or is written anew.
+    (killed / "state.part").write_text("half")
+    calls: list[tuple[int, int]] = []
+    run_in_process(killed, progress=lambda done, steps: calls.append((done, steps)))
+    assert calls == [(step, 6) for step in range(len(done) + 1, 7)]
+    assert finished_steps(killed) == (1, 2, 3, 4, 5, 6)
+    assert all((killed / f"result.{step}.json").stat().st_mtime_ns == times[step] for step in done)
+    for name in [f"{kind}.{step}.dump" for kind in ("state", "surface") for step in range(1, 7)]:
+        assert (killed / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_the_same_deck_keeps_its_steps_and_another_one_does_not(tmp_path):
+    deck = a.deck(rough(), separations=[1.3, 1.2], depth=4)
+    directory = write_deck(tmp_path / "deck", deck)
+    run_in_process(directory)
+    write_deck(directory, deck)
+    assert finished_steps(directory) == (1, 2)
+    (directory / "in.contact").unlink()  # a writer that was killed
+    write_deck(directory, deck)
+    assert finished_steps(directory) == ()
+    run_in_process(directory)
+    write_deck(directory, replace(deck, heights=deck.heights + 1e-15))
+    assert finished_steps(directory) == ()
+
+
+def test_an_approach_and_its_way_back_are_one_branch_where_nothing_jumps(tmp_path):
+    found = results_of(a.deck(rough(), separations=[1.3, 1.1, 1.3], depth=6), tmp_path / "deck")
+    # Forces are left up to 1e-8 h'rms = 5e-10, on 64 atoms.
+    assert found[0].load == pytest.approx(found[2].load, abs=64 * 5e-10)
+    assert [result.step for result in found] == [1, 2, 3]
+    # Each step alone, from the lattice solution, is the same equilibrium.
+    alone = run_in_process(write_deck(tmp_path / "alone", a.deck(rough(), separation=1.1, depth=6))).require()
+    assert alone.step == 0
+    assert alone.load == pytest.approx(found[1].load, abs=64 * 5e-10)
+    assert (alone.gap < 1).sum() == round(alone.area_rep * 64)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Separations(()), "at least one"),
+        (lambda: Separations((1.0, float("nan"))), "finite"),
+        (lambda: MeanPressures((0.1, 0.0), (1.0, 1.0), 0.1), "cannot be zero"),
+        (lambda: MeanPressures((0.1,), (1.0, 1.0), 0.1), "1 pressures"),
+        (lambda: MeanPressures((0.1,), (1.0,), -0.1), "stiffness"),
+        (lambda: a.deck(rough(), depth=4), "one of"),
+        (lambda: a.deck(rough(), separation=1.2, pressures=[0.1], depth=4), "one of"),
+    ],
+)
+def test_a_protocol_that_makes_no_sense_is_refused(make, message):
+    with pytest.raises((ValueError, InputError), match=message):
+        make()
+
+
+def test_a_deck_is_whole_before_it_has_its_script(tmp_path, monkeypatch):
+    deck = a.deck(rough(), separation=1.2, depth=4)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("atomistic.lammps.directory._write_data", full)
+    with pytest.raises(InputError, match="No space left"):
+        write_deck(tmp_path / "deck", deck)
+    assert not (tmp_path / "deck" / "in.contact").exists()
+    shutil.rmtree(tmp_path / "deck")
+    (tmp_path / "deck").write_text("mine")
+    with pytest.raises(InputError, match="no folder"):
+        write_deck(tmp_path / "deck", deck)
+    assert (tmp_path / "deck").read_text() == "mine"

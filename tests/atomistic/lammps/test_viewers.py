@@ -1,0 +1,124 @@
+"""ASE and OVITO read every file of a run: species, vectors, contact, wall.  `atomistic read` stores and draws it."""
+
+import os
+from importlib import util
+from pathlib import Path
+
+import ase.io
+import ase.io.lammpsdata
+import numpy as np
+import pytest
+
+import atomistic as a
+import continuum as c
+from atomistic.front.commands import DeckRun
+from atomistic.show.decks import draw_run
+from continuum.files import store
+from continuum.show.plot import new_figure
+
+needs_ovito = pytest.mark.skipif(util.find_spec("ovito") is None, reason="ovito is an extra and not installed")
+NAMES = ("springs", "copper")
+GRID = c.Grid.square(10)
+
+
+def _run(name: str, directory: Path) -> DeckRun:
+    """A sphere on springs or copper, not relaxed to the end where that takes long: files are what is looked at."""
+    heights = c.sphere(GRID, 40.0)
+    contact = c.Contact(heights, c.LennardJonesSpline(adhesion_length=0.02))
+    if name == "springs":
+        return a.run_deck(a.deck(contact, separations=[1.2, 1.1], depth=4).write(directory))
+    from atomistic.crystal.potentials import EmbeddedAtom, find_potential
+
+    copper = EmbeddedAtom.read(find_potential("Cu_mishin1.eam.alloy"))
+    return a.run_deck(a.deck(contact, copper, separation=1.1, depth=6).write(directory))
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def run(request, tmp_path_factory) -> DeckRun:
+    # The response of a crystal is kept on disk where the user's is, unless told otherwise.
+    return _run(request.param, tmp_path_factory.mktemp("runs") / request.param)
+
+
+def files(run: DeckRun) -> tuple[Path, Path]:
+    mark = f".{run.last.step}" if run.last.step else ""
+    return run.directory / f"state{mark}.dump", run.directory / f"surface{mark}.dump"
+
+
+def test_ase_reads_every_file_with_the_right_species(run):
+    slab = run.last.slab
+    state, surface = files(run)
+    for path, size in ((state, slab.size), (surface, GRID.size)):
+        atoms = ase.io.read(path, format="lammps-dump-text")
+        assert set(atoms.get_chemical_symbols()) == {run.description.element}
+        assert len(atoms) == size
+        assert tuple(atoms.pbc) == (True, True, False)
+        assert atoms.cell.lengths()[0] == pytest.approx(10 * run.description.length)
+    style = "atomic" if run.description.element == "Cu" else "bond"
+    data = ase.io.lammpsdata.read_lammps_data(run.directory / "slab.data", atom_style=style, units="metal")
+    assert len(data) == slab.size
+    assert set(data.get_chemical_symbols()) == {run.description.element}
+
+
+@needs_ovito
+def test_ovito_reads_every_file_and_shows_the_wall(run):
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    from ovito.io import import_file
+
+    last, length = run.last, run.description.length
+    state, surface = files(run)
+    seen = import_file(str(state)).compute()
+    order = np.argsort(seen.particles["Particle Identifier"])
+    assert {kind.name for kind in seen.particles.particle_types.types} == {run.description.element}
+    moved = np.array(seen.particles["Displacement"])[order] / length
+    assert np.allclose(moved.reshape(last.displacements.shape), last.displacements, rtol=0, atol=1e-12)
+    assert seen.particles["Force"].shape == (last.slab.size, 3)
+    top = slice(0, GRID.size)
+    kinds = np.array(seen.particles["contact"])[order]
+    assert set(kinds[GRID.size :]) == {0}
+    assert (kinds[top].reshape(GRID.shape) == 2).mean() == pytest.approx(last.area_rep)
+    height = np.array(seen.particles["wall_height"])[order][top].reshape(GRID.shape)
+    assert np.allclose(height, last.heights, rtol=0, atol=1e-12)
+
+    seen = import_file(str(surface)).compute()
+    order = np.argsort(seen.particles["Particle Identifier"])
+    gap = np.array(seen.particles["gap"])[order].reshape(GRID.shape)
+    assert np.allclose(gap, last.gap, rtol=0, atol=1e-12)
+
+    meshes = import_file(str(run.directory / "wall.vtk")).compute().triangle_meshes
+    vertices = np.array(next(iter(meshes.values())).get_vertices())
+    assert len(vertices) == 11 * 11
+    first = run.steps[0].separation + run.description.surface
+    assert vertices[:, 2].min() == pytest.approx(length * (first + last.heights.min()), abs=1e-4)
+
+
+@needs_ovito
+def test_ovito_reads_the_data_file(run):
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    from ovito.io import import_file
+
+    style = "atomic" if run.description.element == "Cu" else "bond"
+    seen = import_file(str(run.directory / "slab.data"), atom_style=style).compute()
+    assert seen.particles.count == run.last.slab.size
+    assert {kind.name for kind in seen.particles.particle_types.types} == {run.description.element}
+
+
+def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path):
+    stored, figure, *walls = run.write(tmp_path / "out", compare=True)
+    file = store.read(stored, "stickiness/deck-run", 1)
+    assert file.attributes["finished"] is True
+    assert file.attributes["element"] == run.description.element
+    assert np.array_equal(file["gap"][-1], run.last.gap)
+    assert file["load"][-1] * GRID.size == pytest.approx(run.last.load, rel=1e-12)
+    # Same wall, same mean gap, another elasticity: strains of some per cent.
+    assert file["continuum/load"][-1] == pytest.approx(file["load"][-1], rel=0.3)
+    assert file["continuum/same"].min() > 0.9
+    assert figure.stat().st_size > 10_000
+    assert len(walls) == len(run.steps)
+    assert len(run.sheets(compare=True)) == (2 if run.last.step == 0 else 3)
+    real = run.description.real_units
+    text = run.sheets()[-1].text()
+    assert ("nN" in text and "GPa" in text) == (real is not None)
+    if real is not None:
+        # E* a0² of copper: 135 GPa x (2.556 Å)² = 8.8 nN.
+        assert real.si("force") == pytest.approx(8.8e-9, rel=0.02)
+    assert isinstance(draw_run(run), type(new_figure(1, 1)))

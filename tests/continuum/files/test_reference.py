@@ -1,0 +1,53 @@
+"""The reference of inputs says what the models check; templates are inputs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import atomistic.cli
+import continuum.cli
+from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
+from continuum.files.inputs import load
+from continuum.files.reference import entries, markdown, schema, template
+from continuum.files.tables import Document, identity
+from continuum.runs.config import RunConfig
+
+EXAMPLES: dict[type[Document], str] = {
+    RunConfig: "inputs/smoke/path.toml",
+    ValidateConfig: "inputs/validate/quick.toml",
+    DeckConfig: "inputs/lammps/rough.toml",
+}
+
+
+@pytest.mark.parametrize("model", [*EXAMPLES, ElasticConfig])
+def test_every_key_has_a_type_and_a_meaning(model: type[Document]) -> None:
+    page = markdown(model, "Keys")
+    for table in entries(model):
+        for key in table.keys:
+            assert f"| `{key.name}` | {key.type.replace('|', chr(92) + '|')} |" in page
+            assert key.type
+            # A key of fixed names says itself which kind of table it is.
+            assert key.meaning or key.type.startswith('"'), (table.place, key.name)
+    assert json.loads(schema(model))["title"] == model.__name__
+
+
+@pytest.mark.parametrize("model", EXAMPLES)
+def test_a_template_is_the_example_with_every_key_described(model: type[Document], tmp_path: Path) -> None:
+    text = template(model, EXAMPLES[model])
+    (tmp_path / "mine.toml").write_text(text)
+    assert identity(load(tmp_path / "mine.toml", model)) == identity(load(Path(EXAMPLES[model]), model))
+    assert max(map(len, text.splitlines())) <= 120
+
+
+@pytest.mark.parametrize(("main", "kinds"), [(continuum.cli.main, ["run"]), (atomistic.cli.main, ["validate", "deck"])])
+def test_the_commands_print_them(main, kinds: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for kind in kinds:
+        assert main(["init", kind]) == 0
+        (tmp_path / f"{kind}.toml").write_text(capsys.readouterr().out)
+        assert main(["schema", kind]) == 0
+        assert json.loads(capsys.readouterr().out)["properties"]
+    if "run" in kinds:
+        assert main(["check", str(tmp_path / "run.toml")]) == 0

@@ -1,0 +1,377 @@
+"""Sweeps: what a description amounts to; kills, two drivers and broken files lose nothing and stop nothing else."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+import xarray
+from hypothesis import given
+from hypothesis import strategies as st
+
+import continuum
+from continuum.cli import main
+from continuum.errors import OutputError
+from continuum.files.tables import ConfigError
+from continuum.runs.axes import Sweep
+from continuum.runs.collect import collect, progress_of, verify
+from continuum.runs.measured import numbers_of
+from continuum.runs.sweep import begin, run_sweep, solve_system
+from tests.problems import SMALL
+from tests.stored import content, same
+
+PLAIN = SMALL.replace("1.4,\n           1.2", "1.4").replace("retract = true", "").replace("fields = true", "")
+
+
+def described(folder: Path, sweep: str, text: str = PLAIN) -> Path:
+    path = folder / "many.toml"
+    path.write_text(text + sweep)
+    return path
+
+
+def settings(path: Path, **options: object) -> list[dict[str, object]]:
+    return [dict(plan.settings) for plan, _ in Sweep.read(path, **options).systems()]  # type: ignore[arg-type]
+
+
+SEEDS = '[sweep.axes]\n"surface.seed" = [1, 2, 3]\n'
+
+
+# --- descriptions --------------------------------------------------------------------------------------------
+
+
+def test_axes_combine_zipped_keys_change_together_and_conditions_choose(tmp_path: Path) -> None:
+    found = settings(described(tmp_path, """[sweep]
+keep = ["lambda_s * 2 <= surface.lambda_L", "not (seed == 2 and lambda_s > 5)"]
+[sweep.axes]
+surface.seed = {from = 1, to = 3, step = 1}
+[[sweep.zipped]]
+"surface.lambda_s" = [4.0, 6.0, 7.0]
+"surface.rms_slope" = [0.1, 0.2, 0.3]
+"""))  # fmt: skip
+    pairs = [(s["surface.seed"], s["surface.lambda_s"], s["surface.rms_slope"]) for s in found]
+    assert pairs == [(1, 4.0, 0.1), (1, 6.0, 0.2), (2, 4.0, 0.1), (3, 4.0, 0.1), (3, 6.0, 0.2)]
+
+
+@given(st.integers(-50, 50), st.integers(1, 7), st.integers(0, 30))
+def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) -> None:
+    from continuum.runs.axes import _listed
+
+    assert _listed({"from": first, "to": first + step * count, "step": step} if count else (first,)) == tuple(
+        range(first, first + step * count + 1, step)
+    )
+    decimal = _listed({"from": first / 10, "to": (first + step * (count + 1)) / 10, "step": step / 10})
+    assert len(decimal) == count + 2
+    powers = _listed({"from": 0.5, "to": 0.5 * 2.0**count, "factor": 2.0})
+    np.testing.assert_allclose(powers, 0.5 * 2.0 ** np.arange(count + 1), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("sweep", "says"),
+    [
+        ("", "a table [sweep] with the axes"),
+        ('[sweep.axes]\n"surface.seed" = 3\n', "a list of values, or a range"),
+        ('[sweep.axes]\n"surface.seed" = []\n', "at least one value"),
+        ('[sweep.axes]\n"surface.seed" = [1, 1]\n', "the same one twice"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9}\n', "one of step, factor and count"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, step = -1}\n', "leads from the one to the other"),
+        ('[sweep.axes]\n"surface.sed" = [1, 2]\n', "did you mean seed?"),
+        ('[sweep.axes]\n"surface.seed" = [1, -2]\n', "surface.seed = -2"),
+        ('[[sweep.zipped]]\n"surface.seed" = [1, 2]\n"grid.n" = [8]\n', "lists of one length"),
+        (f'{SEEDS}[[sweep.zipped]]\n"surface.seed" = [1, 2]\n', "each key on one axis only"),
+        (f"[sweep]\nkeep = [\"__import__('os')\"]\n{SEEDS}", "no Call"),
+        (f'[sweep]\nkeep = ["seed <"]\n{SEEDS}', "it cannot be read"),
+        (f'[sweep]\nkeep = ["sed < 3"]\n{SEEDS}', "sed is no key"),
+        (f'[sweep]\nkeep = ["seed / 0 < 3"]\n{SEEDS}', "a condition that holds or not"),
+        (f"[sweep]\nkep = []\n{SEEDS}", "did you mean keep?"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9999999, step = 1}\n', "at most 1000000 systems"),
+    ],
+)
+def test_a_faulty_description_is_one_message_and_nothing_is_written(
+    tmp_path: Path, sweep: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = described(tmp_path, sweep)
+    assert main(["sweep", "run", str(path), "-o", str(tmp_path / "out")]) == 2
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_values_may_be_given_elsewhere(tmp_path: Path) -> None:
+    path = described(tmp_path, f'{SEEDS}[sweep.reduced]\n"surface.seed" = [7]\n"surface.hurst" = 0.5\n')
+    assert settings(path) == [{"surface.seed": seed} for seed in (1, 2, 3)]
+    assert settings(path, reduced=True) == [{"surface.seed": 7}]
+    assert settings(path, settings={"surface.seed": (4, 5)}) == [{"surface.seed": 4}, {"surface.seed": 5}]
+    ((_, config),) = Sweep.read(path, reduced=True).systems()
+    assert config.surface.hurst == 0.5  # type: ignore[union-attr]
+
+
+def test_a_run_takes_values_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "one.toml"
+    path.write_text(PLAIN)
+    assert main(["run", str(path), "-o", str(tmp_path), "--set", "surface.seed=5", "--set", "wall.range=0.2"]) == 2
+    assert "exactly one of adhesion_length and range" in capsys.readouterr().err
+    assert main(["run", str(path), "-o", str(tmp_path), "--set", "surface.seed=5"]) == 0
+    assert continuum.Result.read(tmp_path / "one.h5").attributes["seed"] == 5
+    with pytest.raises(SystemExit):
+        main(["run", str(path), "--set", "surface.seed"])
+
+
+# --- runs ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sweep of three seeds with and without adhesion, done in this process."""
+    folder = tmp_path_factory.mktemp("sweep")
+    path = described(folder, f'{SEEDS}"wall.adhesion_length" = [0.0, 0.005]\n')
+    root = folder / "out" / "many"
+    for task in begin(Sweep.read(path), root):
+        solve_system(root, task)
+    return folder
+
+
+def copied(undisturbed: Path, tmp_path: Path) -> tuple[Path, Path]:
+    shutil.copytree(undisturbed, tmp_path / "copy")
+    return tmp_path / "copy" / "many.toml", tmp_path / "copy" / "out" / "many"
+
+
+def test_a_table_has_every_point_and_xarray_sees_the_axes(undisturbed: Path, tmp_path: Path) -> None:
+    path, root = copied(undisturbed, tmp_path)
+    found = continuum.sweep(path, root.parent)
+    assert (found.total, found.found, found.done) == (6, 6, 0)
+    table = found.collect()
+    assert table.values.shape[0] == 6 * 2
+    assert set(table["surface.seed"]) == {1, 2, 3}
+    assert set(table["surface.lambda_s"]) == {6.0}
+    assert main(["sweep", "collect", str(root)]) == 0
+    rows = (root / "table.csv").read_text().splitlines()
+    assert rows[0].startswith("system,surface.seed,wall.adhesion_length,step,")
+    assert len(rows) == 13
+    with xarray.open_dataset(root / "table.h5", engine="h5netcdf") as cube:
+        assert cube["kappa_rep"].dims == ("surface.seed", "wall.adhesion_length", "step")
+        run = continuum.Result.read(root / "points" / f"{table.keys[1][:24]}.h5")
+        assert cube["load"].sel({"surface.seed": 1, "wall.adhesion_length": 0.005, "step": 1}) == run.points[1].load
+        assert cube["load"].attrs["units"] == "E*"
+        # A point of the table is what an analysis of the run measures.
+        number = continuum.analyse(run.path).points[1].numbers
+        assert float(cube["diameter"].values[0, 1, 1]) == number.diameter
+
+
+def test_an_axis_that_grows_keeps_what_is_there(undisturbed: Path, tmp_path: Path) -> None:
+    path, root = copied(undisturbed, tmp_path)
+    before = {point.name: point.stat().st_mtime_ns for point in (root / "points").iterdir()}
+    path.write_text(path.read_text().replace("[1, 2, 3]", "[0, 1, 2]"))
+    tasks = begin(Sweep.read(path), root)
+    assert sum(not task.path.exists() for task in tasks) == 2
+    assert {p.name: p.stat().st_mtime_ns for p in (root / "points").iterdir()} == before
+    found = progress_of(root)
+    assert (found.total, found.done, found.others) == (6, 4, 2)
+
+
+def test_shards_share_the_work_and_the_longest_come_first(undisturbed: Path, tmp_path: Path) -> None:
+    path, root = copied(undisturbed, tmp_path)
+    parts = [begin(Sweep.read(path), root, shard=(i, 4)) for i in (1, 2, 3, 4)]
+    assert sorted(len(part) for part in parts) == [1, 1, 2, 2]
+    assert len({task.path for part in parts for task in part}) == 6
+    costs = [task.cost for task in begin(Sweep.read(path), root)]
+    assert costs == sorted(costs, reverse=True)
+
+
+def test_broken_files_are_one_message_each_and_verify_finds_all(
+    undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, root = copied(undisturbed, tmp_path)
+    points = sorted((root / "points").iterdir())
+    whole = {point: point.read_bytes() for point in points}
+    points[0].write_bytes(whole[points[0]][:5000])  # truncated
+    flipped = bytearray(whole[points[1]])
+    flipped[flipped.index(np.float64(numbers_of(points[1]).table[0][3]).tobytes())] ^= 1  # one bit of a number
+    points[1].write_bytes(flipped)
+    shutil.copy(points[5], points[2])  # another system
+    points[3].write_text("{}")
+    capsys.readouterr()
+    assert main(["sweep", "collect", str(root)]) == 1
+    said = capsys.readouterr()
+    assert said.err.count("warning: ") >= 3
+    assert "Traceback" not in said.err
+    assert main(["sweep", "verify", str(root)]) == 1
+    assert "6 files, 4 of them damaged" in capsys.readouterr().out
+    count, faults = verify(root, aside=True)
+    assert (count, len(faults)) == (6, 4)
+    assert {fault.path for fault in faults} == set(points[:4])
+    for task in begin(Sweep.read(path), root):
+        solve_system(root, task)
+    assert verify(root) == (6, [])
+    for point in points:
+        same(point, undisturbed / point.relative_to(path.parent))
+
+
+def test_what_fails_is_recorded_stops_nothing_and_is_tried_again_on_request(tmp_path: Path) -> None:
+    """A wall that is too stiff for its table: known only when the table is read."""
+    (tmp_path / "bad.txt").write_text("1 2\n")
+    (tmp_path / "good.txt").write_text("0.8 0.1\n1.0 0.0\n1.3 -0.01\n2.0 0.0\n")
+    law = SMALL.index('law = "lennard'), SMALL.index("[substrate]")
+    text = PLAIN.replace(SMALL[slice(*law)], 'law = "table"\npath = "good.txt"\n\n')
+    path = described(tmp_path, '[sweep.axes]\n"wall.path" = ["good.txt", "bad.txt"]\n', text)
+    root = tmp_path / "out" / "many"
+    done = continuum.sweep(path, root.parent)
+    assert (done.done, len(done.failed)) == (1, 1)
+    ((label, reason),) = progress_of(root).failed
+    assert "bad.txt" in label
+    assert "bad.txt" in reason + done.failed[0].reason
+    again = continuum.sweep(path, root.parent)
+    assert (again.total, again.found) == (1, 1)
+    assert len(continuum.sweep(path, root.parent, retry=True).failed) == 1
+    table = collect(root)
+    assert (len(table.keys), table.missing) == (1, 1)
+
+
+def test_a_folder_that_cannot_be_written_to_is_one_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = described(tmp_path, SEEDS)
+    (tmp_path / "file").write_text("in the way")
+    assert main(["sweep", "run", str(path), "-o", str(tmp_path / "file")]) == 2
+    assert "no folder for results can be made there" in capsys.readouterr().err
+    root = tmp_path / "out" / "many"
+    tasks = begin(Sweep.read(path), root)
+
+    def full(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    for task in tasks:
+        with pytest.raises(OutputError, match="No space left"):
+            solve_system(root, task)
+    monkeypatch.undo()
+    assert not list((root / "points").iterdir())
+    assert all(entry.name.endswith((".lock", ".h5")) for entry in (root / "work").iterdir())
+    assert main(["sweep", "status", str(tmp_path)]) == 2
+    assert "is no folder of a sweep" in capsys.readouterr().err
+
+
+# --- kills ---------------------------------------------------------------------------------------------------
+
+
+def driver(path: Path, root: Path, *options: str) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "continuum", "sweep", "run", str(path), "-o", str(root.parent), *options]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+def workers_of(process: subprocess.Popen[bytes]) -> list[int]:
+    """Its processes that solve systems."""
+    children = psutil.Process(process.pid).children()
+    return [child.pid for child in children if any("spawn_main" in word for word in child.cmdline())]
+
+
+def until_some_are_done(root: Path, process: subprocess.Popen[bytes], count: int) -> None:
+    while process.poll() is None and sum(1 for _ in (root / "points").glob("*.h5")) < count:
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("victim", [pytest.param("a worker", marks=pytest.mark.long), "the driver"])
+def test_a_kill_loses_nothing(victim: str, undisturbed: Path, tmp_path: Path) -> None:
+    path, root = copied(undisturbed, tmp_path)
+    shutil.rmtree(root)
+    root.mkdir()
+    (root / "points").mkdir()
+    process = driver(path, root, "--workers", "2")
+    until_some_are_done(root, process, 2)
+    os.kill(workers_of(process)[0] if victim == "a worker" else process.pid, signal.SIGKILL)
+    process.communicate()
+    kept = {point.name: point.stat().st_mtime_ns for point in (root / "points").iterdir()}
+    done = continuum.sweep(path, root.parent)
+    assert done.ok
+    assert (done.found, done.done) == (len(kept), 6 - len(kept))
+    assert {name: (root / "points" / name).stat().st_mtime_ns for name in kept} == kept
+    for point in (root / "points").iterdir():
+        same(point, undisturbed / point.relative_to(path.parent))
+
+
+@pytest.mark.long
+def test_two_drivers_share_a_folder(undisturbed: Path, tmp_path: Path) -> None:
+    path, root = copied(undisturbed, tmp_path)
+    shutil.rmtree(root)
+    both = [driver(path, root) for _ in range(2)]
+    said = [process.communicate()[0].decode() for process in both]
+    assert "Traceback" not in "".join(said)
+    # A driver that ends first may have met what the other had in hand, and says so.
+    assert all(p.returncode == 0 or "in hand of another process" in text for p, text in zip(both, said, strict=True))
+    counts = [int(found) for text in said for found in re.findall(r"(\d+) systems done", text)]
+    assert len(counts) == 2
+    assert sum(counts) >= 6, said  # one that the other has just done counts for both
+    for point in (root / "points").iterdir():
+        same(point, undisturbed / point.relative_to(path.parent))
+    assert verify(root) == (6, [])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("victim", ["a worker", "all workers", "the driver"])
+def test_kills_at_random_moments_of_forty_systems(victim: str, tmp_path: Path) -> None:
+    path = described(tmp_path, SEEDS.replace("[1, 2, 3]", "{from = 1, to = 40, step = 1}"))
+    reference = tmp_path / "one" / "many"
+    assert continuum.sweep(path, reference.parent, workers=2).ok
+    chance = random.Random(victim)
+    for attempt in range(5):
+        root = tmp_path / f"{attempt}" / "many"
+        process = driver(path, root, "--workers", "2")
+        until_some_are_done(root, process, chance.randrange(1, 36))
+        time.sleep(chance.random())
+        victims = [process.pid] if victim == "the driver" else workers_of(process)[: 1 if victim == "a worker" else 9]
+        for one in victims:
+            os.kill(one, signal.SIGKILL)
+        process.communicate()
+        assert verify(root)[1] == []
+        kept = {point.name for point in (root / "points").iterdir()}
+        done = continuum.sweep(path, root.parent, workers=2)
+        assert done.ok
+        assert (done.found, done.done) == (len(kept), 40 - len(kept))
+        for point in (root / "points").iterdir():
+            same(point, reference / "points" / point.name)
+
+
+@pytest.mark.long
+def test_ten_thousand_systems_are_listed_resumed_and_collected_in_seconds(undisturbed: Path, tmp_path: Path) -> None:
+    """Their files are made of one that was solved: what is measured is the engine."""
+    path = described(tmp_path, SEEDS.replace("[1, 2, 3]", "{from = 1, to = 10000, step = 1}"))
+    root = tmp_path / "out" / "many"
+    began = time.perf_counter()
+    tasks = begin(Sweep.read(path), root)
+    listed = time.perf_counter() - began
+    from continuum.files import store
+    from continuum.runs.config import RunConfig
+
+    solve_system(root, tasks[0])
+    file = store.read(tasks[0].path, RunConfig.result_schema, RunConfig.result_version)
+    few = {name: file.datasets[name] for name in ("measured", "quantity")}
+    for task in tasks[1:]:
+        assert task.plan is not None
+        store.write(task.path, few, {**file.attributes, "identity": task.plan.key})
+    began = time.perf_counter()
+    assert all(ended.found for ended in run_sweep(begin(Sweep.read(path), root), root))
+    resumed = time.perf_counter() - began
+    began = time.perf_counter()
+    table = collect(root)
+    collected = time.perf_counter() - began
+    assert len(table.keys) == 10000
+    sys.stdout.write(json.dumps({"listed": listed, "resumed": resumed, "collected": collected}))
+    # "Seconds": a minute allows for a machine that is ten times slower.
+    assert max(listed, resumed, collected) < 60
+
+
+def test_content_is_compared(undisturbed: Path) -> None:
+    """The comparison of these tests sees the numbers, not only the maps."""
+    point = next((undisturbed / "out" / "many" / "points").iterdir())
+    assert "measured" in content(point)
+    with pytest.raises(ConfigError):
+        Sweep.read(undisturbed / "absent.toml")

@@ -1,0 +1,109 @@
+"""Figures and verdicts: contacts that are made to follow the paper are found to, and such that do not are not."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from continuum.runs.axes import Axis
+from continuum.runs.collect import Collected
+from continuum.runs.measured import COLUMNS
+from continuum.runs.sweep import Listed, System
+from continuum.show.paper import FIGURES, points_of, save_drawing
+from continuum.show.paper_page import draw_figure
+from continuum.show.paper_points import FigureError
+from continuum.show.paper_verdicts import Verdict, verdicts
+from continuum.theory import paper
+
+LENGTHS = (0.0, 0.0005, 0.005, 0.05)
+AREAS = np.geomspace(0.01, 0.15, 5)
+
+
+def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip: float) -> list[dict[str, float]]:
+    """Contacts of one surface that follow every relation of the paper, but for two that may be changed."""
+    reach, curvature = np.sqrt(24 * length), slope * 4 / (0.7 * lambda_s)
+    d = paper.contact_diameter(slope, curvature)
+    rows = []
+    for step, area in enumerate(AREAS):
+        pushed = slope * area / kappa_rep
+        ratio = paper.area_ratio(slope, d, reach) if length else np.inf
+        attracted = strip * area / ratio if length else 0.0
+        pulled = attracted * length / reach if length else 0.0
+        load, around = pushed - pulled, np.pi * area * 4096**2 / d
+        rows.append({
+            "step": step, "converged": 1, "retracting": 0, "target": area, "area_rep": area, "area_att": attracted,
+            "load_rep": pushed, "load_att": pulled, "load": load, "mean_gap": 10 - 2 * np.log(pushed),
+            "stiffness": load / 2, "pressure_att": length / reach if length else np.nan,
+            "kappa": slope * area / load, "kappa_rep": kappa_rep, "perimeter": around, "diameter": d, "chord": d,
+            "kappa_att": slope * area / pulled if pulled else np.inf, "rms_height": 3.0, "rms_slope": slope,
+            "rms_curvature": curvature, "range": reach, "effective_range": reach, "work_of_adhesion": length,
+        })  # fmt: skip
+    return rows
+
+
+def table(kappa_rep: float = 2.0, strip: float = 1.0) -> Collected:
+    keys = ("surface.rms_slope", "surface.lambda_s", "wall.adhesion_length")
+    axes = ((0.1, 0.3), (16.0, 32.0), LENGTHS)
+    places = list(itertools.product(*axes))
+    systems = tuple(System(f"{i:024d}", dict(zip(keys, p, strict=True)), 1.0, 1.0) for i, p in enumerate(places))
+    rows = [row for place in places for row in system(*place, kappa_rep, strip)]
+    values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
+    listed = Listed(
+        "made", tuple(Axis((k,), tuple((v,) for v in a)) for k, a in zip(keys, axes, strict=True)),
+        {"surface.hurst": 0.8, "surface.seed": 1, "grid.n": [4096, 4096], "grid.period": [4096.0, 4096.0]}, systems,
+    )  # fmt: skip
+    index = np.repeat(np.arange(len(places)), AREAS.size)
+    made = {"version 0": len(places)}
+    return Collected(listed, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
+
+
+def by_claim(found: list[Verdict]) -> dict[str, Verdict]:
+    return {verdict.claim: verdict for verdict in found}
+
+
+def test_contacts_that_follow_the_paper_reproduce_it() -> None:
+    found = verdicts(points_of(table()))
+    words = {verdict.claim: verdict.word for verdict in found if "Greenwood" not in verdict.claim}
+    assert words.pop("kappa does not depend on lambda_L") == "not looked at"
+    assert set(words.values()) == {"reproduced"}, words
+    assert all(verdict.points > 0 for verdict in found if verdict.claim in words)
+
+
+def test_contacts_that_do_not_are_found_out() -> None:
+    soft = by_claim(verdicts(points_of(table(kappa_rep=8.0))))
+    assert soft["kappa_rep is close to 2 without adhesion"].word == "not reproduced"
+    assert "κ_rep = 8" in soft["kappa_rep is close to 2 without adhesion"].found
+    # Sticky where 1/κ_att > 1/8, predicted where it is > 1/2.
+    assert soft["sticky if and only if 1/kappa_att of theory > 1/kappa_rep"].word != "reproduced"
+    wide = by_claim(verdicts(points_of(table(strip=3.0))))
+    assert wide["A_att is a strip of width d_att along the perimeter"].word == "not reproduced"
+    assert wide["A_rep/A_att follows Eq. (4) where A_att < A_rep"].word == "not reproduced"
+    assert wide["N_att = (w/range) A_att"].word == "reproduced"
+
+
+def test_points_with_too_few_asperities_do_not_count() -> None:
+    points = points_of(table())
+    few = points["area_rep"] * 4096**2 < 10 * points.lambda_s**2
+    assert not (points.valid & few).any()
+    assert points.reference.sum() == 16
+    assert (points["area_rep"][points.reference] == AREAS[0]).all()
+
+
+@pytest.mark.parametrize("name", sorted(FIGURES))
+def test_every_figure_has_its_numbers_beside_it(name: str, tmp_path: Path) -> None:
+    drawing = FIGURES[name](points_of(table()))
+    picture, numbers = save_drawing(drawing, tmp_path / name)
+    assert picture.stat().st_size > 10_000
+    lines = numbers.read_text().splitlines()
+    assert lines[0].startswith("H,h'rms,lambda_s (a0),l_a (a0),seed,")
+    assert len(lines) > 4
+    # What is drawn is explained.
+    assert all(axis.get_legend() is not None for axis in drawing.figure.axes)
+
+
+def test_a_figure_that_is_none_says_which_there_are(tmp_path: Path) -> None:
+    with pytest.raises(FigureError, match="figure4"):
+        draw_figure("figure5", [tmp_path])

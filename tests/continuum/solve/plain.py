@@ -1,0 +1,305 @@
+"""A back end in a few lines of NumPy, on whole fields: what the protocols of the seam say, done word by word.
+
+It knows nothing of the one for processor cores: no padding, no tiles, no spectra kept for later, other transforms.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuum.model.fourier import cut
+from continuum.model.laws import evaluate
+from continuum.solve.solution import Work
+
+SMALLEST, LEVELS = 128, 3
+CAUTION = ""
+
+
+def require():
+    pass
+
+
+def machine():
+    return ""
+
+
+def level(grid, stiffness_q, threads, coarser):
+    return Level(grid, stiffness_q, coarser)
+
+
+def face(grid, stiffness_q, threads):
+    return Face(grid, stiffness_q)
+
+
+class Grid_:
+    """Transforms and means."""
+
+    def __init__(self, grid, stiffness_q) -> None:
+        self.grid, self.size, self.K = grid, grid.size, np.array(stiffness_q)
+        self.work = Work(grid.shape, 1.0, 0, 0.0)
+        nx, ny = grid.shape
+        m, n = grid.mode_numbers
+        self.low = (np.abs(m) < nx / 4) & (n < ny / 4)
+
+    def forward(self, values):
+        return np.fft.rfft2(values) / self.size
+
+    def inverse(self, spectrum):
+        return np.fft.irfft2(spectrum * self.size, s=self.grid.shape)
+
+    def mean(self, a_q, b_q, modes=True):
+        return float(np.sum((a_q * b_q.conj()).real * self.grid.mode_weights * modes))
+
+    def below(self, spectrum):
+        """On the coarser grid, without its Nyquist modes."""
+        return cut(spectrum * self.low, self.grid.coarser.shape_q)
+
+    def above(self, spectrum):
+        nx, ny = self.grid.shape
+        whole = np.zeros(self.grid.shape_q, dtype=complex)
+        whole[: nx // 4, : ny // 4 + 1] = spectrum[: nx // 4]
+        whole[nx - nx // 4 :, : ny // 4 + 1] = spectrum[nx // 4 :]
+        return whole * self.low
+
+
+class Level(Grid_):
+    def __init__(self, grid, stiffness_q, coarser) -> None:
+        super().__init__(grid, stiffness_q)
+        wanted = coarser and grid.coarser is not None and min(grid.shape) > SMALLEST
+        self.coarser = Level(grid.coarser, cut(self.K, grid.coarser.shape_q), coarser - 1) if wanted else None
+
+    def pose(self, law, offset, start, *, lift, pressure, mean_stiffness):
+        self.law, self.offset, self.start, self.pressure = law, offset + lift, start, pressure
+        self.held = np.isinf(mean_stiffness)
+        self.K[0, 0] = 0.0 if self.held else mean_stiffness
+        self.d = np.zeros(self.grid.shape)
+        if self.coarser is not None:
+            part = np.zeros(self.coarser.grid.shape)
+            self.coarser.pose(law, part, None, lift=0.0, pressure=pressure, mean_stiffness=mean_stiffness)
+        return bool(np.isfinite(self.offset).all() and (start is None or np.isfinite(start).all()))
+
+    def pose_coarser(self, *, started):
+        self.coarser.offset = self.coarser.inverse(self.below(self.forward(self.offset)))
+        if started:
+            u = self.coarser.inverse(self.below(self.forward(self.offset - self.z)))
+            self.coarser.start = self.coarser.offset - u
+
+    def place(self):
+        u = self.offset - self.start
+        self._go_to(u - u.mean() if self.held else u)
+
+    def rest(self):
+        self._go_to(np.zeros(self.grid.shape))
+
+    def prolong(self):
+        self._go_to(self.inverse(self.above(self.coarser.forward(self.coarser.offset - self.coarser.z))))
+
+    def _go_to(self, u):
+        self.z = self.offset - u
+        self.g = self.K * self.forward(u)
+        self.g[0, 0] -= self.pressure
+        self.change = evaluate(self.law, self.z)[1]
+
+    def gradient(self, shift, alpha, beta, *, coarse, complete):
+        d = self.forward(self.d)
+        y = np.zeros_like(d) if complete else alpha * self.K * d + self.forward(self.change)
+        if self.held:
+            y[0, 0] = self.g[0, 0] = 0.0
+        self.g += y
+        self.s, self.y, self.d_q, self.M = self.g / (self.K + shift), y, d, 1 / (self.K + shift)
+        if self.held:
+            self.s[0, 0] = 0.0
+        sums = self._sums(~self.low if coarse else True)
+        sums[0] = self.mean(self.g, self.g)
+        return sums
+
+    def _sums(self, modes):
+        s, Ks = self.s, self.K * self.s
+        pairs = (self.g, s), (self.y, s), (self.y, self.M * self.y), (s, Ks), (Ks, self.d_q)
+        return np.array([0.0, *(self.mean(a, b, modes) for a, b in pairs)])
+
+    def restrict(self):
+        self.coarser.z, self.coarser.g = self.z[::2, ::2].copy(), self.below(self.g)
+        self.coarser.d = np.zeros(self.coarser.grid.shape)
+
+    def low_modes(self, shift):
+        step = self.above(self.coarser.forward(self.z[::2, ::2] - self.coarser.z))
+        self.s = np.where(self.low, -step, self.s)
+        if self.held:
+            self.s[0, 0] = 0.0
+        return self._sums(self.low)
+
+    def low_gradient(self, shift):
+        self.s = np.where(self.low, self.M * self.g, self.s)
+        return self._sums(self.low)
+
+    def turn(self, beta, *, coarse):
+        self.d = beta * self.d - self.inverse(self.s)
+        return float(np.mean(evaluate(self.law, self.z)[2] * self.d**2))
+
+    def line(self, alpha):
+        there = evaluate(self.law, self.z - alpha * self.d)
+        change = there[1] - evaluate(self.law, self.z)[1]
+        return float(np.mean(change * self.d)), float(np.mean(there[2] * self.d**2))
+
+    def move(self, step, alpha):
+        self.z = self.z - step * self.d
+        energy, traction, _ = evaluate(self.law, self.z)
+        before = evaluate(self.law, self.z + alpha * self.d)
+        self.change = traction - before[1]
+        second = np.mean(energy - before[0] - alpha * before[1] * self.d)
+        return float(np.mean(self.change * self.d)), float(second), float(np.mean(np.abs(energy)))
+
+    def clear(self):
+        self.d = np.zeros(self.grid.shape)
+
+    def residual(self):
+        self._go_to(self.offset - self.z)
+        self.g += self.forward(self.change)
+        if self.held:
+            self.g[0, 0] = 0.0
+        return float(np.sqrt(self.mean(self.g, self.g)))
+
+    def take_gap(self):
+        return self.z
+
+
+class Face(Grid_):
+    def pose(self, offset, start, *, lift, sink, mean_stiffness):
+        self.offset, self.start, self.mean_stiffness = offset + lift - sink, start, mean_stiffness
+        self.K[0, 0] = mean_stiffness if np.isfinite(mean_stiffness) else 0.0
+        self.G = np.divide(1.0, self.K, out=np.zeros_like(self.K), where=self.K > 0)
+        self.mask, self.p = np.zeros(self.grid.shape, dtype=bool), np.zeros(self.grid.shape)
+        return bool(np.isfinite(self.offset).all() and (start is None or np.isfinite(start).all()))
+
+    def pose_coarser(self):
+        if self.grid.coarser is None or min(self.grid.shape) <= SMALLEST:
+            return None
+        coarser = self.grid.coarser
+        self.coarse = Face(coarser, cut(self.K, coarser.shape_q))
+        every = self.offset[::2, ::2]
+        sink = every.mean() - self.offset.mean()
+        self.coarse.pose(every, None, lift=0.0, sink=sink, mean_stiffness=self.mean_stiffness)
+        return self.coarse
+
+    def mean_offset(self):
+        return float(self.offset.mean())
+
+    def guess(self, pressure):
+        traction = -self.inverse(self.K * self.forward(self.offset - self.start))
+        traction -= traction[self.start >= self.start.mean()].mean() if pressure is None else -pressure
+        beyond = self.start - max(self.start.min(), 0.0)
+        self.p = np.where(traction > self.K.max() * beyond, np.maximum(traction, 0.0), 0.0)
+
+    def spread(self):
+        p = self.coarse.p
+        self.p = np.zeros(self.grid.shape)
+        right = np.roll(p, -1, 1)
+        self.p[::2, ::2], self.p[::2, 1::2] = p, (p + right) / 2
+        self.p[1::2, ::2] = (p + np.roll(p, -1, 0)) / 2
+        self.p[1::2, 1::2] = (p + right + np.roll(p + right, -1, 0)) / 4
+        return self.total()
+
+    def fill(self, pressure):
+        self.p = np.full(self.grid.shape, pressure)
+
+    def scale(self, factor):
+        self.p = self.p * factor
+
+    def total(self):
+        return float(self.p.sum())
+
+    def open(self, window):
+        kernel = self.inverse(np.where(np.arange(self.K.size).reshape(self.K.shape) == 0, 0.0, self.K))
+        for axis, n in enumerate(self.grid.shape):
+            reach = np.maximum(0.0, 1 - np.minimum(np.arange(n), n - np.arange(n)) / (window * n))
+            kernel *= np.expand_dims(reach, 1 - axis)
+        self.windowed, self.m = np.maximum(self.forward(kernel).real, 0.0), np.ones(self.grid.shape)
+
+    def displace(self):
+        self.z, energy, size = self._gap(self.p)
+        return energy, size
+
+    def _gap(self, p):
+        z = self.inverse(self.G * self.forward(p)) + self.offset
+        size = np.abs(p) * (np.abs(z) + np.abs(self.offset))
+        return z, float(np.mean(p * (z + self.offset)) / 2), float(size.mean())
+
+    def clear(self):
+        self.t, self.change = np.zeros(self.grid.shape), np.zeros(self.grid.shape)
+
+    def level(self):
+        m = self.m * (self.p > 0)
+        return float((m * self.z).sum()), float(m.sum())
+
+    def select(self, level):
+        mask = (self.p > 0) | (self.z + level < 0)
+        changed = np.count_nonzero(mask ^ self.mask)
+        self.mask, self.m = mask, self.m * mask
+        return float(mask.sum()), float(changed), float((self.m * self.z).sum()), float(self.m.sum())
+
+    def renew(self):
+        ones = self.mask.astype(float)
+        self.m = self._stiffened(ones)
+        if not self.m.sum() > 0:
+            self.m = ones
+
+    def _stiffened(self, values):
+        return self.inverse(self.windowed * self.forward(values)) * self.mask
+
+    def precondition(self, level):
+        self.s = self._stiffened((self.z + level) * self.mask)
+        return float(self.s.sum())
+
+    def correct(self, weight):
+        self.s, self.t = self.s - weight * self.m, self.t * self.mask
+        pairs = (
+            (self.s, self.s),
+            (self.z, self.s),
+            (self.change, self.s),
+            (1.0, self.t),
+            (self.z, self.t),
+            (self.z, self.m),
+        )
+        return np.array([np.sum(a * b) for a, b in pairs])
+
+    def turn(self, beta, weight):
+        self.t = np.where(self.mask, self.s + beta * (self.t - weight * self.m), self.t)
+
+    def curvature(self):
+        self.Gt = self.inverse(self.G * self.forward(self.t))
+        return float(np.mean(self.t * self.Gt))
+
+    def trial(self, step):
+        wanted = self.p - step * self.t
+        self.tried = np.maximum(wanted, 0.0)
+        return float(np.minimum(wanted, 0.0).sum()), float(wanted.sum()), float(self.tried.sum())
+
+    def advance(self, step):
+        self.p, self.change = self.tried, -step * self.Gt
+        self.z = self.z + self.change
+
+    def arrive(self, factor):
+        self.tried = self.tried * factor
+        self.found, energy, size = self._gap(self.tried)
+        return energy, size
+
+    def accept(self):
+        self.p, self.change, self.z = self.tried, self.found - self.z, self.found
+
+    def misses(self, level):
+        gap = self.z + level
+        error = np.where((self.p > 0) | (gap < 0), gap, 0.0)
+        missed = self.K * self.forward(error)
+        return float(np.sqrt(self.mean(missed, missed))), float(np.abs(error).max())
+
+    def duality_gap(self):
+        modes = np.isfinite(self.K) & (self.K > 0)
+        modes[0, 0] = False
+        weights = np.broadcast_to(self.grid.mode_weights, self.K.shape)
+        scale = 2 * self.p.mean() * np.sqrt((weights[modes] / self.K[modes] ** 2).sum())
+        return float((self.p * (self.z - self.z.min())).mean()), float(scale)
+
+    def take(self, level):
+        gap = np.where(self.p > 0, 0.0, np.maximum(self.z + level, np.finfo(float).tiny))
+        return gap, self.p

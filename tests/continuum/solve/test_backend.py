@@ -1,0 +1,197 @@
+"""The seam: another back end finds the same states, and one set of arrays serves any number of problems."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from continuum.model.fourier import padded
+from continuum.model.grid import Grid, Real
+from continuum.model.substrates import HalfSpace
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline
+from continuum.solve import backend, hard, smooth
+from continuum.solve.cpu.passes import Passes
+from continuum.solve.solution import Settings, Solution, Status
+from continuum.solve.solver import Solver
+
+
+def heights(n: int) -> Real:
+    return SelfAffine(0.8, 0.1, 8.0, n / 4).synthesise(Grid.square(n), np.random.default_rng(1))
+
+
+def solver(n: int, device: str = "cpu", threads: int = 1) -> Solver:
+    grid = Grid.square(n)
+    return Solver(grid, HalfSpace("clamped").stiffness(grid), threads, device)
+
+
+def same(one: Solution, other: Solution) -> None:
+    """Bit for bit."""
+    np.testing.assert_array_equal(one.gap, other.gap)
+    np.testing.assert_array_equal(one.traction, other.traction)
+    assert [w[:3] for w in one.work] == [w[:3] for w in other.work]
+    assert one.history == other.history
+    assert (one.status, one.residual) == (other.status, other.residual)
+
+
+# --- another back end --------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setitem(backend.BACK_ENDS, "plain", "tests.continuum.solve.plain")
+    return "plain"
+
+
+@pytest.mark.parametrize("start", [False, True])
+@pytest.mark.parametrize("adhesion_length", [0.0, 0.005])
+def test_a_back_end_written_from_the_protocol_finds_the_same_state(
+    plain: str, adhesion_length: float, start: bool
+) -> None:
+    law, h = LennardJonesSpline(adhesion_length=adhesion_length).law, heights(256)
+    first = h + 2.5 if start else None
+    found = [
+        solver(256, device).minimise(law, h, first, Settings(1e-8), lift=2.0, mean_stiffness=np.inf)
+        for device in ("cpu", plain)
+    ]
+    assert all(each.status.ok for each in found)
+    assert np.count_nonzero(found[0].gap < 1) > 100
+    # The same iteration, step by step, but for rounding.
+    assert found[0].iterations == found[1].iterations
+    np.testing.assert_allclose(*([line.step for line in each.history] for each in found), rtol=1e-6)
+    np.testing.assert_allclose(found[0].gap, found[1].gap, atol=1e-12)
+
+
+@pytest.mark.parametrize(("mean", "pressure"), [(np.inf, 0.0), (0.0, 1e-3), (0.05, 0.1)])
+@pytest.mark.parametrize("start", [False, True])
+def test_the_same_holds_under_a_bound(plain: str, start: bool, mean: float, pressure: float) -> None:
+    h = heights(256)
+    first = np.maximum(h + 1.2, 0.0) if start else None
+    posed = {"lift": 1.0, "pressure": pressure, "mean_stiffness": mean}
+    found = [solver(256, device).constrain(h, first, Settings(1e-8), **posed) for device in ("cpu", plain)]
+    assert all(each.status.ok for each in found)
+    assert found[0].iterations == found[1].iterations
+    np.testing.assert_allclose(found[0].traction, found[1].traction, atol=1e-12)
+    np.testing.assert_array_equal(found[0].gap == 0, found[1].gap == 0)
+    assert np.count_nonzero(found[0].gap == 0) > 100
+
+
+def test_a_device_that_there_is_not_is_said_and_none_is_imported_early() -> None:
+    with pytest.raises(ValueError, match=r"'abacus'.*cpu"):
+        solver(8, "abacus")
+    code = "import sys, continuum.solve.solver; assert 'continuum.solve.cpu' not in sys.modules"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("module", [smooth, hard])
+def test_the_mathematics_sees_scalars_only(module: object) -> None:
+    """Of NumPy it uses what a scalar needs, a field without memory, and the test of six sums."""
+    source = inspect.getsource(module)  # type: ignore[arg-type]
+    used = {
+        node.attr
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "np"
+    }
+    assert used <= {"inf", "nan", "sqrt", "isfinite", "isinf", "broadcast_to"}
+
+
+# --- arrays that live as long as a path --------------------------------------------------------------------
+
+
+def test_a_solver_does_not_remember_its_last_problem() -> None:
+    n, tight = 256, Settings(1e-8)
+    h, law, other = heights(n), LennardJonesSpline(0.3).law, LennardJonesSpline(0.0).law
+    once = solver(n)
+    held = {"lift": 2.0, "mean_stiffness": np.inf}
+    cold = once.minimise(law, h, None, tight, **held)
+    again = {"lift": 1.8, "mean_stiffness": np.inf}
+    warm = once.minimise(law, h, cold.gap, tight, **again)
+    same(warm, solver(n).minimise(law, h, cold.gap, tight, **again))
+    # Failures of all kinds, another law, another mean mode; then the first problem.
+    lost = once.minimise(law, h, np.full(h.shape, np.nan), tight)
+    assert lost.status is Status.NON_FINITE
+    kept = cold.gap.copy()
+    far = once.minimise(law, h, 1e200 * np.random.default_rng(1).normal(size=h.shape), tight, **held)
+    assert not far.status.ok
+    pressed = once.minimise(other, h, None, tight, lift=2.0, pressure=1e-3, mean_stiffness=0.0)
+    assert pressed.status.ok
+    assert once.minimise(law, h, None, Settings(1e-30, 3), **held).status is Status.ITERATION_LIMIT
+    same(once.minimise(law, h, None, tight, **held), cold)
+    # What was handed out is not written to.
+    np.testing.assert_array_equal(cold.gap, kept)
+
+
+def test_nor_does_it_under_a_bound() -> None:
+    n, tight = 256, Settings(1e-9)
+    h, once = heights(n), solver(256)
+    held = {"lift": 1.0, "mean_stiffness": np.inf}
+    cold = once.constrain(h, None, tight, **held)
+    kept = cold.gap.copy(), cold.traction.copy()
+    pressed = once.constrain(h, cold.gap, tight, pressure=2e-3, mean_stiffness=0.0)
+    same(pressed, solver(n).constrain(h, cold.gap, tight, pressure=2e-3, mean_stiffness=0.0))
+    assert once.constrain(h, np.full(h.shape, np.nan), tight).status is Status.NON_FINITE
+    with pytest.raises(ValueError, match="mean gap"):
+        once.constrain(h, None, tight, lift=-9.0, mean_stiffness=np.inf)
+    assert once.constrain(h, None, Settings(1e-30, 2), **held).status is Status.ITERATION_LIMIT
+    same(once.constrain(h, None, tight, **held), cold)
+    np.testing.assert_array_equal(cold.gap, kept[0])
+    np.testing.assert_array_equal(cold.traction, kept[1])
+
+
+@pytest.mark.parametrize("bound", [False, True])
+@pytest.mark.parametrize("solved", [False, True])
+def test_the_elastic_energy_is_found_between_two_problems(bound: bool, solved: bool) -> None:
+    grid, once, h = Grid.square(64), solver(64), heights(64)
+    gap = h + np.random.default_rng(2).normal(size=h.shape)
+    if solved:
+        found = (
+            once.constrain(h, None, Settings(1e-6), lift=3.0)
+            if bound
+            else once.minimise(LennardJonesSpline(0.3).law, h, None, Settings(1e-6), lift=3.0)
+        )
+        gap = found.gap
+    u_q = grid.forward(h - gap)
+    power = u_q.real**2 + u_q.imag**2
+    K = HalfSpace("free").stiffness(grid)
+    assert once.elastic_energy(h, gap) == pytest.approx(0.5 * np.sum(power * K * grid.mode_weights), rel=1e-13)
+
+
+# --- the passes of processor cores -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [(64, 64), (256, 256), (500, 300), (301, 257), (1024, 512)])
+def test_threads_change_no_bit_of_a_transform(shape: tuple[int, int]) -> None:
+    grid = Grid(shape, (1.0, 1.0))
+    values = np.random.default_rng(1).normal(size=shape)
+    spectrum, field = grid.forward(values), padded(shape)
+    back = grid.inverse(spectrum)
+    for threads in (1, 2, 3, 4):
+        passes = Passes(grid, np.ones(grid.shape_q), threads)
+        passes.forward(values)
+        np.testing.assert_array_equal(passes.work_q, spectrum)
+        passes.inverse(field)
+        np.testing.assert_array_equal(field, back)
+
+
+def test_nor_where_libraries_may_use_threads_of_their_own() -> None:
+    """In an environment without OMP_NUM_THREADS, which `make test` sets: ducc0's own threads obey it, and then
+    a test of threads tests one."""
+    code = (
+        "import numpy as np; from continuum.model.grid import Grid; from continuum.solve.cpu.passes import Passes\n"
+        "values = np.random.default_rng(1).normal(size=(512, 300)); grid = Grid((512, 300), (1.0, 1.0))\n"
+        "found = [grid.forward(values)]\n"
+        "for threads in (1, 2, 4):\n"
+        "    passes = Passes(grid, np.ones(grid.shape_q), threads); passes.forward(values)\n"
+        "    found.append(passes.work_q)\n"
+        "assert all(np.array_equal(one, found[0]) for one in found)"
+    )
+    free = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
+    done = subprocess.run([sys.executable, "-c", code], env=free, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

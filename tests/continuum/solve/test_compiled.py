@@ -1,0 +1,47 @@
+"""Compiled code on disk is never that of other formulas."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+import pytest
+
+from continuum.model import laws
+from continuum.solve.cpu import compiled, pressing, sweeps, tractions
+
+KERNELS = [(module, name) for module in (sweeps, pressing, tractions) for name in module.__all__]
+
+
+@pytest.mark.parametrize(("module", "name"), KERNELS, ids=lambda x: getattr(x, "__name__", x))
+def test_a_sweep_calls_compiled_code_of_its_own_file_and_of_the_named_sources_only(module: object, name: str) -> None:
+    """numba's cache looks at its own file; the name of that in the cache has the digest of the others."""
+    kernel = getattr(module, name)
+    file = kernel._cache._impl.filename_base
+    assert file.split("-")[1].startswith(compiled.digest(compiled.SOURCES)), file
+    seen, todo = set(), [kernel.py_func]
+    while todo:
+        function = todo.pop()
+        for used in set(function.__code__.co_names) - seen:
+            seen.add(used)
+            value = function.__globals__.get(used)
+            if hasattr(value, "py_func"):
+                source = Path(inspect.getfile(value.py_func))
+                assert source in (Path(inspect.getfile(kernel.py_func)), *compiled.SOURCES)
+                if source not in compiled.SOURCES:
+                    todo.append(value.py_func)
+            elif used == "TILE":
+                assert value == compiled.TILE
+            else:
+                assert value is None or inspect.ismodule(value), used
+
+
+def test_a_changed_formula_is_another_file_of_compiled_code(tmp_path: Path) -> None:
+    changed = tmp_path / "laws.py"
+    formulas = inspect.getsource(laws)
+    assert "0.5 * below" in formulas
+    changed.write_text(formulas.replace("0.5 * below", "0.25 * below"))
+    rest = [source for source in compiled.SOURCES if source != Path(laws.__file__)]
+    assert len(rest) == len(compiled.SOURCES) - 1
+    assert compiled.digest([changed, *rest]) != compiled.digest(compiled.SOURCES)
+    assert len(compiled.digest(rest)) == 12

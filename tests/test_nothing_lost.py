@@ -1,0 +1,355 @@
+"""Nothing lost, nothing silent: what users have is never overwritten, and a failure is one message and an exit code."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import atomistic.cli
+import continuum.cli
+from continuum.errors import OutputError
+from continuum.files import output
+from continuum.files.inputs import load
+from continuum.runs.config import RunConfig
+from continuum.runs.result import Result
+from continuum.runs.run import run
+from continuum.solve.solution import Settings
+from tests.problems import SMALL, Rough
+from tests.stored import same
+
+ROOT = Path(__file__).parents[1]
+VALIDATE = (ROOT / "inputs" / "validate" / "quick.toml").read_text()
+DECK = (ROOT / "inputs" / "lammps" / "rough.toml").read_text()
+
+
+def start(*command: str, folder: Path, **given: object) -> subprocess.CompletedProcess[str]:
+    """A command in a process of its own, as a user starts it."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | dict(given.pop("environment", {}))  # type: ignore[call-overload]
+    whole = [sys.executable, "-m", *command]
+    return subprocess.run(  # type: ignore[call-overload]
+        whole, cwd=folder, env=environment, text=True, timeout=600, check=False, capture_output=True, **given
+    )
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Every plain file of a folder."""
+    files = {path for path in folder.rglob("*") if path.is_file() and path.resolve().parts[1:2] != ("proc",)}
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+# --- data ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """An input that names the user's own heights, under the name that its result would have."""
+    with h5py.File(tmp_path / "map.h5", "w") as file:
+        file["heights"] = Rough(24, lambda_s=6.0).heights()
+    head = SMALL[SMALL.index("[wall]") :]
+    text = f'[grid]\nn = 24\n[surface]\nkind = "file"\npath = "map.h5"\ndataset = "heights"\n{head}'
+    (tmp_path / "map.toml").write_text(text)
+    return tmp_path / "map.toml"
+
+
+@pytest.mark.parametrize("force", [(), ("--force",)])
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_a_result_is_never_written_over_an_input(
+    own: Path, force: tuple[str, ...], link: Callable[[Path, Path], None] | None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = own.parent
+    if link is not None:
+        folder = own.parent / "results"
+        folder.mkdir()
+        link(own.parent / "map.h5", folder / "map.h5")
+    before = content(own.parent)
+    assert continuum.cli.main(["run", str(own), "-o", str(folder), *force]) == 2
+    error = capsys.readouterr().err
+    assert "is an input" in error
+    assert "--force" not in error
+    assert content(own.parent) == before
+
+
+def test_force_replaces_results_of_ours_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "run.toml").write_text(SMALL)
+    (tmp_path / "run.h5").write_text("years of work")
+    for force in ((), ("--force",)):
+        assert continuum.cli.main(["run", str(tmp_path / "run.toml"), "-o", str(tmp_path), *force]) == 2
+        error = capsys.readouterr().err
+        assert "is left alone" in error
+        assert "--force" not in error
+    assert (tmp_path / "run.h5").read_text() == "years of work"
+
+
+def test_two_runs_of_one_name_do_not_replace_one_another(tmp_path: Path) -> None:
+    """The second begins while the first has the file, and says who holds it."""
+    for name, seed in (("A", 3), ("B", 4)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.toml").write_text(SMALL.replace("seed = 3", f"seed = {seed}"))
+    one, other = (load(tmp_path / name / "run.toml", RunConfig) for name in ("A", "B"))
+    path, said = tmp_path / "results" / "run.h5", []
+
+    def meanwhile(*_: object) -> None:
+        if not said:
+            for config, force in ((other, False), (other, True), (one, False)):
+                with pytest.raises(OutputError) as caught:
+                    run(config, path, force=force)
+                said.append(str(caught.value))
+
+    first = run(one, path, progress=meanwhile)
+    assert first.converged
+    assert any(f"process {os.getpid()}" in text for text in said[1:])
+    assert "holds another result" in said[0]  # by then the first has stored a point
+    same(path, _undisturbed(one, tmp_path))
+    assert not list(path.parent.glob(".*"))
+
+
+def _undisturbed(config: RunConfig, folder: Path) -> Path:
+    run(config, folder / "alone" / "run.h5")
+    return folder / "alone" / "run.h5"
+
+
+def test_a_mark_that_a_killed_process_left_is_no_lock(tmp_path: Path) -> None:
+    (tmp_path / ".a.h5.lock").write_text("process 999999999 on elsewhere")
+    with output.reserved(tmp_path / "a.h5"):
+        assert str(os.getpid()) in (tmp_path / ".a.h5.lock").read_text()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_one_message_and_leaves_the_older_result(tmp_path: Path) -> None:
+    (tmp_path / "run.toml").write_text(SMALL)
+
+    def little() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    whole = start("continuum", "run", "run.toml", "-o", "results", folder=tmp_path)
+    assert whole.returncode == 0, whole.stderr
+    before = content(tmp_path / "results")
+    for command in (
+        ["continuum", "run", "run.toml", "--force", "-o", "results"],
+        ["continuum", "plot", "results/run.h5"],
+    ):
+        done = start(*command, folder=tmp_path, preexec_fn=little)
+        assert done.returncode == 2, (done.returncode, done.stderr)
+        assert "cannot be written: File too large" in done.stderr
+        assert "Traceback" not in done.stderr
+        assert content(tmp_path / "results") == before
+
+
+def test_links_in_a_users_file_do_not_refuse_a_plain_dataset(own: Path) -> None:
+    """NeXus files have links to other files, to nothing, and in circles."""
+    with h5py.File(own.parent / "map.h5", "a") as file:
+        file["elsewhere"] = h5py.ExternalLink("no-such-file.h5", "/x")
+        file["nothing"] = h5py.SoftLink("/no/such/dataset")
+        file["group/up"] = h5py.SoftLink("/group")
+        file["entry/data"] = h5py.SoftLink("/heights")
+    assert continuum.cli.main(["check", str(own)]) == 0
+
+
+# --- messages --------------------------------------------------------------------------------------------------
+
+
+def test_a_terminal_that_is_not_utf8_gets_ascii(tmp_path: Path) -> None:
+    (tmp_path / "run.toml").write_text(SMALL)
+    environment = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": ""}
+    done = start("continuum", "check", "run.toml", folder=tmp_path, environment=environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.isascii()
+    assert "kappa" in start("continuum", "examples", folder=tmp_path, environment=environment).stdout
+    (tmp_path / "bad.toml").write_text(SMALL.replace("hurst = 0.8", "hurst = 8.0"))
+    done = start("continuum", "check", "bad.toml", folder=tmp_path, environment=environment)
+    assert done.returncode == 2
+    assert "hurst" in done.stderr
+
+
+@pytest.mark.parametrize("closed", [1, pytest.param(2, marks=pytest.mark.long)])
+def test_a_closed_stream_is_no_reason_to_fail_or_to_write_elsewhere(tmp_path: Path, closed: int) -> None:
+    (tmp_path / "run.toml").write_text(SMALL)
+    command = ("continuum", "run", "run.toml", "-o", "results")
+    done = start(*command, folder=tmp_path, preexec_fn=lambda: os.close(closed))
+    assert done.returncode == 0, done.stderr
+    assert sorted(content(tmp_path / "results")) == ["run.h5"]
+    assert Result.read(tmp_path / "results" / "run.h5").converged
+
+
+def test_a_fault_in_many_places_is_said_in_twenty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.toml").write_text(SMALL + "".join(f"\n[table{i}]" for i in range(3000)))
+    assert continuum.cli.main(["check", str(tmp_path / "a.toml")]) == 2
+    error = capsys.readouterr().err
+    assert "3000 faults" in error
+    assert "and 2980 more" in error
+    assert len(error) < 10_000
+
+
+@pytest.mark.parametrize(
+    "deep", ["a." * 5000 + "b = 1", "a = " + "[" * 200 + "]" * 200, "a = " + "[" * 9000 + "]" * 9000]
+)
+def test_deep_nesting_is_refused(tmp_path: Path, deep: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.toml").write_text(f"{deep}\n{SMALL}")
+    assert continuum.cli.main(["check", str(tmp_path / "a.toml")]) == 2
+    assert "levels of nesting" in capsys.readouterr().err
+
+
+def test_as_many_targets_as_are_allowed_can_be_written_down(tmp_path: Path) -> None:
+    values = ", ".join(f"{3 - 1e-5 * i:.17f}" for i in range(100_000))
+    text = re.sub(r"targets = \[.*?\]", f"targets = [{values}]", SMALL, flags=re.DOTALL)
+    (tmp_path / "a.toml").write_text(re.sub(r'control = ".*?"', 'control = "mean-gap"', text))
+    assert load(tmp_path / "a.toml", RunConfig).loading.points >= 100_000
+
+
+@pytest.mark.parametrize(
+    ("program", "option"),
+    [("atomistic", ["validate", "x.toml", "-j", "0"]), ("continuum", ["predict", "x.npy", "--threads", "-2"])],
+)
+def test_a_count_of_processes_or_threads_is_at_least_one(
+    program: str, option: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    main = {"atomistic": atomistic.cli.main, "continuum": continuum.cli.main}[program]
+    with pytest.raises(SystemExit) as ended:
+        main(option)
+    assert ended.value.code == 2
+    assert "allowed: a whole number from 1 to 1024" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_a_forked_process_solves_with_threads_of_its_own() -> None:
+    """The threads of its parent are not there any more, and it waited for them for ever."""
+    _solve()
+    process = multiprocessing.get_context("fork").Process(target=_solve)
+    process.start()
+    process.join(120)  # seconds; a second or two are needed
+    hung = process.is_alive()
+    process.kill()
+    assert not hung
+    assert process.exitcode == 0
+
+
+def _solve() -> None:
+    from continuum.path.loading import solve
+
+    assert solve(Rough(512).problem(), "mean-gap", 3.0, Settings(1e-4, threads=2)).status.ok
+
+
+# --- any path at all -------------------------------------------------------------------------------------------
+
+KINDS = (
+    "missing",
+    "file",
+    "empty",
+    "folder",
+    "fifo",
+    "unreadable",
+    "loop",
+    "below a file",
+    "long",
+    "text.h5",
+)
+COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], list[str]]] = {
+    "continuum check": (continuum.cli.main, ["check", "PATH"]),
+    "continuum run": (continuum.cli.main, ["run", "PATH"]),
+    "continuum run -o": (continuum.cli.main, ["run", "run.toml", "-o", "OUT"]),
+    "continuum plot": (continuum.cli.main, ["plot", "PATH"]),
+    "continuum analyse": (continuum.cli.main, ["analyse", "PATH"]),
+    "continuum predict": (continuum.cli.main, ["predict", "PATH", "--material", "mica"]),
+    "continuum predict -o": (
+        continuum.cli.main,
+        ["predict", "map.npy", "--size", "3um", "--unit", "nm", "--material", "mica", "-o", "OUT"],
+    ),
+    "atomistic validate": (atomistic.cli.main, ["validate", "PATH"]),
+    "atomistic validate -o": (atomistic.cli.main, ["validate", "validate.toml", "-j", "1", "-o", "OUT"]),
+    "atomistic validate --keep-decks": (
+        atomistic.cli.main,
+        ["validate", "validate.toml", "-j", "1", "--keep-decks", "OUT", "-o", "results"],
+    ),
+    "atomistic deck": (atomistic.cli.main, ["deck", "PATH"]),
+    "atomistic deck -o": (atomistic.cli.main, ["deck", "deck.toml", "-o", "OUT"]),
+    "atomistic read": (atomistic.cli.main, ["read", "PATH"]),
+    "atomistic elastic": (atomistic.cli.main, ["elastic", "PATH"]),
+}
+
+
+def _make(folder: Path, kind: str, name: str) -> Path:
+    """A path of that kind, which is nothing that a command could use."""
+    path = folder / name
+    if kind == "file":
+        path.write_text("hurst = \x00 and more\n")
+    elif kind == "text.h5":
+        path = path.with_suffix(".h5")
+        path.write_text("no HDF5")
+    elif kind == "empty":
+        path.touch()
+    elif kind == "folder":
+        path.mkdir()
+        (path / "inside").write_text("kept")
+    elif kind == "fifo":
+        os.mkfifo(path)
+    elif kind == "unreadable":
+        path.symlink_to("/proc/self/mem")
+    elif kind == "loop":
+        path.symlink_to(path.name)
+    elif kind == "below a file":
+        path.write_text("a file")
+        path = path / "below" / "it"
+    elif kind == "long":
+        path = folder / ("n" * 300)
+    return path
+
+
+@settings(max_examples=20)
+@given(
+    command=st.sampled_from(sorted(COMMANDS)),
+    kind=st.sampled_from(KINDS),
+    name=st.text(st.characters(exclude_characters="/\x00", exclude_categories=["Cs"]), min_size=1, max_size=20).filter(
+        lambda name: name not in (".", "..") and not name.startswith("-")
+    ),
+)
+def test_any_path_is_used_or_refused_in_one_message(command: str, kind: str, name: str) -> None:
+    main, arguments = COMMANDS[command]
+    output_is_sound = "OUT" in arguments and kind in ("missing", "folder", "text.h5")
+    if output_is_sound:
+        return  # it would be used
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        np.save(folder / "map.npy", Rough(16, lambda_s=4.0).heights())
+        (folder / "run.toml").write_text(SMALL)
+        (folder / "validate.toml").write_text(VALIDATE)
+        (folder / "deck.toml").write_text(DECK)
+        bad = _make(folder, kind, f"x{name}")
+        places = {"PATH": str(bad), "OUT": str(bad), "results": str(folder / "results")}
+        words = [places.get(word, str(folder / word) if (folder / word).is_file() else word) for word in arguments]
+        if "-o" not in words and words[0] in ("run", "predict", "validate", "deck"):
+            words += ["-o", str(folder / "results")]
+        before = content(folder)
+        out, error = StringIO(), StringIO()
+        with redirect_stdout(out), redirect_stderr(error):
+            code = _within(60, lambda: main(words))
+        assert code == 2, (command, kind, bad, error.getvalue())
+        assert error.getvalue().strip(), command
+        assert "Traceback" not in error.getvalue()
+        assert len(error.getvalue()) < 5000
+        assert content(folder) == before, command
+
+
+def _within(seconds: float, work: Callable[[], int]) -> int:
+    """The result of some work, which must not wait for ever, as on a FIFO."""
+    found: list[int] = []
+    thread = threading.Thread(target=lambda: found.append(work()), daemon=True)
+    thread.start()
+    thread.join(seconds)
+    assert found, "it hangs, or failed otherwise than by its exit code"
+    return found[0]
