@@ -68,6 +68,8 @@ class Table(BaseModel):
     model_config = ConfigDict(**STRICT, extra="forbid", frozen=True, use_attribute_docstrings=True)
     not_identity: ClassVar[frozenset[str]] = frozenset()
     """Keys that do not change results: threads, output options."""
+    newer: ClassVar[frozenset[str]] = frozenset()
+    """Keys that came after results were stored: they belong to the identity only where they are given."""
 
     @classmethod
     def _checks(cls) -> Iterator[Callable[[Self], Iterator[Fault]]]:
@@ -93,7 +95,9 @@ class Table(BaseModel):
 
         With ``identity``, without what does not change results.
         """
-        names = [name for name in type(self).model_fields if not (identity and name in self.not_identity)]
+        absent = {name for name in self.newer if getattr(self, name) is None}
+        left_out = self.not_identity | absent if identity else set()
+        names = [name for name in type(self).model_fields if name not in left_out]
         return {name: _plain(getattr(self, name), identity) for name in names}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -58,22 +58,44 @@ class SelfAffineTable(_Surface):
 class SelfAffineSurface(SelfAffineTable):
     """[surface] of kind "self-affine": the paper's random surface."""
 
+    newer: ClassVar[frozenset[str]] = frozenset({"rms_height"})
+
     kind: Literal["self-affine"]
-    rms_slope: Positive
-    """h'rms"""
+    rms_slope: Positive | None = None
+    """h'rms; instead of rms_height"""
+    rms_height: Positive | None = None
+    """h_rms, in a0; instead of rms_slope"""
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     """seed of the random numbers"""
     rescale: bool = True
-    """whether the realisation has exactly that rms slope, or scatters about it"""
+    """whether the realisation has exactly that rms slope or height, or scatters about it"""
 
     @check
     def _ordered(self) -> Iterator[Fault]:
         if self.lambda_s >= self.lambda_L:
             yield Fault(("lambda_s",), f"below lambda_L = {self.lambda_L:g}", "the two are exchanged")
 
+    @check
+    def _one_size(self) -> Iterator[Fault]:
+        if (self.rms_slope is None) == (self.rms_height is None):
+            cause = "both are given" if self.rms_slope is not None else "neither is given"
+            yield Fault(("rms_slope",), "exactly one of rms_slope and rms_height", cause)
+
+    def _slope(self, grid: Grid) -> float:
+        """Of the ensemble."""
+        if self.rms_height is None:
+            assert self.rms_slope is not None
+            return self.rms_slope
+        return self.rms_height / self.spectrum(1.0).expected_moments(grid).rms_height
+
     def build(self, grid: Grid) -> Real:
         """Heights, shape ``grid.shape``, in a0."""
-        return self.spectrum(self.rms_slope, rescale=self.rescale).synthesise(grid, np.random.default_rng(self.seed))
+        exact = self.rescale and self.rms_height is None
+        spectrum = self.spectrum(self._slope(grid), rescale=exact)
+        heights = spectrum.synthesise(grid, np.random.default_rng(self.seed))
+        if self.rescale and self.rms_height is not None:
+            heights *= self.rms_height / heights.std()
+        return heights
 
     @property
     def shortest(self) -> float:
@@ -82,7 +104,7 @@ class SelfAffineSurface(SelfAffineTable):
 
     def expected(self, grid: Grid) -> Moments:
         """Moments of the ensemble that the heights are drawn from."""
-        return self.spectrum(self.rms_slope).expected_moments(grid)
+        return self.spectrum(self._slope(grid)).expected_moments(grid)
 
 
 class SineSurface(_Surface):

@@ -10,12 +10,14 @@ from pydantic import Field
 from continuum.files.arrays import read_text
 from continuum.files.tables import InputFile, Positive, Table, check
 from continuum.files.toml import Fault
+from continuum.model.attraction import Shape, attraction_on_core
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.runs.tables import Unit
 
 __all__ = [
     "LARGEST_RANGE",
+    "AttractionWall",
     "ExponentialWall",
     "InversePowersWall",
     "RigidWall",
@@ -131,6 +133,25 @@ class ExponentialWall(_Wall):
         return Exponential(self.surface_energy, self.decay_length, self.core_stiffness)
 
 
+class AttractionWall(_Wall):
+    """[wall] of law "attraction-on-core": work, range and core chosen apart, which the paper's law ties together."""
+
+    law: Literal["attraction-on-core"]
+    shape: Shape
+    """attraction of the paper's law, "spline", or one without end, "exponential"
+    """
+    adhesion_length: Positive
+    """l_a = w/E*, in a0"""
+    effective_range: Positive
+    """distance over which the wall attracts, Eq. (S-5), in a0"""
+    core_stiffness: Positive
+    """traction per overlap, in E*/a0; at least the attraction's own stiffness"""
+
+    def build(self) -> Wall:
+        """The law."""
+        return attraction_on_core(self.shape, self.adhesion_length, self.effective_range, self.core_stiffness)
+
+
 class RigidWall(_Wall):
     """[wall] of law "hard": non-overlap, no adhesion."""
 
@@ -147,6 +168,7 @@ class RigidWall(_Wall):
 
 
 WallTable = Annotated[
-    SplineWall | InversePowersWall | ExponentialWall | TableWall | RigidWall, Field(discriminator="law")
+    SplineWall | InversePowersWall | ExponentialWall | AttractionWall | TableWall | RigidWall,
+    Field(discriminator="law"),
 ]
 """[wall]: law between wall and surface."""

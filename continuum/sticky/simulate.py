@@ -11,13 +11,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from continuum import units
+from continuum.model.attraction import attraction_on_core
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import moments
-from continuum.model.tabulated_wall import TabulatedWall
-from continuum.model.walls import LennardJonesSpline
+from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.path.loading import solve
 from continuum.path.state import Outcome
 from continuum.solve.solution import NotConvergedError, Settings
@@ -25,7 +25,7 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.predict import AREA, Prediction
 from continuum.sticky.topography import Topography, mirror, opposed
 
-__all__ = ["Simulation", "UnresolvedError", "facing", "resolvable", "simulate", "solved", "spline_wall"]
+__all__ = ["Simulation", "UnresolvedError", "facing", "resolvable", "simulate", "solved"]
 
 SNAPPING, SAFE = 1.0, 2.0
 """Pixels from which waves may snap for a contact to be solved as it is, and in the limit that is solved instead."""
@@ -33,8 +33,6 @@ CORE_STIFFNESS = 5.0
 """Of the wall's core, in E* per pixel."""
 CORE_DEPTH = 2.0
 """Of the tabulated core, in pixels: at its end the wall pushes with 10 E*."""
-KNOTS = 101
-"""Of the table on each side of the minimum."""
 TOLERANCE = 1e-5
 """Residual, relative to h' E*."""
 
@@ -59,7 +57,7 @@ class Simulation:
     """Whether the area jumped past 1 %."""
     gap: Real = field(repr=False)
     """In units of Δr, over ``grid``."""
-    wall: TabulatedWall = field(repr=False)
+    wall: Wall = field(repr=False)
     grid: Grid
     """In units of Δr."""
     shape: tuple[int, int]
@@ -72,29 +70,6 @@ class Simulation:
     def sticky(self) -> bool:
         """Negative load at 1 % repulsive area on approach."""
         return self.load < 0
-
-
-def spline_wall(adhesion_length: float, core_stiffness: float, depth: float) -> TabulatedWall:
-    """The paper's attraction of a given l_a and an effective range of 1, on a linear core of a stiffness of its own.
-
-    In the paper's law repulsion and attraction are equally stiff at the minimum, which ties w to the range and E*.
-    Here w and Δr are given, and the core is stiff whatever they are; never softer than the attraction.
-
-    Parameters
-    ----------
-    adhesion_length : w/E*, in units of the range.
-    core_stiffness : of the core, in E* per range.
-    depth : to which the core is tabulated.
-    """
-    reach = 1 / LennardJonesSpline(1.0).effective_range
-    law = LennardJonesSpline(reach, 12 * adhesion_length / reach**2)
-    # Dense on both sides of the kink, so that the cubic through the knots follows it.
-    dense = np.linspace(0.0, 1.0, KNOTS) ** 4
-    outside, inside = reach * dense, -depth * dense[:0:-1]
-    attraction = law.evaluate(law.zero_gap + outside).traction
-    attraction[0] = attraction[-1] = 0.0
-    repulsion = -max(core_stiffness, law.minimum_stiffness) * inside
-    return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([repulsion, attraction]))
 
 
 def resolvable(topography: Topography, interface: Interface) -> tuple[Interface, str]:
@@ -152,7 +127,9 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     # Summits point down from the wall to the surface.
     heights = -(closed.heights - closed.heights.mean()) / unit
     pixel, slope = max(grid.spacing), moments(grid, heights).rms_slope
-    wall = spline_wall(interface.adhesion_length / unit, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
+    wall = attraction_on_core(
+        "spline", interface.adhesion_length / unit, 1.0, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel
+    )
     problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
     settings = Settings(TOLERANCE * slope, threads=threads)
     state = solve(problem, "repulsive-area", AREA, settings, branch="approach")

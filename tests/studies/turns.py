@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from continuum.model.attraction import attraction_on_core
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
@@ -28,7 +29,7 @@ from continuum.path.loading import follow, solve
 from continuum.path.state import Outcome, Search, State
 from continuum.runs.engine import Task, run_tasks
 from continuum.solve.solution import Settings
-from continuum.sticky.simulate import CORE_DEPTH, CORE_STIFFNESS, TOLERANCE, spline_wall
+from continuum.sticky.simulate import CORE_DEPTH, CORE_STIFFNESS, TOLERANCE
 from continuum.theory import paper, rough
 
 log = logging.getLogger("studies")
@@ -88,7 +89,7 @@ class Turn:
         unit = self.range * self.rms_height
         scaled = Grid(grid.shape, (grid.lengths[0] / unit, grid.lengths[1] / unit))
         pixel = max(scaled.spacing)
-        wall = spline_wall(work / unit, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
+        wall = attraction_on_core("spline", work / unit, 1.0, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
         slope = moments(grid, heights).rms_slope
         return ContactProblem(scaled, wall, -heights / unit, HalfSpace("clamped")), TOLERANCE * slope
 

@@ -12,6 +12,7 @@ from scipy.integrate import simpson
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
+from continuum.model.attraction import Shape, attraction_on_core
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.theory import paper
@@ -123,6 +124,29 @@ def test_a_table_that_is_no_wall_is_refused(gap: list[float], traction: list[flo
 def test_a_law_that_is_none_is_refused(bad: dict[str, float]) -> None:
     with pytest.raises(ArgumentError, match="allowed"):
         LennardJonesSpline(**bad)
+
+
+@pytest.mark.parametrize("shape", ["spline", "exponential"])
+@given(st.floats(-4, 1.5), st.floats(-2, 1.5), st.floats(-2, 1))
+def test_an_attraction_on_a_core_has_the_work_and_the_range_asked_for(
+    shape: Shape, work: float, stiffness: float, reach: float
+) -> None:
+    # All in units of the range, as the dimensions of w and K ask for.
+    r = 10.0**reach
+    w, k = 10.0**work * r, 10.0**stiffness / r
+    wall = attraction_on_core(shape, w, r, k, 10 * r / 10.0**stiffness)
+    # A spline through 101 knots follows the law to 1e-6; the exponential is a formula.
+    assert wall.work_of_adhesion == pytest.approx(w, rel=1e-6 if shape == "spline" else 1e-12)
+    assert wall.effective_range == pytest.approx(r, rel=1e-6)
+    if shape == "spline":
+        assert wall.zero_gap == pytest.approx(0.0, abs=1e-12 * r)
+
+
+def test_an_attraction_on_a_core_refuses_what_has_no_meaning() -> None:
+    with pytest.raises(ArgumentError, match=r"spline.*exponential"):
+        attraction_on_core("square", 0.1, 0.1, 1.0)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="effective_range"):
+        attraction_on_core("spline", 0.1, -0.1, 1.0)
 
 
 UNTRUNCATED: dict[str, Wall] = {

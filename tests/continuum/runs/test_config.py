@@ -186,6 +186,37 @@ def test_what_changes_results_changes_the_identity(small: Path, old: str, new: s
     assert changed(small, old, new) != before
 
 
+def test_a_newer_key_leaves_the_identity_of_stored_results(small: Path) -> None:
+    """Results that were stored before the key came are still found."""
+    known = load(small, RunConfig)
+    assert "rms_height" not in known.plain(identity=True)["surface"]
+    assert known.plain()["surface"]["rms_height"] is None
+    assert changed(small, "rms_slope = 0.1", "rms_height = 0.1") != identity(known)
+    assert load(small, RunConfig).plain(identity=True)["surface"]["rms_height"] == 0.1
+
+
+@pytest.mark.parametrize("rescale", ["true", "false"])
+def test_a_surface_of_a_given_height_is_that_of_a_given_slope_stretched(small: Path, rescale: str) -> None:
+    sloping = load(small, RunConfig).surface
+    small.write_text(SMALL.replace("rms_slope = 0.1", f"rms_height = 0.3\nrescale = {rescale}"))
+    config = load(small, RunConfig)
+    grid = config.grid.build()
+    heights, expected = config.surface.build(grid), config.surface.expected(grid)
+    ratio = heights / sloping.build(grid)
+    np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-9)
+    assert expected is not None
+    assert expected.rms_height == pytest.approx(0.3, rel=1e-12)
+    # One realisation on so few modes scatters by tens of per cent; rescaled, it has its height exactly.
+    assert (abs(heights.std() - 0.3) < 1e-15) == (rescale == "true")
+
+
+def test_a_surface_has_a_slope_or_a_height(small: Path) -> None:
+    for text in ("rms_slope = 0.1\nrms_height = 0.3", ""):
+        small.write_text(SMALL.replace("rms_slope = 0.1", text))
+        with pytest.raises(ConfigError, match="exactly one of rms_slope and rms_height"):
+            load(small, RunConfig)
+
+
 def test_a_file_of_heights_counts_by_its_content(small: Path) -> None:
     a, b = small.with_name("a.npy"), small.with_name("b.npy")
     heights = np.random.default_rng(1).normal(size=(24, 30))

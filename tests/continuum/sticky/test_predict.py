@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from continuum.cli import main
+from continuum.model.attraction import attraction_on_core
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers
@@ -25,7 +26,7 @@ from continuum.sticky.materials import MATERIALS, Body, Interface, InterfaceErro
 from continuum.sticky.mending import detrend
 from continuum.sticky.predict import Prediction, predict, turning_modulus, turning_work
 from continuum.sticky.reading import read, read_all
-from continuum.sticky.simulate import UnresolvedError, resolvable, simulate, spline_wall
+from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
 from continuum.sticky.topography import Topography
 
 MEASURED = os.environ.get("STICKINESS_TOPOGRAPHIES")
@@ -158,14 +159,6 @@ def test_what_to_doubt_is_said() -> None:
 
 
 # --- the solver --------------------------------------------------------------------------------------------
-
-
-@given(st.floats(-4, 1.5), st.floats(-2, 1.5))
-def test_the_wall_has_the_work_and_the_range_asked_for(work: float, stiffness: float) -> None:
-    wall = spline_wall(10.0**work, 10.0**stiffness, 10 / 10.0**stiffness)
-    assert wall.work_of_adhesion == pytest.approx(10.0**work, rel=1e-6)
-    assert wall.effective_range == pytest.approx(1.0, rel=1e-6)
-    assert wall.zero_gap == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize(("adhesion_length", "sticky"), [(5e-4, False), (0.05, True)])
@@ -326,7 +319,7 @@ def test_the_limit_of_jkr_has_the_same_work_and_snaps_above_two_pixels() -> None
     instead, why = resolvable(topography, Interface(1.0, 0.02, 0.01, None))
     assert why
     assert instead.work_of_adhesion == 0.02
-    wall = spline_wall(0.02 / instead.range, 5 * instead.range, 1.0)
+    wall = attraction_on_core("spline", 0.02 / instead.range, 1.0, 5 * instead.range)
     snaps = np.pi / wall.largest_softening * instead.range
     assert snaps == pytest.approx(2.0, rel=0.02)  # the table follows the law to 1 %
     assert resolvable(topography, Interface(1.0, 0.001, 0.35, None))[1] == ""

@@ -1,0 +1,78 @@
+"""Laws whose work of adhesion, range and core are chosen apart: in the paper's law two of them fix the third."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import brentq
+
+from continuum.arguments import choice, number
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import Exponential, LennardJonesSpline, Wall
+
+__all__ = ["CORE_DEPTH", "SHAPES", "Shape", "attraction_on_core"]
+
+Shape = Literal["spline", "exponential"]
+SHAPES: tuple[Shape, ...] = ("spline", "exponential")
+CORE_DEPTH = 2.0
+"""To which a spline's core is tabulated, in a0, from where the traction vanishes."""
+_KNOTS = 101
+
+
+def attraction_on_core(
+    shape: Shape,
+    adhesion_length: float,
+    effective_range: float,
+    core_stiffness: float,
+    core_depth: float = CORE_DEPTH,
+) -> Wall:
+    """An attraction of given work and effective range on a linear core.
+
+    In the paper's law repulsion and attraction are equally stiff at the minimum, which ties w to the range and E*.
+    Here all three are given; but a core is never softer than its attraction, whose stiffness the paper's law has at the
+    minimum.
+
+    Parameters
+    ----------
+    shape : "spline", the attraction of the paper's law, Eq. (S-6), which ends; "exponential", which does not.
+    adhesion_length : l_a = w/E*, in a0.
+    effective_range : Δr of Eq. (S-5), in a0.
+    core_stiffness : traction per overlap, in E*/a0; at least the stiffness of the paper's law of this work and range.
+    core_depth : to which the core of a spline is tabulated, in a0; deeper it is continued by the same line.
+
+    Raises
+    ------
+    ArgumentError
+        If the shape is none of these, or a number is not positive.
+    """
+    choice("shape", shape, SHAPES)
+    w = number("adhesion_length", adhesion_length, above=0)
+    r = number("effective_range", effective_range, above=0)
+    depth = number("core_depth", core_depth, above=0)
+    reach = r / LennardJonesSpline(1.0).effective_range
+    law = LennardJonesSpline(reach, 12 * w / reach**2)
+    stiffness = max(number("core_stiffness", core_stiffness, above=0), law.minimum_stiffness)
+    return _exponential(w, r, stiffness) if shape == "exponential" else _spline(law, stiffness, depth)
+
+
+def _spline(law: LennardJonesSpline, core_stiffness: float, depth: float) -> TabulatedWall:
+    # Dense on both sides of the kink, so that the cubic through the knots follows it.
+    dense = np.linspace(0.0, 1.0, _KNOTS) ** 4
+    outside, inside = law.range * dense, -depth * dense[:0:-1]
+    attraction = law.evaluate(law.zero_gap + outside).traction
+    attraction[0] = attraction[-1] = 0.0
+    repulsion = -core_stiffness * inside
+    return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([repulsion, attraction]))
+
+
+def _exponential(w: float, effective_range: float, core_stiffness: float) -> Exponential:
+    def law(decay: float) -> Exponential:
+        # γ + γ²/(2 ρ² K) = w
+        k = decay**2 * core_stiffness
+        return Exponential(2 * w / (1 + np.sqrt(1 + 2 * w / k)), decay, core_stiffness)
+
+    # On a hard core Δr = 1.35 ρ; on the softest, which overlaps by a part of Δr, ρ is smaller.
+    low, high = effective_range / 10, effective_range
+    decay = brentq(lambda rho: law(rho).effective_range - effective_range, low, high, rtol=1e-13)
+    return law(float(decay))
