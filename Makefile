@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test docs long verification figures kappa stickiness bench bench-gpu lint clean
+.PHONY: validate test docs long verification figures bench bench-gpu lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -36,14 +36,6 @@ figures: .venv/installed
 	  $(BIN)/continuum sweep run inputs/sweep/$$sweep.toml --reduced --workers $(WORKERS) || [ $$? = 1 ] || exit; \
 	done
 	$(BIN)/continuum plot page results/figure4-reduced results/figure1-reduced -o results/paper
-
-# Studies of many systems; each goes on from where it was stopped.  WORKERS systems at once.
-# The paper's system at 1 % area on 4096² points, 1.5 GiB for each worker: docs/kappa.md.
-kappa: .venv/installed-dev
-	$(BIN)/python -m tests.studies.kappa --workers 1 --threads $(WORKERS)
-# Measured and predicted stickiness of 24 surfaces: docs/stickiness.md.
-stickiness: .venv/installed-dev
-	$(BIN)/python -m tests.studies.stickiness --workers $(WORKERS)
 
 # Counts, times and memory, beside those of the peers, into docs/benchmarks.md: at most MINUTES, one core; goes on from
 # where it was stopped.  SIZES="512 1024": these grids only; 8192 on request.  TABLES="work iteration adhesive hard_wall".

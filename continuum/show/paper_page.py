@@ -10,6 +10,7 @@ import numpy as np
 
 from continuum.files import output
 from continuum.runs.collect import Collected, collect
+from continuum.show.dispute import write_dispute
 from continuum.show.paper import FIGURES, Drawing, points_of, save_drawing
 from continuum.show.paper_axes import AXES
 from continuum.show.paper_maps import contact_maps, patch_cells
@@ -19,7 +20,7 @@ from continuum.show.paper_verdicts import verdict_sheet, verdicts
 __all__ = ["NAMES", "draw_figure", "write_page"]
 
 _MAPS = {"figure1": contact_maps, "figure-s1": patch_cells}
-NAMES = (*_MAPS, *FIGURES, *AXES, "verdicts", "page")
+NAMES = (*_MAPS, *FIGURES, *AXES, "verdicts", "page", "dispute")
 """What ``continuum plot`` can make of a sweep."""
 
 
@@ -28,8 +29,9 @@ def draw_figure(name: str, roots: Sequence[Path], into: Path | None = None) -> l
 
     Parameters
     ----------
-    name : one of :data:`NAMES`; "page" is all that the sweep has points for.
-    roots : folder of the sweep; several for the page.
+    name : one of :data:`NAMES`; "page" is all that the sweep has points for, "dispute" the theories
+        beside one another.
+    roots : folder of the sweep; several for page and dispute.
     into : where to write; the folder of the first sweep if None.
 
     Raises
@@ -43,8 +45,10 @@ def draw_figure(name: str, roots: Sequence[Path], into: Path | None = None) -> l
     place = output.folder(into or roots[0])
     if name == "page":
         return write_page([(collect(root), root) for root in roots], place / "paper.md")
+    if name == "dispute":
+        return write_dispute([(root.resolve().name, collect(root)) for root in roots], place / "dispute.md")
     if len(roots) > 1:
-        msg = f"{name}: of one sweep at a time; only a page has several"
+        msg = f"{name}: of one sweep at a time; only page and dispute have several"
         raise FigureError(msg)
     root = roots[0]
     table = collect(root)

@@ -5,8 +5,9 @@ work of adhesion at which the load at 1 % repulsive area changes its sign on app
 the sign found there.  A criterion that were exact would have a margin of 1 on the first.  So the probability that a
 contact is sticky, given a margin, is the share of surfaces that turned at a smaller one.
 
-Heights may be stretched (:mod:`tests.studies.turns`), so that a contact is told by the range of attraction over h_rms
-and over δh = h'²/h''.  Surfaces count where both are within a factor of :data:`SIMILAR` of the contact's.
+Elasticity is linear and slopes are small: heights stretched by s, with a range s times as long and s² times the work,
+have the same contact.  So a contact is told by the range of attraction over h_rms and over δh = h'²/h''.  Surfaces
+count where both are within a factor of :data:`SIMILAR` of the contact's.
 """
 
 from __future__ import annotations

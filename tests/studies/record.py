@@ -1,7 +1,8 @@
-"""The measured record of the criteria of stickiness, ``continuum/sticky/record.csv``, from what is computed already.
+"""The measured record of the criteria of stickiness, ``continuum/sticky/record.csv``, from the files of sweeps.
 
-Run as ``python -m tests.studies.record``: the turns of :mod:`tests.studies.turns`, and the 65 states at 1 % area behind
-``docs/stickiness.md``, whose signs follow from that page: it names every state that differs from the prediction.
+Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
+(``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
+(``figure4.toml``) give states, sticky or not.
 """
 
 from __future__ import annotations
@@ -9,85 +10,66 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import json
-import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from continuum.files import output
-from continuum.model.surface import moments
-from continuum.theory import paper, rough
-from tests.problems import Rough
-from tests.studies.turns import RESOLVED
+from continuum.runs.collect import Collected, collect
+from continuum.show.paper_points import Points
+from continuum.sticky.criteria import RoughContact
+from continuum.sticky.turns import conformal_energies, load_turns
 
 COLUMNS = (
     "source", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature", "conformal_energy",
     "range", "work", "sticky",
 )  # fmt: skip
-POINTS = 256
-"""A side, of the surfaces that count."""
-NEAR = 0.9
-"""Ratio of attraction to repulsion from which the work at the turn is extrapolated: 4 % in the work."""
+MOMENTS = ("rms_height", "rms_slope", "rms_curvature")
 
 
-def turns(folder: Path) -> Iterator[dict[str, Any]]:
+def turned(table: Collected) -> Iterator[dict[str, object]]:
     """Surfaces with the work of adhesion at which attraction and repulsion cancel at 1 % area."""
-    for path in sorted(folder.glob("*.json")):
-        row = json.loads(path.read_text())
-        if row["observable"] != "load":
-            continue
-        trials = [t for t in row["trials"] if t.get("load_rep") and t["snap"] >= RESOLVED]
-        ratios = {t["work"]: t["load_att"] / t["load_rep"] for t in trials}
-        best = min(ratios, key=lambda work: abs(math.log(ratios[work])), default=None)
-        if best is None or not NEAR < ratios[best] < 1 / NEAR:
-            continue
-        yield {**row, "source": "turn", "range": row["length"], "work": best / ratios[best], "sticky": "turns"}
+    for turn in load_turns(table):
+        yield {**_surface(turn.settings), **_contact(turn.contact), "source": "turn", "sticky": "turns"}
 
 
-def states(page: str) -> Iterator[dict[str, Any]]:
-    """States of docs/stickiness.md: of one surface and one work of adhesion each, sticky or not."""
-    name = r"H = ([\d.]+), h' = ([\d.]+), lambda_s = ([\d.]+), l_a = ([\d.]+)"
-    lost = {match.groups() for match in re.finditer(name + r": jumped_over", page)}
-    differ = {match.groups()[:4] for match in re.finditer(name + r" \| 2 \| ([\d.]+) \| -", page)}
-    for hurst in ("0.3", "0.5", "0.8"):
-        for slope in ("0.1", "0.3"):
-            for cut in ("4", "8", "16", "32"):
-                rough_wall = Rough(1024, 0.005, float(cut), 1, float(slope), float(hurst))
-                grid, heights = rough_wall.grid, rough_wall.heights()
-                height, slope_found, curvature = moments(grid, heights)
-                power = np.abs(grid.forward(heights)) ** 2 * grid.mode_weights
-                base = {
-                    "source": "state", "hurst": float(hurst), "lambda_s": float(cut), "lambda_L": 512.0, "seed": 1,
-                    "rms_height": height, "rms_slope": slope_found, "rms_curvature": curvature,
-                    "conformal_energy": rough.conformal_energy(grid.wavenumber, power),
-                }  # fmt: skip
-                for length in ("0.0005", "0.005", "0.05"):
-                    key = hurst, slope, cut, length
-                    if key in lost:
-                        continue
-                    reach = 1.05659 * math.sqrt(24 * float(length))
-                    change = paper.height_change(slope_found, curvature)
-                    predicted = paper.onset(slope_found, change, float(length), reach) < 1
-                    sticky = "yes" if predicted or key in differ else "no"
-                    yield {**base, "range": reach, "work": float(length), "sticky": sticky}
+def states(table: Collected) -> Iterator[dict[str, object]]:
+    """Surfaces of the paper's law with the sign of their load where κ is read: with A_rep >= 10 λ_s²."""
+    points, energies = Points(table), conformal_energies(table)
+    for row in np.flatnonzero(points.reference & (points.length > 0)).tolist():
+        key = table.keys[int(table.system[row])]
+        contact = RoughContact(
+            *(float(points[name][row]) for name in MOMENTS), float(points.length[row]),
+            float(points["effective_range"][row]), conformal_energy=energies[key],
+        )  # fmt: skip
+        settings = {f"surface.{name}": table.setting(key, f"surface.{name}") for name in COLUMNS[1:5]}
+        sticky = "yes" if points["load"][row] < 0 else "no"
+        yield {**_surface(settings), **_contact(contact), "source": "state", "sticky": sticky}
+
+
+def _surface(settings: dict[str, object]) -> dict[str, object]:
+    return {name: settings[f"surface.{name}"] for name in COLUMNS[1:5]}
+
+
+def _contact(contact: RoughContact) -> dict[str, object]:
+    moments = {name: getattr(contact, name) for name in (*MOMENTS, "conformal_energy", "range")}
+    return {**moments, "work": contact.work_of_adhesion}
 
 
 def main() -> None:
     """Write the record."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--kept", type=Path, default=Path("results/turns"), help="folder of the turns")
-    parser.add_argument("--page", type=Path, default=Path("docs/stickiness.md"))
+    parser.add_argument("folders", nargs="+", type=Path, help="of sweeps")
     parser.add_argument("--record", type=Path, default=Path("continuum/sticky/record.csv"))
     given = parser.parse_args()
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for row in (*(row for row in turns(given.kept) if row["n"] == POINTS), *states(given.page.read_text())):
-        writer.writerow([f"{v:.6g}" if isinstance(v := row[name], float) else v for name in COLUMNS])
+    for table in map(collect, given.folders):
+        held = table.setting(table.keys[0], "surface.rms_height")  # NaN where slopes are held instead
+        for row in turned(table) if held == held else states(table):
+            writer.writerow([f"{v:.6g}" if isinstance(v := row[name], float) else v for name in COLUMNS])
     output.save(given.record, out.getvalue())
 
 

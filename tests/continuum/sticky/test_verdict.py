@@ -24,7 +24,7 @@ def same(one: Surface, other: Surface) -> bool:
 
 
 def test_the_record_holds_the_states_of_its_page() -> None:
-    # docs/stickiness.md: 9 + 2 sticky ones and 54 others.
+    # Of the page that stood in docs/stickiness.md: 9 + 2 sticky ones and 54 others.
     assert Counter(surface.sticky for surface in STATES) == {True: 11, False: 54}
     assert len(TURNS) > 70
     for surface in recorded():

@@ -1,0 +1,132 @@
+"""Turns of stickiness from a sweep: where contacts are made to turn as one theory says, that theory is found right."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from continuum.model.grid import Grid
+from continuum.model.surface import moments
+from continuum.runs.axes import Axis
+from continuum.runs.collect import Collected
+from continuum.runs.measured import COLUMNS
+from continuum.runs.surfaces import SelfAffineSurface
+from continuum.runs.sweep import Listed, System
+from continuum.show.dispute import THEORIES, Theory, dispute_sheets, draw_turns, write_dispute
+from continuum.show.paper_points import FigureError
+from continuum.sticky.criteria import RoughContact
+from continuum.sticky.turns import conformal_energies, exponent, load_turns, pull_off_turns
+from continuum.theory import rough
+
+N, HEIGHT, REACH = 64, 0.1, 0.02
+CUTS, SEEDS = (4.0, 8.0, 16.0), (1, 2)
+WORKS = tuple(1e-5 * 4.0**i for i in range(7))
+KEYS = ("surface.lambda_s", "surface.seed", "wall.adhesion_length")
+
+
+def contact(lambda_s: float, seed: int, work: float) -> RoughContact:
+    grid = Grid.square(N)
+    surface = SelfAffineSurface(
+        kind="self-affine", hurst=0.8, rms_height=HEIGHT, lambda_s=lambda_s, lambda_L=32.0, seed=seed
+    )
+    heights = surface.build(grid)
+    power = np.abs(grid.forward(heights)) ** 2 * grid.mode_weights
+    energy = rough.conformal_energy(grid.wavenumber, power)
+    return RoughContact(*moments(grid, heights), work, REACH, conformal_energy=energy, roll_off=32.0)
+
+
+def sweep(theory: Theory, *, back: bool) -> Collected:
+    """Attraction over repulsion, or pull-off over peak load, is w over the w of one theory to the power 0.8."""
+    places = list(itertools.product(CUTS, SEEDS, WORKS))
+    rows: list[dict[str, float]] = []
+    for lambda_s, seed, work in places:
+        made = contact(lambda_s, seed, work)
+        ratio = (theory.criterion(made).margin or np.nan) ** 0.8
+        known = {
+            "rms_height": made.rms_height, "rms_slope": made.rms_slope, "rms_curvature": made.rms_curvature,
+            "work_of_adhesion": work, "effective_range": REACH, "diameter": made.diameter, "converged": 1,
+        }  # fmt: skip
+        # A cycle from rest to a load of 1, back to a tension of that ratio, and to rest.
+        path = [(0.0, 1.0, 0), (1.0, 0.5, 0), (-ratio, 0.8, 1), (0.0, 1.0, 1)] if back else [(1 - ratio, 1.0, 0)]
+        for step, (load, gap, retracting) in enumerate(path):
+            rows.append({**known, "step": step, "load": load, "load_rep": 1.0, "load_att": ratio, "mean_gap": gap,
+                         "separation": np.nan, "retracting": retracting})  # fmt: skip
+    systems = tuple(System(f"{i:024d}", dict(zip(KEYS, p, strict=True)), 1.0, 1.0) for i, p in enumerate(places))
+    axes = tuple(Axis((key,), tuple((v,) for v in a)) for key, a in zip(KEYS, (CUTS, SEEDS, WORKS), strict=True))
+    common = {"surface.hurst": 0.8, "surface.rms_height": HEIGHT, "surface.lambda_L": 32.0, "grid.n": [N, N]}
+    values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
+    index = np.repeat(np.arange(len(places)), 4 if back else 1)
+    return Collected(
+        Listed("made", axes, common, systems), tuple(s.key for s in systems), index, values,
+        np.ones(len(places)), 0, 0, (), {"version 0": len(places)},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize("theory", THEORIES, ids=lambda theory: theory.name)
+def test_the_theory_that_contacts_follow_is_found(theory: Theory, back: bool) -> None:
+    table = sweep(theory, back=back)
+    turns = pull_off_turns(table) if back else load_turns(table)
+    assert len(turns) == len(CUTS) * len(SEEDS)
+    for turn in turns:
+        # The ratio is a power of w: linear in logarithms, so that nothing is lost between two works.
+        assert theory.work(turn) == pytest.approx(1, rel=1e-9)
+    exponents, works = dispute_sheets(turns)
+    column = [c.name for c in works.columns].index(theory.name)
+    assert all(row[column] == "1 (x1.00)" for row in works.rows)
+    names = [c.name for c in exponents.columns]
+    measured, said = names.index("measured"), names.index(f"{theory.name} (limit)")
+    for row in exponents.rows:
+        assert str(row[measured]).strip("*").split()[0] == str(row[said]).split()[0]
+
+
+def test_a_turn_outside_of_the_works_is_not_guessed() -> None:
+    theory = THEORIES[0]
+    table = sweep(theory, back=False)
+    column = list(COLUMNS).index("load_att")
+    for factor in (1e-9, 1e9):
+        values = table.values.copy()
+        values[:, column] *= factor
+        assert load_turns(replace(table, values=values)) == []
+    with pytest.raises(FigureError, match="too few systems"):
+        dispute_sheets([])
+
+
+def test_a_cycle_that_misses_a_point_says_nothing() -> None:
+    table = sweep(THEORIES[0], back=True)
+    kept = np.ones(len(table.values), dtype=bool)
+    kept[1::4] = False
+    assert pull_off_turns(replace(table, values=table.values[kept], system=table.system[kept])) == []
+
+
+def test_the_energy_of_full_contact_is_that_of_the_surface() -> None:
+    table = sweep(THEORIES[0], back=False)
+    energies = conformal_energies(table)
+    for key in table.keys[:: len(WORKS)]:
+        place = float(table.setting(key, KEYS[0])), int(table.setting(key, KEYS[1]))
+        assert energies[key] == contact(*place, 1.0).conformal_energy
+
+
+@given(st.floats(-3, 3), st.floats(1e-6, 1e6))
+def test_an_exponent_is_found_whatever_the_units(power: float, unit: float) -> None:
+    cuts = np.array(CUTS)
+    assert exponent(cuts, unit * cuts**power) == pytest.approx(power, abs=1e-9)
+    assert np.isnan(exponent(cuts[:2], cuts[:2]))
+
+
+def test_page_and_figures_are_written(tmp_path) -> None:
+    written = write_dispute(
+        [("load", sweep(THEORIES[0], back=False)), ("pulled", sweep(THEORIES[1], back=True))], tmp_path / "dispute.md"
+    )
+    text = (tmp_path / "dispute.md").read_text()
+    assert "Hysteresis at the turn" in text
+    assert "d_rep over 4h'/h''" in text
+    assert {path.name for path in written} >= {"dispute.md", "dispute-load.png", "dispute-pull-off.csv"}
+    assert all((tmp_path / name).stat().st_size > 5000 for name in ("dispute-load.png", "dispute-pull-off.pdf"))
+    drawing = draw_turns(load_turns(sweep(THEORIES[0], back=False)), "title")
+    assert len(drawing.sheet.rows) == len(CUTS)
