@@ -103,8 +103,8 @@ def _sweep_run(parsed: argparse.Namespace) -> int:
     with Counted(Path(parsed.file).stem) as report:
         done = sweep(
             parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, workers=parsed.workers,
-            threads=parsed.threads, memory=parsed.memory and 1e9 * parsed.memory, retry=parsed.retry,
-            shard=parsed.shard, scheduler_file=parsed.scheduler_file,
+            threads=parsed.threads, device=parsed.device, memory=parsed.memory and 1e9 * parsed.memory,
+            retry=parsed.retry, shard=parsed.shard, scheduler_file=parsed.scheduler_file,
             begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
             progress=lambda ended, n, total: report.ended(ended.task.path, ended_line(ended), new=not ended.found),
         )  # fmt: skip

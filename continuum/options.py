@@ -137,7 +137,8 @@ def _add_sweep(parser: argparse.ArgumentParser) -> None:
                          help="folder in which that of the sweep is made (default: results)")  # fmt: skip
         one.add_argument("--reduced", action="store_true", help="the smaller sizes of [sweep.reduced]")
         _add_settings(one)
-    run.add_argument("--workers", type=at_least_one, default=1, help="processes at once (default: 1)")
+    run.add_argument("--workers", type=at_least_one, help="processes at once (default: 1, or one for each GPU)")
+    run.add_argument("--device", help="what the solvers run on: cpu, or cuda (experimental), a GPU for each process")
     run.add_argument("--threads", type=at_least_one, default=1, help="threads of each (default: 1)")
     run.add_argument("--memory", type=float, metavar="GB", help="of this machine that may be used (default: all)")
     run.add_argument("--retry", action="store_true", help="try again what failed")

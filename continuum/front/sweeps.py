@@ -17,6 +17,7 @@ from continuum.runs.collect import Collected, Progress, progress_of, write_cube
 from continuum.runs.engine import Ended
 from continuum.runs.sweep import SystemTask, begin, run_sweep
 from continuum.show.sheet import Sheet
+from continuum.solve.backend import back_end
 
 __all__ = ["Swept", "collected", "plot_figure", "slurm", "status", "sweep", "verified"]
 
@@ -55,8 +56,9 @@ def sweep(
     *,
     settings: Mapping[str, Any] | None = None,
     reduced: bool = False,
-    workers: int = 1,
+    workers: int | None = None,
     threads: int = 1,
+    device: str | None = None,
     memory: float | None = None,
     retry: bool = False,
     shard: tuple[int, int] = (1, 1),
@@ -72,8 +74,10 @@ def sweep(
     output : the folder of the sweep is made in this one, named after the file.
     settings : values of keys instead of those of the file; a list for a key on an axis.
     reduced : the values of [sweep.reduced] hold: minutes instead of days.
-    workers : processes of this machine; fewer run at once where their memory would not suffice.
+    workers : processes of this machine, one if None, or one for each GPU; fewer run at once where their memory would
+        not suffice.
     threads : of the solver of each system.
+    device : what the solver runs on, instead of the input's ``[solver] device``.
     memory : in bytes, of this machine; all of it if None.
     retry : try again what failed.
     shard : this part of so many, for jobs of an array.
@@ -85,22 +89,38 @@ def sweep(
     ------
     ConfigError, OutputError, ClusterError
         If the input cannot be run, results cannot be stored, or there is no such cluster.
+    InputError
+        If this machine has not the device, or fewer GPUs than workers.
     """
+    if device is not None:
+        settings = {**(settings or {}), "solver.device": device}
     described = Sweep.read(file, settings, reduced=reduced)
+    devices = _devices(described) if scheduler_file is None else ()
     folder = Path(output) / described.name
-    if not (1 <= shard[0] <= shard[1]):
-        fault = Fault(("sweep",), f"a shard from 1/{shard[1]} to {shard[1]}/{shard[1]}, not {shard[0]}/{shard[1]}")
-        raise ConfigError(described.source, [fault])
+    _check_shard(described, *shard)
     tasks = begin(described, folder, retry=retry, shard=shard, threads=threads)
     if begun is not None:
         begun(tasks)
     cluster = None if scheduler_file is None else Path(scheduler_file)
     ended = []
-    for one in run_sweep(tasks, folder, workers=workers, memory=memory, scheduler_file=cluster):
+    at_once = workers or max(1, len(devices))
+    for one in run_sweep(tasks, folder, workers=at_once, memory=memory, scheduler_file=cluster, devices=devices):
         ended.append(one)
         if progress is not None:
             progress(one, len(ended), len(tasks))
     return _swept(folder, ended)
+
+
+def _check_shard(described: Sweep, part: int, parts: int) -> None:
+    if not 1 <= part <= parts:
+        fault = Fault(("sweep",), f"a shard from 1/{parts} to {parts}/{parts}, not {part}/{parts}")
+        raise ConfigError(described.source, [fault])
+
+
+def _devices(described: Sweep) -> tuple[str, ...]:
+    """GPUs of this machine that the systems of a sweep run on; none where they run on the CPU."""
+    _, config = next(iter(described.systems()))
+    return back_end(config.solver.device).devices()
 
 
 def _swept(folder: Path, ended: list[Ended]) -> Swept:

@@ -10,19 +10,24 @@ import os
 import pickle
 import threading
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait as wait_for
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from continuum.arguments import count
+from continuum.arguments import ArgumentError, count
 from continuum.errors import StickinessError
+
+if TYPE_CHECKING:
+    from multiprocessing.queues import SimpleQueue
 
 __all__ = ["DIED", "Ended", "Job", "Task", "run_tasks", "timed"]
 
@@ -85,6 +90,7 @@ def run_tasks(
     threads: int = 1,
     scheduler_file: Path | None = None,
     memory: float = np.inf,
+    devices: Sequence[str] = (),
 ) -> Generator[Ended, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
@@ -97,6 +103,7 @@ def run_tasks(
     threads : that the libraries of each process may use.
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
     memory : in bytes; of the tasks that run at once, all but the first fit into it together.
+    devices : GPUs as CUDA_VISIBLE_DEVICES names them: each process of this machine sees one, and none sees another's.
 
     Yields
     ------
@@ -105,6 +112,8 @@ def run_tasks(
     """
     count("workers", workers)
     count("threads", threads)
+    if devices and workers > len(devices):
+        raise ArgumentError("workers", workers, f"at most one for each GPU: {len(devices)}")
     todo = []
     for task in tasks:
         if is_done(task):
@@ -118,14 +127,16 @@ def run_tasks(
         yield from on_cluster(todo, work, scheduler_file)
         return
     with _threads(threads):
-        suspects = yield from _in_parallel(todo, work, workers, memory)
+        suspects = yield from _in_parallel(todo, work, workers, memory, devices)
         # Whose process died is not known where several ran: one by one it shows.
         for task in suspects:
-            if (yield from _in_parallel([task], work, 1, memory)):
+            if (yield from _in_parallel([task], work, 1, memory, devices)):
                 yield Ended(task, 0.0, DIED)
 
 
-def _in_parallel(todo: list[Task], work: Job, workers: int, memory: float) -> Generator[Ended, None, list[Task]]:
+def _in_parallel(
+    todo: list[Task], work: Job, workers: int, memory: float, devices: Sequence[str]
+) -> Generator[Ended, None, list[Task]]:
     """Run tasks until all have ended; returns those whose process died."""
     waiting, suspects = list(reversed(todo)), list[Task]()
 
@@ -138,7 +149,13 @@ def _in_parallel(todo: list[Task], work: Job, workers: int, memory: float) -> Ge
     while waiting:
         # "spawn": a forked copy of a process that has threads, or MPI, is undefined.
         context = get_context("spawn")
-        with ProcessPoolExecutor(min(workers, len(waiting)), mp_context=context, initializer=_with_parent) as pool:
+        free: SimpleQueue[str] = context.SimpleQueue()
+        for device in devices:
+            free.put(device)
+        pool_of = partial(
+            ProcessPoolExecutor, mp_context=context, initializer=_begin, initargs=(free if devices else None,)
+        )
+        with pool_of(min(workers, len(waiting))) as pool:
             running: dict[Future[float], Task] = {}
             alive = True
             try:
@@ -168,8 +185,10 @@ def _in_parallel(todo: list[Task], work: Job, workers: int, memory: float) -> Ge
     return suspects
 
 
-def _with_parent() -> None:
-    """End this process when the one that started it has died: it would wait for work for ever."""
+def _begin(free: SimpleQueue[str] | None) -> None:
+    """Take a GPU, and end this process when the one that started it has died: it would wait for work for ever."""
+    if free is not None:
+        os.environ["CUDA_VISIBLE_DEVICES"] = free.get()
     parent = parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -165,6 +165,7 @@ def run_sweep(
     workers: int = 1,
     memory: float | None = None,
     scheduler_file: Path | None = None,
+    devices: Sequence[str] = (),
 ) -> Generator[Ended, None, None]:
     """Do the systems that are not done; yields how each ended.  What failed is recorded, and never stops the rest.
 
@@ -174,13 +175,14 @@ def run_sweep(
     workers : processes of this machine.
     memory : of this machine that may be used, in bytes; all of it if None.
     scheduler_file : of a Dask cluster that does the work instead.
+    devices : GPUs, one for each worker.
     """
     folder = Folder(Path(root))
     done = _names(folder.points)
     work, limit = partial(solve_system, folder.root), memory or physical_memory()
     known = run_tasks(
         tasks, work, lambda task: task.path.stem in done,
-        workers=workers, scheduler_file=scheduler_file, memory=limit,
+        workers=workers, scheduler_file=scheduler_file, memory=limit, devices=devices,
     )  # fmt: skip
     for ended in known:
         # A disk that is full, or another process that has it in hand, says nothing about the system.

@@ -64,6 +64,9 @@ class BackEnd(Protocol):
     def machine(self) -> str:
         """Name of what it runs on, beyond the name of the device; empty for nothing."""
 
+    def devices(self) -> tuple[str, ...]:
+        """Names of those that processes should not share; empty where they may."""
+
     def level(self, grid: Grid, stiffness_q: Real, threads: int, coarser: int) -> Level:
         """A grid of the smooth solver, with up to so many coarser ones.
 

@@ -11,7 +11,7 @@ from continuum.model.grid import Grid
 from continuum.solve.cpu.faces import Face
 from continuum.solve.cpu.levels import Level
 
-__all__ = ["CAUTION", "LEVELS", "SMALLEST", "face", "level", "machine", "require"]
+__all__ = ["CAUTION", "LEVELS", "SMALLEST", "devices", "face", "level", "machine", "require"]
 
 SMALLEST = 128
 """Grids of no more points along a side have no coarser one: calls, not points, would take the time."""
@@ -28,6 +28,11 @@ def require() -> None:
 def machine() -> str:
     """All of them find the same."""
     return ""
+
+
+def devices() -> tuple[str, ...]:
+    """Processes share the cores."""
+    return ()
 
 
 def level(grid: Grid, stiffness_q: Real, threads: int, coarser: int) -> Level:

@@ -13,16 +13,17 @@ from __future__ import annotations
 
 import inspect
 import math
+import os
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba.cuda
 import numpy as np
 from numba import config, float64, int64, types, uint8, void
 from numpy.typing import NDArray
 
-from continuum.errors import InputError
+from continuum.errors import InputError, StickinessError
 from continuum.model.fourier import Real
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "SUMS",
     "THREADS",
     "Array",
+    "DeviceError",
     "Kernel",
     "Mask",
     "Parameters",
@@ -43,7 +45,9 @@ __all__ = [
     "empty",
     "kernel",
     "refuse_without_gpu",
+    "refuse_without_memory",
     "to_device",
+    "visible_devices",
 ]
 
 cuda: Any = numba.cuda
@@ -107,6 +111,14 @@ def device_name() -> str:
         return "simulator"
     name = cuda.get_current_device().name
     return name.decode() if isinstance(name, bytes) else str(name)
+
+
+def visible_devices() -> tuple[str, ...]:
+    """The GPUs of this process, as CUDA_VISIBLE_DEVICES names them: by the batch system's choice, if it made one."""
+    chosen = os.environ.get("CUDA_VISIBLE_DEVICES", "")
+    if chosen:
+        return tuple(name.strip() for name in chosen.split(","))
+    return ("0",) if SIMULATED else tuple(str(i) for i in range(len(cuda.gpus)))
 
 
 class Kernel:
@@ -185,11 +197,47 @@ class Reduction:
 
         ``largest`` is the number of one of which the largest part is wanted.
         """
-        kernel(rows, *arguments, self.parts)
-        count = min(rows, BLOCKS) * THREADS
-        collect(SUMS, self.parts, count, largest, self.totals, threads=COLLECTORS)
-        totals: Real = self.totals.copy_to_host()[:, 0]
+        try:
+            kernel(rows, *arguments, self.parts)
+            count = min(rows, BLOCKS) * THREADS
+            collect(SUMS, self.parts, count, largest, self.totals, threads=COLLECTORS)
+            totals: Real = self.totals.copy_to_host()[:, 0]
+        except _driver_error() as error:
+            # What a launch did wrong shows where its sums are waited for.
+            msg = f'the GPU failed: {error}; run again, which goes on from what is stored, or take device = "cpu"'
+            raise DeviceError(msg) from error
         return totals
+
+
+class DeviceError(StickinessError):
+    """The GPU or its driver failed."""
+
+
+def _driver_error() -> type[Exception]:
+    """What the driver raises; there is none in the simulator."""
+    return _Never if SIMULATED else cast("type[Exception]", cuda.cudadrv.driver.CudaAPIError)
+
+
+class _Never(Exception):
+    pass
+
+
+def refuse_without_memory(points: int, fields: float) -> None:
+    """Say before anything is begun that a grid does not fit.
+
+    Raises
+    ------
+    MemoryError
+        If so many fields of so many points are more than the device has left.
+    """
+    if SIMULATED:
+        return
+    left, whole = cuda.current_context().get_memory_info()
+    needed = points * fields * 8
+    if needed > left:
+        gib = 2**30
+        msg = f"on the GPU: it has {left / gib:.3g} of {whole / gib:.3g} GiB left, this grid needs {needed / gib:.3g}"
+        raise MemoryError(msg)
 
 
 def empty(rows: int, columns: int, kind: Any = np.float64) -> Array:
@@ -202,7 +250,7 @@ def empty(rows: int, columns: int, kind: Any = np.float64) -> Array:
     """
     try:
         made = cuda.device_array((rows, columns), kind)
-    except cuda.cudadrv.driver.CudaAPIError as error:
+    except _driver_error() as error:
         gib = rows * columns * np.dtype(kind).itemsize / 2**30
         msg = f"on the GPU, for one more array of {gib:.3g} GiB: {error}"
         raise MemoryError(msg) from error

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from collections import Counter
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from continuum.arguments import ArgumentError
 from continuum.runs.engine import DIED, Task, run_tasks
 
 
@@ -53,3 +55,23 @@ def test_the_longest_is_begun_first(tmp_path: Path) -> None:
     tasks = [Task(tmp_path / f"{cost}.txt", f"good {cost}", float(cost)) for cost in (1, 3, 2)]
     assert [e.task.cost for e in run_tasks(tasks, partial(work, tmp_path / "log"), exists)] == [3, 2, 1]
     assert [e.seconds for e in run_tasks(tasks, partial(work, tmp_path / "log"), exists)] == [0, 0, 0]
+
+
+def see(task: Task) -> None:
+    """Leaves the GPU that its process sees; the first two tasks wait for each other, so that each has a process."""
+    task.path.write_text(os.environ["CUDA_VISIBLE_DEVICES"])
+    other = task.path.with_name({"0.txt": "1.txt", "1.txt": "0.txt"}.get(task.path.name, task.path.name))
+    while not other.exists():
+        time.sleep(0.01)
+
+
+def test_each_process_sees_a_gpu_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "3,5")
+    tasks = [Task(tmp_path / f"{i}.txt", str(i), 4.0 - i) for i in range(4)]
+    assert all(ended.ok for ended in run_tasks(tasks, see, exists, workers=2, devices=("3", "5")))
+    found = [task.path.read_text() for task in tasks]
+    assert set(found[:2]) == {"3", "5"}
+    assert set(found) == {"3", "5"}
+    assert os.environ["CUDA_VISIBLE_DEVICES"] == "3,5"
+    with pytest.raises(ArgumentError, match="at most one for each GPU: 2"):
+        list(run_tasks(tasks, see, exists, workers=3, devices=("3", "5")))

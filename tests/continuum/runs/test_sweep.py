@@ -22,12 +22,13 @@ from hypothesis import strategies as st
 
 import continuum
 from continuum.cli import main
-from continuum.errors import OutputError
+from continuum.errors import InputError, OutputError
 from continuum.files.tables import ConfigError
 from continuum.runs.axes import Sweep
 from continuum.runs.collect import collect, progress_of, verify
 from continuum.runs.measured import numbers_of
 from continuum.runs.sweep import begin, run_sweep, solve_system
+from continuum.solve.backend import back_end
 from tests.problems import SMALL
 from tests.stored import content, same
 
@@ -45,6 +46,22 @@ def settings(path: Path, **options: object) -> list[dict[str, object]]:
 
 
 SEEDS = '[sweep.axes]\n"surface.seed" = [1, 2, 3]\n'
+
+
+def test_a_sweep_on_a_gpu_that_is_not_there_is_one_message_and_begins_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def missing() -> None:
+        raise InputError("there is no GPU here that can be used")
+
+    monkeypatch.setattr(back_end("cpu"), "require", missing)
+    assert main(["sweep", "run", str(described(tmp_path, SEEDS)), "--device", "cpu"]) == 2
+    assert "there is no GPU here" in capsys.readouterr().err
+    assert not (tmp_path / "results").exists()
+    with pytest.raises(ConfigError, match="device"):
+        continuum.sweep(described(tmp_path, SEEDS), device="abacus")
 
 
 # --- descriptions --------------------------------------------------------------------------------------------

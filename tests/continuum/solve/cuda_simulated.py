@@ -484,6 +484,49 @@ def test_one_set_of_arrays_serves_any_number_of_problems() -> None:
     np.testing.assert_allclose(higher.gap, first.gap, atol=1e-6)
 
 
+def held(thing: Any, seen: set[int]) -> int:
+    """Bytes of the arrays on the device that an object of ours holds."""
+    if id(thing) in seen:
+        return 0
+    seen.add(id(thing))
+    if type(thing).__module__.startswith("numba"):
+        return int(getattr(thing, "nbytes", 0))
+    if type(thing).__module__.startswith("continuum") and hasattr(thing, "__dict__"):
+        return sum(held(value, seen) for value in vars(thing).values())
+    if isinstance(thing, (list, tuple)):
+        return sum(held(value, seen) for value in thing)
+    return 0
+
+
+def test_memory_is_what_is_said_before_a_grid_is_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = Grid.square(1024)
+    stiffness = HalfSpace("clamped").stiffness(grid)
+    field = grid.shape[0] * grid.shape[1] * 8
+    for made, said in (
+        (cuda.level(grid, stiffness, 1, 2), cuda.LEVEL_FIELDS),
+        (cuda.face(grid, stiffness, 1), cuda.FACE_FIELDS),
+    ):
+        # The work area of cuFFT, a field, is not there in the simulator.
+        assert held(made, set()) / field == pytest.approx(said - 1, abs=0.2)
+    monkeypatch.setattr(device, "SIMULATED", False)
+    monkeypatch.setattr(
+        device,
+        "cuda",
+        types.SimpleNamespace(
+            current_context=lambda: types.SimpleNamespace(get_memory_info=lambda: (9.5 * field, 80 * field))
+        ),
+    )
+    with pytest.raises(MemoryError, match=r"has 0\.0742 of 0\.625 GiB left, this grid needs 0\.075"):
+        cuda.level(grid, stiffness, 1, 2)
+
+
+def test_processes_that_share_a_machine_have_a_gpu_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CUDA_VISIBLE_DEVICES", raising=False)
+    assert cuda.devices() == ("0",)
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "2, GPU-3e7a")
+    assert cuda.devices() == ("2", "GPU-3e7a")
+
+
 def test_the_device_is_known_and_names_itself() -> None:
     assert backend.back_end("cuda") is cuda  # type: ignore[comparison-overlap]
     assert cuda.machine() == "simulator"

@@ -23,6 +23,10 @@ def machine():
     return ""
 
 
+def devices():
+    return ()
+
+
 def level(grid, stiffness_q, threads, coarser):
     return Level(grid, stiffness_q, coarser)
 
