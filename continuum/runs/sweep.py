@@ -247,8 +247,9 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[Listed, list[SystemTask]]:
     tasks, systems = list[SystemTask](), list[System]()
     common: dict[str, Any] = {}
     for plan, config in sweep.systems():
-        if not systems:
-            common = dict(_flat(config.plain()))
+        values = dict(_flat(config.plain()))
+        # A key that follows from one on an axis, as the period from the points, is common to none.
+        common = {key: value for key, value in common.items() if values.get(key) == value} if systems else values
         cost = cost_of(config)
         nx, ny = config.grid.n
         work = float(cost.fft_pairs) * nx * ny

@@ -14,7 +14,7 @@ from continuum.files import output
 from continuum.model.grid import Real
 from continuum.runs.collect import Collected
 from continuum.show import plot
-from continuum.show.paper_points import FigureError, Points, colour, draw, legend
+from continuum.show.paper_points import FigureError, Points, colour, draw, legend, plain_ticks
 from continuum.show.sheet import Sheet
 from continuum.theory import rough
 
@@ -55,15 +55,6 @@ def _line(axis: Axes, slope: float = 1.0, label: str = "", **options: object) ->
     low, high = axis.get_xlim()
     ends = np.array([low, high])
     axis.plot(ends, slope * ends, **{"color": "0.5", "linewidth": 0.9, "zorder": 0, "label": label, **options})  # type: ignore[arg-type]
-    axis.set_xlim(low, high)
-
-
-def _plain_ticks(axis: Axes) -> None:
-    """1, 2, 5, 10, ... on an axis of about a decade, where powers of ten alone would be one label or none."""
-    low, high = axis.get_xlim()
-    ticks = [d * 10.0**e for e in range(-3, 5) for d in (1, 2, 5) if low <= d * 10.0**e <= high]
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
     axis.set_xlim(low, high)
 
 
@@ -195,7 +186,7 @@ def perimeter(points: Points) -> Drawing:
     axis = figure.subplots()
     draw(axis, points, points["chord"][rows], ratio[rows], rows)
     axis.set_xscale("log")
-    _plain_ticks(axis)
+    plain_ticks(axis)
     axis.axhline(1, color="0.5", linewidth=0.9, label="equal")
     axis.axvline(10, color="0.5", linewidth=0.9, linestyle=":", label="below 10 $a_0$ cells show")
     axis.set_xlabel("mean chord of $A_{rep}$ ($a_0$)")
@@ -228,7 +219,7 @@ def asperities(points: Points) -> Drawing:
     axis.plot(ratio[theory > 1e-6], theory[theory > 1e-6], "-", color="0.4", label="Fuller and Tabor (1975)")
     axis.set(xscale="log", yscale="log", xlabel=r"$h_{rms}/\delta_c$", ylabel=r"$N_{max}/(N P_c)$")
     axis.set_ylim(bottom=1e-6)
-    _plain_ticks(axis)
+    plain_ticks(axis)
     legend(axis, points, found[pulls], loc="lower left", fontsize=6)
     columns = {"h_rms/delta_c": height / reach, "N_max/(N P_c)": scaled}
     text = f"Fig. S-3: largest tension on approach, at the points of each path; {int((~pulls).sum())} never pull."

@@ -9,7 +9,7 @@ import numpy as np
 from continuum.model.grid import Real
 from continuum.show import plot
 from continuum.show.paper import Drawing
-from continuum.show.paper_points import FigureError, Points, colour
+from continuum.show.paper_points import FigureError, Points, colour, plain_ticks
 from continuum.show.sheet import Sheet
 
 __all__ = ["AXES"]
@@ -33,7 +33,7 @@ def _inverse_kappa(points: Points, key: str, label: str, column: str, caption: s
     rows = _chosen(points, key)
     figure = plot.new_figure(5.0, 3.6)
     axis = figure.subplots()
-    body = []
+    body, plotted = [], set[float]()
     for length in sorted(set(points.length[rows])):
         mine = rows[points.length[rows] == length]
         for curve in points.groups(mine, key, "surface.seed", *along):
@@ -41,12 +41,16 @@ def _inverse_kappa(points: Points, key: str, label: str, column: str, caption: s
             groups = [1 / points[column][curve[points[key][curve] == value]] for value in x]
             mean = np.array([group.mean() for group in groups])
             scatter = np.array([group.std(ddof=1) if group.size > 1 else 0.0 for group in groups])
+            plotted |= set(x.astype(float).tolist())
             axis.errorbar(x.astype(float), mean, yerr=scatter, fmt="o-", color=colour(length), capsize=2)
             body += [(length, float(v), m, s, g.size) for v, m, s, g in zip(x, mean, scatter, groups, strict=True)]
         axis.plot([], [], "o-", color=colour(length), label=rf"$\ell_a/a_0 = {length:g}$")
     axis.axhline(0.5, color="0.6", linestyle="--", linewidth=0.8, label="the paper's 1/2 without adhesion")
     axis.axhline(0, color="0.8", linewidth=0.6, label="below: sticky")
-    axis.set(xscale="log", xlabel=label, ylabel=r"$1/\kappa$" if column == "kappa" else r"$1/\kappa_{rep}$")
+    axis.set_xscale("log")
+    axis.set_xticks(sorted(plotted), [f"{value:g}" for value in sorted(plotted)])
+    axis.set_xticks([], minor=True)
+    axis.set(xlabel=label, ylabel=r"$1/\kappa$" if column == "kappa" else r"$1/\kappa_{rep}$")
     axis.legend(fontsize=7)
     sheet = Sheet.of(caption, ("l_a (a0)", key, f"1/{column}", "scatter over surfaces", "surfaces"), body)
     return Drawing(figure, sheet, f"{caption}; means over surfaces, bars their standard deviation.")
@@ -61,7 +65,13 @@ def finite_size(points: Points) -> Drawing:
 def continuum_limit(points: Points) -> Drawing:
     """1/κ_rep against λ_s/a0."""
     return _inverse_kappa(
-        points, "surface.lambda_s", r"$\lambda_s/a_0$", "kappa_rep", "κ_rep at 1 % area against λ_s/a0"
+        points,
+        "surface.lambda_s",
+        r"$\lambda_s/a_0$",
+        "kappa_rep",
+        "κ_rep at 1 % area against λ_s/a0",
+        "grid.n",
+        "surface.lambda_L",
     )
 
 
@@ -128,25 +138,32 @@ def stiffness(points: Points) -> Drawing:
 
 @plot.styled
 def pull_off(points: Points) -> Drawing:
-    """Largest tension on retraction against the largest load of the path."""
-    body = []
+    """Largest tension on retraction against how far the contact was pressed before."""
+    body: list[tuple[float, ...]] = []
     for path in points.paths():
         back = path[points["retracting"][path] == 1]
         if back.size:
-            peak, force = float(points["load"][path].max()), float(max(0.0, -points["load"][back].min()))
-            body.append((float(points.length[path[0]]), float(points["surface.seed"][path[0]]), peak, force))
+            first, force = path[0], float(max(0.0, -points["load"][back].min()))
+            peaks = float(points["area_rep"][path].max()), float(points["load"][path].max())
+            body.append((float(points.length[first]), float(points["surface.seed"][first]), *peaks, force))
     if not body:
         msg = "this figure needs paths with a way back: retract = true"
         raise FigureError(msg)
     figure = plot.new_figure(5.0, 3.6)
     axis = figure.subplots()
     for length in sorted({row[0] for row in body}):
-        mine = sorted((row[2], row[3]) for row in body if row[0] == length)
-        axis.plot(*zip(*mine, strict=True), "o", color=colour(length), label=rf"$\ell_a/a_0 = {length:g}$")
-    axis.set(xlabel="largest load of the path, $N/A_0$ ($E^*$)", ylabel="pull-off, $-N/A_0$ ($E^*$)")
+        for i, seed in enumerate(sorted({row[1] for row in body if row[0] == length})):
+            mine = sorted((row[2], row[4]) for row in body if row[:2] == (length, seed) and row[4] > 0)
+            name = rf"$\ell_a/a_0 = {length:g}$, each line a surface" if i == 0 else None
+            if mine:
+                axis.plot(*zip(*mine, strict=True), "o-", color=colour(length), linewidth=0.8, label=name)
+    axis.set(xscale="log", yscale="log", ylabel="pull-off, $-N/A_0$ ($E^*$)",
+             xlabel="largest repulsive area before, $A_{rep}/A_0$")  # fmt: skip
+    plain_ticks(axis)
     axis.legend(fontsize=7)
-    heads = ("l_a (a0)", "seed", "peak load (E*)", "pull-off (E*)")
-    return Drawing(figure, Sheet.of("pull-off", heads, body), "Pull-off force against the largest load before.")
+    heads = ("l_a (a0)", "seed", "peak A_rep/A0", "peak load (E*)", "pull-off (E*)")
+    text = "Pull-off force against how far the contact was pressed before; the peak loads are in the table."
+    return Drawing(figure, Sheet.of("pull-off", heads, body), text)
 
 
 AXES: Mapping[str, Callable[[Points], Drawing]] = {

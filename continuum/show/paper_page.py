@@ -96,11 +96,13 @@ def write_page(sweeps: Sequence[tuple[Collected, Path]], path: Path) -> list[Pat
 
 def _meant(table: Collected, points: Points) -> Iterator[str]:
     """The figures that a sweep is for: maps where fields are stored, the paper's where there are paths."""
+    own = table.listed.name.removesuffix("-reduced")
+    if own in (*_MAPS, *FIGURES, *AXES):
+        yield own
     if table.listed.common.get("output.fields"):
-        yield from _MAPS
-    if points["step"].max() > 0:
-        yield from FIGURES
-    yield from (name for name in AXES if table.listed.name.removesuffix("-reduced") == name)
+        yield from (name for name in _MAPS if name != own)
+    if points["step"].max() > 0 and own not in AXES:
+        yield from (name for name in FIGURES if name != own)
 
 
 def _provenance(table: Collected) -> str:

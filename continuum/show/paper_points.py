@@ -16,7 +16,7 @@ from continuum.model.grid import Real
 from continuum.runs.collect import Collected
 from continuum.theory import paper
 
-__all__ = ["COLOURS", "ENOUGH", "FigureError", "Points", "draw", "legend"]
+__all__ = ["COLOURS", "ENOUGH", "FigureError", "Points", "draw", "legend", "plain_ticks"]
 
 Mask = NDArray[np.bool_]
 ENOUGH = 10.0
@@ -158,3 +158,12 @@ def legend(axis: Axes, points: Points, rows: NDArray[np.int64], **options: Any) 
         axis.plot([], [], "o", color="0.3", alpha=0.25, label=rf"$A_{{rep}} < {ENOUGH:g}\lambda_s^2$")
     settings: dict[str, Any] = {"fontsize": 6.5, "ncols": 2, **options}
     axis.legend(**settings)
+
+
+def plain_ticks(axis: Axes) -> None:
+    """1, 2, 5, 10, ... on an axis of about a decade, where powers of ten alone would be one label or none."""
+    low, high = axis.get_xlim()
+    ticks = [d * 10.0**e for e in range(-3, 5) for d in (1, 2, 5) if low <= d * 10.0**e <= high]
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
+    axis.set_xlim(low, high)

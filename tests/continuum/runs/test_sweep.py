@@ -27,7 +27,8 @@ from continuum.files.tables import ConfigError
 from continuum.runs.axes import Sweep
 from continuum.runs.collect import collect, progress_of, verify
 from continuum.runs.measured import numbers_of
-from continuum.runs.sweep import begin, run_sweep, solve_system
+from continuum.runs.sweep import begin, run_sweep, solve_system, systems_of
+from continuum.show.paper_points import Points
 from continuum.solve.backend import back_end
 from tests.problems import SMALL
 from tests.stored import content, same
@@ -46,6 +47,18 @@ def settings(path: Path, **options: object) -> list[dict[str, object]]:
 
 
 SEEDS = '[sweep.axes]\n"surface.seed" = [1, 2, 3]\n'
+
+
+def test_a_key_that_follows_from_an_axis_is_not_taken_from_the_first_system(tmp_path: Path) -> None:
+    """The period is that of the points where it is not given: each system has its own."""
+    path = described(tmp_path, '[[sweep.zipped]]\n"grid.n" = [[24, 30], [48, 60]]\n"surface.lambda_L" = [12.0, 24.0]\n')
+    path.write_text(re.sub(r"^period = .*$", "", path.read_text(), flags=re.MULTILINE))
+    begin(Sweep.read(path), tmp_path / "many")
+    listed = systems_of(tmp_path / "many")
+    assert "grid.period" not in listed.common
+    assert listed.common["surface.hurst"] == 0.8
+    table = continuum.sweep(path, tmp_path).collect()
+    assert sorted(set(Points(table).area)) == [24 * 30, 48 * 60]
 
 
 def test_a_sweep_on_a_gpu_that_is_not_there_is_one_message_and_begins_nothing(
