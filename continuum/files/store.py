@@ -323,15 +323,15 @@ def read_few(
     path = Path(path)
     with opened(path) as file:
         held = {name: item for name in datasets if isinstance(item := member(path, file, name), h5py.Dataset)}
-        found = {name: value for name in attributes if (value := _attribute(file, name)) is not None}
+        found: dict[str, Attribute] = {}
+        for prefix in dict.fromkeys(name.rpartition("/")[0] for name in attributes):
+            owner = member(path, file, prefix)
+            if isinstance(owner, h5py.Group):
+                present = owner.attrs
+                keys = [name.rpartition("/")[2] for name in attributes if name.rpartition("/")[0] == prefix]
+                some = {key: present[key] for key in keys if key in present}
+                found |= {f"{prefix}/{key}" if prefix else key: value for key, value in _plain_values(some)}
         return {name: _values(item) for name, item in held.items()}, found
-
-
-def _attribute(file: h5py.File, name: str) -> Attribute | None:
-    group, _, key = name.rpartition("/")
-    owner = member(Path(file.filename), file, group) if group else file
-    value = owner.attrs.get(key) if isinstance(owner, h5py.Group) else None
-    return None if value is None else next((v for _, v in _plain_values({key: value})), None)
 
 
 def pack(masks: ArrayLike) -> NDArray[np.uint8]:

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from continuum import units
 from continuum.sticky.criteria import Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.faults import Fault, Findings, find_faults
@@ -36,6 +38,8 @@ STIFFEST = 2e12
 """E* in Pa beyond which it is questioned; in other units nothing is so stiff, and nothing is said."""
 NOTHING = 1e-9
 """Part of a moment below which there is nothing but rounding errors."""
+LINE_ERROR = 0.1
+"""Of slope and curvature from a single line, seen on synthetic surfaces; it falls with the root of their number."""
 DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
 
@@ -151,7 +155,8 @@ def _predicted(topographies: Sequence[Topography], interface: Interface, finding
     """Maps as they are."""
     analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
-    fits = tuple(fit_self_affine(*spectrum(topography)) for topography in topographies)
+    # What bands of lines leave of a spectrum gives moments, but no exponent that deserves the name.
+    fits = tuple(None if one.lines else fit_self_affine(*spectrum(one)) for one in topographies)
     # Of two bodies the longer waves carry the heights; a map without roll-off has at least its own size.
     roll_off = max(
         (fit.roll_off if fit is not None and fit.roll_off else min(topography.lengths))
@@ -192,6 +197,12 @@ def _warnings(
     found = []
     for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
         name = topography.source
+        if topography.lines:
+            error = LINE_ERROR / np.sqrt(topography.lines)
+            found.append(
+                f"{name}: from {topography.lines} line{'s' if topography.lines > 1 else ''}: isotropy and Gaussian "
+                f"heights are assumed, slope and curvature known to {max(error, 0.02):.0%}, faults not looked for"
+            )
         if not topography.periodic:
             found.append(
                 f"{name}: not periodic: spectrum through a Hann window, slope and curvature from neighbouring points"

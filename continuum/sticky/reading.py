@@ -22,6 +22,7 @@ import numpy as np
 from continuum import units
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.model.grid import Real
+from continuum.sticky.linescan import isotropic_surface
 from continuum.sticky.mending import crop, harmonic
 from continuum.sticky.topography import Topography, TopographyError
 
@@ -72,7 +73,8 @@ def read(
             heights = read_numbers(path, dataset)
         except (ValueError, OSError) as error:
             raise TopographyError(str(error)) from error
-        found = _Map(heights, path.name)
+        single = heights.ndim == 2 and min(heights.shape) == 1
+        found = _Map(heights.ravel() if single else heights, path.name)
     else:
         found = _from_instrument(path, part)
     return _whole(_with_units(found, size, unit, periodic, override), corners, fill)
@@ -222,6 +224,9 @@ def _with_units(
     if faults:
         raise TopographyError("\n".join(f"{found.source}: {fault}" for fault in faults))
     lengths = tuple(size or found.size or ())
+    if len(lengths) == 2 and found.heights.ndim == 1:
+        msg = f"{found.source}: a line scan has one length: --size LX"
+        raise TopographyError(msg)
     if len(lengths) == 1 and found.heights.ndim == 2:
         nx, ny = found.heights.shape
         lengths = (lengths[0], lengths[0] * ny / nx)
@@ -233,6 +238,11 @@ def _with_units(
 def _whole(found: _Map, corners: tuple[float, float, float, float] | None, fill: float) -> Topography:
     """The part that counts, without holes."""
     heights, (lx, ly), steps = found.heights, _two(found.size), list(found.steps)
+    if heights.ndim == 1:
+        if corners is not None or fill:
+            msg = f"{found.source}: a line scan can be neither cut nor filled"
+            raise TopographyError(msg)
+        return isotropic_surface(heights, lx, periodic=found.periodic, source=found.source, steps=found.steps)
     if heights.ndim != 2:
         return Topography(heights, (lx, ly), found.periodic, found.source)
     periodic = found.periodic
@@ -286,7 +296,7 @@ def _from_instrument(path: Path, part: str | None) -> _Map:
             reason = "none of its formats" if unknown else str(error) or type(error).__name__
             msg = f"{path}: SurfaceTopography cannot read it: {reason}"
             raise TopographyError(msg) from error
-    names = ", ".join(map(repr, maps)) or "none (a line scan is no map)"
+    names = ", ".join(map(repr, maps)) or "none"
     msg = f"{path}: holds {len(chosen)} maps {f'named {part!r}' if part else ''}, choose one with --part; maps: {names}"
     raise TopographyError(msg)
 
@@ -300,20 +310,20 @@ def _maps(path: Path, stack: ExitStack) -> dict[str, Callable[[], _Map]]:
     if _is_container(path):
         from SurfaceTopography.Container.IO import read_container
 
-        members = [member for surface in read_container(str(path)) for member in surface if member.dim == 2]
+        members = [member for surface in read_container(str(path)) for member in surface]
         names = [str(member.info.get("name", i)) for i, member in enumerate(members)]
         return {name: partial(_values, path, name, member) for name, member in zip(names, members, strict=True)}
     from SurfaceTopography import open_topography
 
     reader = open_topography(str(path))
     stack.callback(reader.close)
-    return {c.channel_id: partial(_load, path, reader, c) for c in reader.height_channels if c.dim == 2}
+    return {c.channel_id: partial(_load, path, reader, c) for c in reader.height_channels}
 
 
 def _load(path: Path, reader: Any, channel: Any) -> _Map:
     """A channel of a file; a size or unit that it does not say is put in as 1 and left out afterwards."""
     size, unit = channel.physical_sizes, channel.unit
-    given: dict[str, Any] = {} if size is not None else {"physical_sizes": (1.0, 1.0)}
+    given: dict[str, Any] = {} if size is not None else {"physical_sizes": (1.0,) * channel.dim}
     given |= {} if unit is not None else {"unit": "m"}
     found = _values(path, None, reader.topography(channel_index=channel.index, **given))
     scale = None if unit is None else found.unit
@@ -324,6 +334,11 @@ def _values(path: Path, name: str | None, measured: Any) -> _Map:
     """What SurfaceTopography holds, holes as NaN."""
     scale = units.unit_size(str(measured.unit), "length")
     lengths = tuple(float(length) * scale for length in measured.physical_sizes)
-    heights = np.ma.filled(np.ma.asarray(measured.heights(), dtype=np.float64), np.nan)
     source = path.name if name is None else f"{path.name}: {name}"
+    if not measured.is_uniform:
+        where, heights = (np.asarray(values, dtype=np.float64) for values in measured.positions_and_heights())
+        even = np.linspace(where[0], where[-1], where.size)
+        steps = ("resampled to points an equal distance apart",)
+        return _Map(np.interp(even, where, heights), source, lengths, scale, bool(measured.is_periodic), steps)
+    heights = np.ma.filled(np.ma.asarray(measured.heights(), dtype=np.float64), np.nan)
     return _Map(heights, source, lengths, scale, bool(measured.is_periodic))

@@ -43,6 +43,7 @@ class Topography:
     source : where it comes from, in words.
     steps : what has been done to it, in words.
     cutoff : wavelength below which waves were left out on purpose, in m.
+    lines : of a scan that it stands for (:mod:`continuum.sticky.linescan`); 0 for a map.
 
     Raises
     ------
@@ -56,6 +57,7 @@ class Topography:
     source: str = "array"
     steps: tuple[str, ...] = ()
     cutoff: float | None = None
+    lines: int = 0
 
     def __post_init__(self) -> None:
         """Refuse what is no map of heights."""

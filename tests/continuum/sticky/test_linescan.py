@@ -1,0 +1,122 @@
+"""Line scans against the surfaces that they were taken from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from continuum.cli import main
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine, moments
+from continuum.sticky.linescan import isotropic_surface, profile_spectrum, surface_bands
+from continuum.sticky.materials import Interface
+from continuum.sticky.predict import predict
+from continuum.sticky.reading import read
+from continuum.sticky.topography import Topography, TopographyError
+
+GRID = Grid.square(512)
+
+
+def scanned(hurst: float = 0.8, lambda_s: float = 8.0, seed: int = 1) -> np.ndarray:
+    return SelfAffine(hurst, 0.1, lambda_s, 128.0).synthesise(GRID, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("power", [3.2, 4.0])
+def test_abels_transform_of_a_power_law_is_inverted(power: float) -> None:
+    """C = q^-p has the profile q^(1-p) √π Γ((p-1)/2)/Γ(p/2), if it goes on for ever."""
+    q = np.arange(1, 2000) * 1e-3
+    k = np.geomspace(1e-6, 1e4, 20001)
+    # The profile of a spectrum that ends at the last q, by integration.
+    inside = np.sqrt(np.maximum(q[-1] ** 2 - q**2, 0))
+    profile = np.array([2 * np.trapezoid((a * a + (u := k[k <= b]) ** 2) ** (-power / 2), u) if b > 1e-6 else 0.0
+                        for a, b in zip(q, inside, strict=True)])  # fmt: skip
+    profile = np.maximum(profile, 1e-12 * profile.max())
+    edges, density = surface_bands(q, profile)
+    middle = np.sqrt(edges[1:] * edges[:-1])
+    # Bands of 1/12 decade in which C falls by a factor of 1.8 - 2.2: their mean is within a tenth of the middle.
+    some = slice(12, -6)
+    np.testing.assert_allclose(density[some], middle[some] ** -power, rtol=0.1)
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.8])
+@pytest.mark.parametrize("lambda_s", [4.0, 16.0])
+@pytest.mark.parametrize("periodic", [True, False])
+def test_thirty_lines_have_the_slope_and_curvature_of_their_surface(
+    hurst: float, lambda_s: float, periodic: bool
+) -> None:
+    heights = scanned(hurst, lambda_s)
+    _, slope, curvature = moments(GRID, heights)
+    made = isotropic_surface(heights[::17], 512.0, periodic=periodic)
+    _, its_slope, its_curvature = moments(made.grid, made.heights)
+    # Lines a wavelength apart are independent: 30 of them, each to 10 %.
+    assert its_slope == pytest.approx(slope, rel=0.05)
+    assert its_curvature == pytest.approx(curvature, rel=0.05)
+    assert made.periodic
+    assert made.lines == 31
+    assert "31 lines of 512 points" in made.steps[-1]
+
+
+def test_one_line_has_them_to_a_tenth_on_average() -> None:
+    found = []
+    for seed in range(6):
+        heights = scanned(seed=seed)
+        made = isotropic_surface(heights[:, 7], 512.0)
+        found.append(moments(made.grid, made.heights)[1] / moments(GRID, heights)[1])
+    # The mean of six, each to a tenth, is known to 4 %.
+    assert np.mean(found) == pytest.approx(1, abs=0.1)
+    assert np.abs(np.array(found) - 1).max() < 0.25
+
+
+def test_the_mean_square_of_a_profile_is_the_integral_of_its_spectrum() -> None:
+    lines = np.random.default_rng(1).normal(size=(3, 256))
+    q, c = profile_spectrum(lines, 0.5, periodic=True)
+    exact = np.mean((lines - lines.mean(axis=1, keepdims=True)) ** 2)
+    # Both signs of q; the last mode, Nyquist's, is its own opposite and counted once by welch.
+    assert 2 * np.sum(c) * (q[1] - q[0]) == pytest.approx(exact, rel=1e-9)
+
+
+@given(st.floats(1e-12, 1e6), st.floats(1e-9, 1e3))
+def test_units_change_nothing(height: float, length: float) -> None:
+    line = np.cumsum(np.random.default_rng(2).normal(size=128))
+    one, other = isotropic_surface(line, 1.0), isotropic_surface(height * line, length)
+    np.testing.assert_allclose(other.heights / height, one.heights, rtol=1e-6, atol=1e-6 * np.ptp(one.heights))
+    assert other.lengths == pytest.approx((length, length))
+
+
+@pytest.mark.parametrize(
+    "bad", [np.zeros(100), np.arange(20.0), np.where(np.arange(100) == 3, np.nan, np.arange(100.0))]
+)
+def test_what_is_no_line_scan_is_one_message(bad: np.ndarray) -> None:
+    with pytest.raises(TopographyError, match="at least 64 heights"):
+        isotropic_surface(bad, 1.0)
+
+
+def test_the_verdict_of_a_line_is_that_of_its_map_and_says_what_is_assumed() -> None:
+    heights = scanned(seed=3)
+    contact = Interface(1.0, 0.005, 0.35, None)
+    whole = predict([Topography(heights, (512.0, 512.0), True)], contact)
+    line = predict([isotropic_surface(heights[5], 512.0)], contact)
+    # The margin goes as the slope to 7/3 over the curvature to 2/3: 10 % in each are 20 %.
+    ratio = line.paper.margin / whole.paper.margin
+    assert ratio == pytest.approx(1, abs=0.4)
+    assert any("isotropy and Gaussian" in warning for warning in line.warnings)
+
+
+def test_a_file_with_one_column_is_a_line_scan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "stylus.txt"
+    np.savetxt(path, scanned()[3])
+    found = read(path, size=[512e-9], unit=1e-9)
+    assert found.lines == 1
+    assert found.lengths == pytest.approx((512e-9, 512e-9))
+    with pytest.raises(TopographyError, match="one length"):
+        read(path, size=[1.0, 2.0], unit=1.0)
+    with pytest.raises(TopographyError, match="neither cut nor filled"):
+        read(path, size=[512e-9], unit=1e-9, corners=(0, 1e-7, 0, 1e-7))
+    command = ["predict", str(path), "--size", "512nm", "--unit", "nm", "--estar", "10GPa", "--work", "50mJ/m2",
+               "--range", "0.35nm", "-o", str(tmp_path / "out")]  # fmt: skip
+    assert main(command) == 0
+    assert "from 1 line" in " ".join(capsys.readouterr().out.split())
