@@ -13,6 +13,7 @@ import sys
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import psutil
 import pytest
@@ -229,16 +230,19 @@ def test_broken_files_are_one_message_each_and_verify_finds_all(
     points[1].write_bytes(flipped)
     shutil.copy(points[5], points[2])  # another system
     points[3].write_text("{}")
+    with h5py.File(points[4], "r+") as file:
+        file.attrs["schema_version"] = 2  # of an older program
     capsys.readouterr()
     assert main(["sweep", "collect", str(root)]) == 1
     said = capsys.readouterr()
-    assert said.err.count("warning: ") >= 3
+    assert said.err.count("warning: ") >= 4
+    assert "version 2, expected" in said.err
     assert "Traceback" not in said.err
     assert main(["sweep", "verify", str(root)]) == 1
-    assert "6 files, 4 of them damaged" in capsys.readouterr().out
+    assert "6 files, 5 of them damaged" in capsys.readouterr().out
     count, faults = verify(root, aside=True)
-    assert (count, len(faults)) == (6, 4)
-    assert {fault.path for fault in faults} == set(points[:4])
+    assert (count, len(faults)) == (6, 5)
+    assert {fault.path for fault in faults} == set(points[:5])
     for task in begin(Sweep.read(path), root):
         solve_system(root, task)
     assert verify(root) == (6, [])
