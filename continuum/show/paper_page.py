@@ -81,8 +81,8 @@ def write_page(sweeps: Sequence[tuple[Collected, Path]], path: Path) -> list[Pat
     for table, root in sweeps:
         points = points_of(table)
         parts += [f"## Sweep `{root.resolve().name}`\n", _provenance(table), _sizes(points)]
-        if points["step"].max() > 0:
-            parts += ["", verdict_sheet(verdicts(points)).markdown(), ""]
+        looked = [verdict for verdict in verdicts(points) if verdict.word != "not looked at"]
+        parts += ["", verdict_sheet(looked).markdown(), ""]
         for name in _meant(table, points):
             try:
                 drawing = _drawing(name, table, root, points)
