@@ -2,7 +2,7 @@
 
 Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
 (``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
-(``figure4.toml``) give states, sticky or not.
+(``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.
 """
 
 from __future__ import annotations
@@ -57,19 +57,29 @@ def _contact(contact: RoughContact) -> dict[str, object]:
     return {**moments, "work": contact.work_of_adhesion}
 
 
+def _key(row: dict[str, str]) -> tuple[str, ...]:
+    """The surface and its law; of a state, the work of adhesion, too.  Moments were stored with six digits."""
+    names = ("source", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "range")
+    numbers = [f"{float(row[name]):.4g}" if name != "source" else row[name] for name in names]
+    return (*numbers, f"{float(row['work']):.4g}" if row["source"] == "state" else "")
+
+
 def main() -> None:
     """Write the record."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path, help="of sweeps")
     parser.add_argument("--record", type=Path, default=Path("continuum/sticky/record.csv"))
     given = parser.parse_args()
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    known = {_key(row): row for row in csv.DictReader(given.record.read_text().splitlines())}
     for table in map(collect, given.folders):
         held = table.setting(table.keys[0], "surface.rms_height")  # NaN where slopes are held instead
-        for row in turned(table) if held == held else states(table):
-            writer.writerow([f"{v:.6g}" if isinstance(v := row[name], float) else v for name in COLUMNS])
+        for found in turned(table) if held == held else states(table):
+            row = {name: f"{v:.6g}" if isinstance(v := found[name], float) else str(v) for name in COLUMNS}
+            known[_key(row)] = row
+    out = io.StringIO()
+    writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(known.values())
     output.save(given.record, out.getvalue())
 
 
