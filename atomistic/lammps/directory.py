@@ -28,6 +28,7 @@ from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.law import native_law, read_wall_table, wall_table
+from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.mesh import wall_mesh
 from atomistic.lammps.protocol import LOAD_TOLERANCE, Separations
 from continuum.errors import OutputError
@@ -153,7 +154,8 @@ def write_deck(directory: Path, deck: Deck) -> Path:
     Raises
     ------
     OutputError
-        If the directory holds anything else: it is left as it was; or it cannot be written to.
+        If the directory holds anything else, or a run is under way there: it is left as it was; or it cannot be
+        written to.
     """
     directory = Path(directory)
     texts = render(deck)
@@ -162,7 +164,7 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         if not directory.is_dir():
             msg = f"{directory}: is no folder, and is left alone; choose another one for the deck"
             raise OutputError(msg)
-        known = {*INPUTS, *PARTS}
+        known = {*INPUTS, *PARTS, LOCK}
         foreign = sorted(
             entry.name
             for entry in directory.iterdir()
@@ -175,17 +177,18 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         if deck.protocol is not None and _same(directory, texts["deck.json"]):
             return directory
     folder(directory)
-    remove_outputs(directory)
-    (directory / "in.contact").unlink(missing_ok=True)
-    for entry in list(directory.iterdir()):
-        if _POTENTIALS.fullmatch(entry.name):
-            entry.unlink()
-    for name, content in deck.model.files.items():
-        save(directory / name, content)
-    with whole(directory / "slab.data") as file:
-        _write_data(file, deck)
-    for name in reversed(texts):  # in.contact last
-        save(directory / name, texts[name])
+    with hold(directory):
+        remove_outputs(directory)
+        (directory / "in.contact").unlink(missing_ok=True)
+        for entry in list(directory.iterdir()):
+            if _POTENTIALS.fullmatch(entry.name):
+                entry.unlink()
+        for name, content in deck.model.files.items():
+            save(directory / name, content)
+        with whole(directory / "slab.data") as file:
+            _write_data(file, deck)
+        for name in reversed(texts):  # in.contact last
+            save(directory / name, texts[name])
     return directory
 
 

@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from atomistic.lammps.directory import remove_outputs
+from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
     DeckResult,
     LammpsError,
@@ -87,17 +88,20 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
     ------
     LammpsError
         If LAMMPS cannot be loaded or reports an error.
+    OutputError
+        If another run of this deck is under way.
     """
-    directory, steps = _clear(directory)
-    done = len(finished_steps(directory))
-    for step in range(done + 1, max(steps, 1) + 1):
-        with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
-            if timeout is not None:
-                lammps.command(f"timer timeout {max(1, math.ceil(timeout))} every 10")
-            lammps.command(f"variable last index {step}")
-            guard(lambda lammps=lammps: lammps.file("in.contact"), directory)  # type: ignore[misc]
-        if progress is not None:
-            progress(step, max(steps, 1))
+    directory, steps = _described(directory)
+    with hold(directory):
+        done = _done(directory, steps)
+        for step in range(done + 1, max(steps, 1) + 1):
+            with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
+                if timeout is not None:
+                    lammps.command(f"timer timeout {max(1, math.ceil(timeout))} every 10")
+                lammps.command(f"variable last index {step}")
+                guard(lambda lammps=lammps: lammps.file("in.contact"), directory)  # type: ignore[misc]
+            if progress is not None:
+                progress(step, max(steps, 1))
     return read_result(directory)
 
 
@@ -131,6 +135,8 @@ def run_command(
         If the command is no line of a shell.
     LammpsError
         If the command is not found, fails or takes too long.
+    OutputError
+        If another run of this deck is under way.
     ValueError
         If both a command and a number of ranks are given, or there are no ranks.
     """
@@ -138,22 +144,14 @@ def run_command(
         msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
         raise ValueError(msg)
     words = command_words(command)
-    directory, steps = _clear(directory)
+    directory, steps = _described(directory)
     if ranks > 1:
         words = [_script("mpiexec"), "-n", str(ranks), *words]
     words += ["-in", "in.contact", "-screen", "none"]
-    process = _start(words, directory)
-    with process:
-        try:
-            output = _watched(process, directory, steps, timeout, progress)
-        except BaseException as error:
-            # The whole group: mpiexec leaves its ranks behind.
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            if isinstance(error, subprocess.TimeoutExpired):
-                msg = f"{shlex.join(words)} in {directory} took more than {timeout} s{tail(directory)}"
-                raise LammpsError(msg) from None
-            raise
+    with hold(directory) as lock:
+        _done(directory, steps)
+        process = _start(words, directory, lock)
+        output = _watched(process, directory, steps, timeout, progress)
     if process.returncode != 0:
         detail = f"\n{output.strip()[-1000:]}" if output.strip() else ""
         status = f"{shlex.join(words)} in {directory} ended with status {process.returncode}"
@@ -162,7 +160,8 @@ def run_command(
     return read_result(directory)
 
 
-def _start(words: list[str], directory: Path) -> subprocess.Popen[str]:
+def _start(words: list[str], directory: Path, lock: int) -> subprocess.Popen[str]:
+    """A process that holds the lock of its directory, as do all that it starts."""
     try:
         return subprocess.Popen(
             words,
@@ -172,6 +171,7 @@ def _start(words: list[str], directory: Path) -> subprocess.Popen[str]:
             stderr=subprocess.STDOUT,
             text=True,
             start_new_session=True,
+            pass_fds=(lock,),
         )
     except OSError as error:
         msg = f"cannot start {shlex.join(words)}: {error}; {_REMEDY}"
@@ -179,6 +179,23 @@ def _start(words: list[str], directory: Path) -> subprocess.Popen[str]:
 
 
 def _watched(
+    process: subprocess.Popen[str], directory: Path, steps: int, timeout: float | None, progress: Progress | None
+) -> str:
+    """What a process prints until it ends; it is ended with all that it started where it takes too long."""
+    with process:
+        try:
+            return _output(process, directory, steps, timeout, progress)
+        except BaseException as error:
+            # The whole group: mpiexec leaves its ranks behind.
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            if isinstance(error, subprocess.TimeoutExpired):
+                msg = f"{shlex.join(error.cmd)} in {directory} took more than {timeout} s{tail(directory)}"
+                raise LammpsError(msg) from None
+            raise
+
+
+def _output(
     process: subprocess.Popen[str], directory: Path, steps: int, timeout: float | None, progress: Progress | None
 ) -> str:
     """What a process prints until it ends; its finished steps are reported as they come."""
@@ -347,13 +364,17 @@ def guard(call: Callable[[], object], directory: Path) -> None:
         raise LammpsError(msg) from error
 
 
-def _clear(directory: Path) -> tuple[Path, int]:
-    """Remove the outputs of an earlier run of one equilibrium; returns directory and steps of the protocol.
+def _described(directory: Path) -> tuple[Path, int]:
+    """The directory of a deck, and the steps of its protocol; 0 of one equilibrium."""
+    directory = Path(directory).absolute()
+    return directory, read_description(directory).steps
+
+
+def _done(directory: Path, steps: int) -> int:
+    """Steps that are finished; the outputs of an earlier run of one equilibrium are removed.
 
     No result outlives its run, but that of a step is what the next one starts from.
     """
-    directory = Path(directory).absolute()
-    steps = read_description(directory).steps
     if not steps:
         remove_outputs(directory)
-    return directory, steps
+    return len(finished_steps(directory))

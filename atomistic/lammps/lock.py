@@ -1,0 +1,59 @@
+"""One LAMMPS at a time in a directory: a lock that lives exactly as long as the last process that may write there."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+from continuum.errors import OutputError
+
+__all__ = ["LOCK", "hold"]
+
+LOCK = "run.lock"
+"""Name of the file; it stays, so that nobody locks a file that another has just removed."""
+
+
+@contextlib.contextmanager
+def hold(directory: Path) -> Iterator[int]:
+    """Hold the lock of a directory; yields its descriptor, to be handed on to the processes that write there.
+
+    The lock (flock(2)) belongs to the open file, not to a process: children that inherit the descriptor hold it with
+    us, and where we are killed they hold it on.  It needs no clearing up: with the last of them it is gone.  Where the
+    file system knows no locks the run goes on without.
+
+    Parameters
+    ----------
+    directory : of a deck.
+
+    Raises
+    ------
+    OutputError
+        If another run holds it, and then the message says which process began it; or it cannot be written to.
+    """
+    path = Path(directory) / LOCK
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        msg = f"{directory} cannot be written to: {error}"
+        raise OutputError(msg) from error
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.read(descriptor, 200).decode(errors="replace").strip() or "another process"
+            msg = (
+                f"{directory}: a run is under way there, begun by {holder}; wait for it, or end it with its children, "
+                f"which may outlive it (`fuser -k {path.name}` there, on that machine)"
+            )
+            raise OutputError(msg) from None
+        except OSError:
+            pass  # no locks here
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+        yield descriptor
+    finally:
+        os.close(descriptor)
