@@ -186,11 +186,19 @@ def _validate(parsed: argparse.Namespace) -> int:
 def _deck(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import deck, run_deck
     from atomistic.lammps.engine import command_words
+    from continuum.errors import InputError
     from continuum.show.console import OK, progress
 
     if parsed.lmp_command is not None:
         command_words(parsed.lmp_command)
     made = deck(parsed.file)
+    if not made.stock and (not parsed.run or parsed.lmp_command is not None):
+        msg = (
+            f"{parsed.file}: LAMMPS has no formula for the heights of this wall above where the atoms are "
+            '(follows = "atom"): no stock LAMMPS can run the deck; run it in this process (--run, without '
+            '--lmp-command), or let the wall follow the sites (follows = "site")'
+        )
+        raise InputError(msg)
     directory = made.write(parsed.output or Path("decks") / Path(parsed.file).stem)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if parsed.run:

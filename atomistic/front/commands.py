@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import atomistic.ladder.validate
 import atomistic.lammps.deck
@@ -15,8 +16,10 @@ from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential
 from atomistic.ladder.validate import Progress
 from atomistic.lammps.directory import write_deck
-from atomistic.lammps.engine import Doctor, command_words, runner
-from atomistic.lammps.engine import doctor as look
+from atomistic.lammps.doctor import Doctor
+from atomistic.lammps.doctor import doctor as look
+from atomistic.lammps.engine import command_words, runner
+from atomistic.lammps.shape import Shape, shape_of
 from atomistic.relax.deckrun import read_run
 from atomistic.relax.relax import deck_of, deck_under
 from atomistic.response.discreteness import Discreteness, discreteness
@@ -160,6 +163,7 @@ def deck(
     separations: Sequence[float] = (),
     pressures: Sequence[float] = (),
     depth: float | None = None,
+    follows: Literal["site", "atom"] | Shape = "site",
 ) -> Deck:
     """A LAMMPS deck: of a contact of your own, or of an input file.
 
@@ -171,6 +175,9 @@ def deck(
     separations : several, visited in this order, each from the equilibrium before: approach and retraction.
     pressures : mean pressures, in E*, met one after the other by moving the wall.
     depth : of the slab, in a0; its width if None.
+    follows : where the height above an atom is taken: above its lattice site, or where it is ("atom"), and then the
+        force is lateral, too.  Between the sites the heights are the sum of their waves where these are few, else a
+        spline, which no stock LAMMPS knows; or a shape with a formula, whose heights they are.
 
     Raises
     ------
@@ -179,7 +186,8 @@ def deck(
         from.
     """
     if isinstance(contact, Contact):
-        made = deck_under(contact.problem, model, _steps(separation, separations, pressures), depth)
+        shape = shape_of(contact.problem.heights) if follows == "atom" else None if follows == "site" else follows
+        made = deck_under(contact.problem, model, _steps(separation, separations, pressures), depth, shape)
     else:
         config = contact if isinstance(contact, DeckConfig) else load(contact, DeckConfig)
         made = deck_of(config)

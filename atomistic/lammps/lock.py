@@ -6,15 +6,18 @@ import contextlib
 import fcntl
 import os
 import socket
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from continuum.errors import OutputError
 
-__all__ = ["LOCK", "hold"]
+__all__ = ["LOCK", "PATIENCE", "hold"]
 
 LOCK = "run.lock"
 """Name of the file; it stays, so that nobody locks a file that another has just removed."""
+PATIENCE = 2.0
+"""Seconds that a process which was just killed has to be gone."""
 
 
 @contextlib.contextmanager
@@ -42,7 +45,7 @@ def hold(directory: Path) -> Iterator[int]:
         raise OutputError(msg) from error
     try:
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(descriptor)
         except BlockingIOError:
             holder = os.read(descriptor, 200).decode(errors="replace").strip() or "another process"
             msg = (
@@ -57,3 +60,16 @@ def hold(directory: Path) -> Iterator[int]:
         yield descriptor
     finally:
         os.close(descriptor)
+
+
+def _lock(descriptor: int) -> None:
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.02)
+        else:
+            return

@@ -71,6 +71,10 @@ class DeckResult:
     """Load to be met, in E* a0²; 0 if none was given."""
     load: float
     """Force of the wall on the surface, compression positive, in E* a0²."""
+    lateral_x: float
+    """Force of the wall on the surface along x, in E* a0²; 0 of a wall that is a function of the site."""
+    lateral_y: float
+    """And along y."""
     area_rep: float
     """A_rep/A0."""
     area_att: float
@@ -164,6 +168,8 @@ class DeckDescription:
     """Chemical symbol, "X" for none."""
     model: str
     """What holds the atoms together, in words."""
+    stock: bool
+    """Whether a stock LAMMPS runs it; else only this process does."""
     surface: float
     """Of the surface at rest above its lattice plane, in a0."""
     notes: tuple[str, ...]

@@ -42,6 +42,8 @@ class DeckStep:
     load: float = quantity("E*", "N/A0, compression positive")
     load_rep: float = quantity("E*", "N_rep/A0")
     load_att: float = quantity("E*", "N_att/A0")
+    lateral_x: float = quantity("E*", "force of the wall on the atoms along x over A0")
+    lateral_y: float = quantity("E*", "force of the wall on the atoms along y over A0")
     area_rep: float = quantity("1", "A_rep/A0")
     area_att: float = quantity("1", "A_att/A0")
     wall_energy: float = quantity("E* a0", "energy of the wall per area")
@@ -61,6 +63,8 @@ class DeckStep:
             load=result.load / atoms,
             load_rep=float(pressure[pressure > 0].sum()) / atoms,
             load_att=-float(pressure[pressure < 0].sum()) / atoms,
+            lateral_x=result.lateral_x / atoms,
+            lateral_y=result.lateral_y / atoms,
             area_rep=result.area_rep,
             area_att=result.area_att,
             wall_energy=result.wall_energy / atoms,

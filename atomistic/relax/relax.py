@@ -24,6 +24,8 @@ from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import DeckResult, LammpsError
 from atomistic.lammps.session import Session
+from atomistic.lammps.shape import Shape
+from atomistic.relax.shapes import shape_notes, shape_under
 from atomistic.relax.specimen import Specimen, specimen_of
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
@@ -83,7 +85,10 @@ def deck_of(config: DeckConfig) -> Deck:
         wall = config.wall.build()
     except (ValueError, OSError) as error:
         raise refuse(config, Fault(("wall",), str(error))) from error
-    return replace(_started(specimen, wall, heights, config.steps(), config.solver), notes=notes)
+    shape = shape_under(config, heights)
+    return replace(
+        _started(specimen, wall, heights, config.steps(), config.solver), shape=shape, notes=notes + shape_notes(shape)
+    )
 
 
 def _heights(config: DeckConfig, specimen: Specimen) -> tuple[Real, tuple[str, ...]]:
@@ -125,7 +130,13 @@ def _started(specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver
     )  # fmt: skip
 
 
-def deck_under(contact: ContactProblem, model: Potential | None, steps: Steps, depth: float | None = None) -> Deck:
+def deck_under(
+    contact: ContactProblem,
+    model: Potential | None,
+    steps: Steps,
+    depth: float | None = None,
+    shape: Shape | None = None,
+) -> Deck:
     """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
 
     Parameters
@@ -134,6 +145,7 @@ def deck_under(contact: ContactProblem, model: Potential | None, steps: Steps, d
     model : what holds these together; springs if None.
     steps : what is done.
     depth : of the slab, in a0; as deep as it is wide if None.
+    shape : the wall as a function of the position; of the site if None.
 
     Raises
     ------
@@ -144,7 +156,7 @@ def deck_under(contact: ContactProblem, model: Potential | None, steps: Steps, d
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
     specimen = Specimen.of_model(model_of(model or Springs()), grid, max(grid.lengths) if depth is None else depth)
-    return _started(specimen, wall, heights, steps, AtomsSolverTable())
+    return replace(_started(specimen, wall, heights, steps, AtomsSolverTable()), shape=shape, notes=shape_notes(shape))
 
 
 def relax(

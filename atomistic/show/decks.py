@@ -69,6 +69,8 @@ def _last(run: DeckRun) -> Sheet:
             ("load N", f"{real.to_si(last.load, 'force') / scipy.constants.nano:.10g} nN"),
             ("mean pressure", f"{real.to_si(step.load, 'pressure') / scipy.constants.giga:.10g} GPa"),
         ]
+    if last.lateral_x or last.lateral_y:  # of a wall that follows the atoms
+        rows.insert(3, ("lateral force on the atoms", f"{last.lateral_x:.10g}, {last.lateral_y:.10g} E* a0²"))
     return pairs("Equilibrium of the deck", rows)
 
 

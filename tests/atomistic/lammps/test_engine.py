@@ -10,6 +10,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
+from atomistic.lammps.doctor import doctor
 from atomistic.lammps.engine import LammpsError, run_command, run_in_process
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import DeckStatus, read_result
@@ -165,7 +166,7 @@ def test_every_way_to_run_gives_the_same_equilibrium(tmp_path):
     here = run_in_process(directory).require()
     pushing = np.maximum(here.traction, 0).sum()
     assert pushing > 0.1
-    lmp = engine._script("lmp")
+    lmp = engine.script("lmp")
     for result in (
         run_command(directory),
         run_command(directory, ranks=2),
@@ -181,7 +182,7 @@ def test_every_way_to_run_gives_the_same_equilibrium(tmp_path):
 
 def test_the_separation_can_be_set_on_the_command_line(tmp_path):
     directory = write_deck(tmp_path, relaxing())
-    result = run_command(directory, command=f"{engine._script('lmp')} -var separation 0.97")
+    result = run_command(directory, command=f"{engine.script('lmp')} -var separation 0.97")
     assert result.separation == 0.97
     result.require()
     expected = run_in_process(write_deck(tmp_path, relaxing(separation=0.97))).require()
@@ -286,7 +287,7 @@ def test_commands_that_cannot_work_are_refused(tmp_path):
 
 
 def test_the_doctor_finds_lammps_here():
-    found = engine.doctor()
+    found = doctor()
     assert found.ok
     assert found.lmp
     assert found.mpiexec
@@ -302,8 +303,8 @@ def test_the_doctor_says_what_is_missing(monkeypatch):
         msg = f"there is no {name}"
         raise LammpsError(msg)
 
-    monkeypatch.setattr(engine, "_script", missing)
-    found = engine.doctor()
+    monkeypatch.setattr(engine, "script", missing)
+    found = doctor()
     assert found.ok  # in process is all that the main job needs
     assert (found.lmp, found.mpiexec) == (None, None)
     assert any("there is no lmp" in problem for problem in found.problems)

@@ -12,6 +12,7 @@ import pytest
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
+from atomistic.lammps import lock
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
@@ -25,7 +26,8 @@ def small(separation: float = 1.1) -> Deck:
 
 
 @pytest.mark.parametrize("act", [run_in_process, run_command, lambda path: write_deck(path, small(1.2))])
-def test_a_second_run_is_one_message_that_says_who_holds_the_directory(tmp_path, act):
+def test_a_second_run_is_one_message_that_says_who_holds_the_directory(tmp_path, act, monkeypatch):
+    monkeypatch.setattr(lock, "PATIENCE", 0.0)
     directory = write_deck(tmp_path / "deck", small())
     before = {path.name: path.read_bytes() for path in directory.iterdir() if path.name != LOCK}
     with hold(directory), pytest.raises(OutputError, match=f"under way there, begun by process {os.getpid()} on"):

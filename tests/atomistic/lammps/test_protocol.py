@@ -95,7 +95,7 @@ def test_a_killed_run_goes_on_from_its_last_step_to_the_same_numbers(tmp_path):
     undisturbed = run_command(whole).require()
     assert undisturbed.step == 6
     process = subprocess.Popen(
-        [engine._script("lmp"), "-in", "in.contact", "-screen", "none"], cwd=killed, start_new_session=True
+        [engine.script("lmp"), "-in", "in.contact", "-screen", "none"], cwd=killed, start_new_session=True
     )
     while not (killed / "result.2.json").exists():
         assert process.poll() is None

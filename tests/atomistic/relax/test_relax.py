@@ -10,10 +10,10 @@ import pytest
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command
+from atomistic.lammps.engine import script as find
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.session import Session
 from atomistic.relax.relax import apply_wall, iterate, relax
@@ -217,7 +217,7 @@ def test_ranks_share_the_atoms_of_the_iteration(tmp_path):
         "text = f'{found.evaluations} {found.converged} {found.displacements[0, ..., 2].sum().hex()}'\n"
         "Path(sys.argv[2], f'rank-{os.getpid()}').write_text(text)\n"
     )
-    mpiexec = engine.doctor().mpiexec
+    mpiexec = find("mpiexec")
     assert mpiexec
     said = tmp_path / "said"
     said.mkdir()

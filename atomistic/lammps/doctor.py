@@ -1,0 +1,77 @@
+"""Is LAMMPS usable here, which one, and if not what to do."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.metadata
+from dataclasses import dataclass
+
+from atomistic.lammps import engine
+from atomistic.lammps.result import LammpsError
+
+__all__ = ["Doctor", "doctor"]
+
+_PACKAGES = {
+    "MOLECULE": "the springs need",
+    "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",
+    "MANYBODY": "embedded atoms need",
+}
+
+
+@dataclass(frozen=True)
+class Doctor:
+    """Is LAMMPS usable here?"""
+
+    in_process: bool
+    """The library runs in this process."""
+    lmp: str | None
+    """Path of ``lmp``, if it runs."""
+    mpiexec: str | None
+    """Path of ``mpiexec``, if it runs two ranks of lmp."""
+    version: int | None
+    """Date of the release, yyyymmdd."""
+    packages: tuple[str, ...]
+    """Packages built in."""
+    mpi: str | None
+    """Version of the mpich wheel."""
+    problems: tuple[str, ...]
+    """What does not work, and why."""
+    remedy: str | None
+    """What to do about it; None if nothing is wrong."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether a deck can be run in process, which is all that the main job needs."""
+        return self.in_process
+
+
+def doctor() -> Doctor:
+    """Look whether LAMMPS is usable here; starts it in this process, by ``lmp`` and under ``mpiexec``."""
+    problems: list[str] = []
+    version: int | None = None
+    packages: tuple[str, ...] = ()
+    try:
+        with contextlib.closing(engine.open_library()) as lammps:
+            version, packages = int(lammps.version()), tuple(lammps.installed_packages)
+        for package, need in _PACKAGES.items():
+            if package not in packages:
+                problems.append(f"this LAMMPS has no package {package}, which {need}")
+    except LammpsError as error:
+        problems.append(f"in process: {error}")
+    in_process = "MOLECULE" in packages
+    found: dict[str, str | None] = {"lmp": None, "mpiexec": None}
+    for name, before in (("lmp", []), ("mpiexec", ["-n", "2"])):
+        try:
+            words = [engine.script(name), *before]
+            if name == "mpiexec":
+                words.append(engine.script("lmp"))
+            engine.try_to_start(words)
+            found[name] = words[0]
+        except LammpsError as error:
+            problems.append(f"{name}: {error}")
+    try:
+        mpi: str | None = importlib.metadata.version("mpich")
+    except importlib.metadata.PackageNotFoundError:
+        mpi = None
+    remedy = engine.REMEDY if problems else None
+    return Doctor(in_process, found["lmp"], found["mpiexec"], version, packages, mpi, tuple(problems), remedy)

@@ -1,0 +1,287 @@
+"""Walls as functions of the position: what stands above an atom where it is now, and not above its lattice site.
+
+The gap of an atom at (x, y, z) is separation + h(x, y) - z, its energy w(gap) a0², and so the force on it::
+
+    F_z = -p a0²,      F_x = p dh/dx a0²,      F_y = p dh/dy a0²,      p = -dw/dgap,
+
+the gradient of one energy; the wall feels the opposite.  Shapes with a formula are written in LAMMPS' language; any
+other array is interpolated in this process and handed to LAMMPS in each evaluation of the forces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from scipy.interpolate import NdBSpline, make_interp_spline
+
+from continuum.model.grid import Grid, Real
+
+__all__ = ["MOST_WAVES", "Height", "Interpolated", "Round", "Shape", "Waves", "force_lines", "shape_of"]
+
+MOST_WAVES = 12
+"""Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
+_DEGREE = 5
+
+
+class Height(NamedTuple):
+    """Of the wall above points of the plane: height, in a0, and its slopes."""
+
+    height: Real
+    slope_x: Real
+    slope_y: Real
+
+
+class Shape(Protocol):
+    """A wall as a function of the position, of the period of the slab."""
+
+    def evaluate(self, x: Real, y: Real) -> Height:
+        """Height and slopes above given points, in a0."""
+
+    def lines(self) -> list[str] | None:
+        """Lines of LAMMPS that define ``v_height``, ``v_slope_x`` and ``v_slope_y`` by ``v_px`` and ``v_py``.
+
+        None if there is no formula.
+        """
+
+
+@dataclass(frozen=True)
+class Round:
+    """Heights max(r - b, 0)²/(2 R) at the distance r from the axis: sphere, cylinder, or punch with a rounded edge.
+
+    Parameters
+    ----------
+    period : (Lx, Ly), in a0.
+    radius : R, in a0.
+    flat_radius : b, in a0.
+    across : which of x and y count for r: both for sphere and punch, one for a cylinder along the other.
+    """
+
+    period: tuple[float, float]
+    radius: float
+    flat_radius: float = 0.0
+    across: tuple[bool, bool] = (True, True)
+
+    def evaluate(self, x: Real, y: Real) -> Height:
+        """Height and slopes."""
+        dx, dy = (
+            counts * (v - length / 2 - length * np.rint((v - length / 2) / length))
+            for v, length, counts in zip((x, y), self.period, self.across, strict=True)
+        )
+        r = np.hypot(dx, dy)
+        rise = np.maximum(r - self.flat_radius, 0.0)
+        slope = rise / (self.radius * np.where(r > 0, r, 1.0))
+        return Height(rise**2 / (2 * self.radius), slope * dx, slope * dy)
+
+    def lines(self) -> list[str]:
+        """As LAMMPS' variables."""
+        found = []
+        for name, length, counts in zip("xy", self.period, self.across, strict=True):
+            if counts:
+                from_axis = f"v_p{name}-{_number(length / 2)}"
+                nearest = f"{from_axis}-{_number(length)}*round(({from_axis})/{_number(length)})"
+                found.append(_atom(f"d{name}", nearest))
+        axes = [name for name, counts in zip("xy", self.across, strict=True) if counts]
+        squares = "+".join(f"v_d{name}^2" for name in axes)
+        if self.flat_radius:
+            flat = _number(self.flat_radius)
+            found += [
+                _atom("from_axis", f"sqrt({squares})"),
+                _atom("height", f"(v_from_axis>{flat})*(v_from_axis-{flat})^2/{_number(2 * self.radius)}"),
+            ]
+            slope = f"v_d{{}}*(v_from_axis>{flat})*(1.0-{flat}/(v_from_axis+(v_from_axis==0.0)))"
+        else:
+            found.append(_atom("height", f"({squares})/{_number(2 * self.radius)}"))
+            slope = "v_d{}"
+        slopes = {name: f"{slope.format(name)}/{_number(self.radius)}" if name in axes else "0.0" for name in "xy"}
+        return found + [_atom(f"slope_{name}", text) for name, text in slopes.items()]
+
+
+@dataclass(frozen=True)
+class Waves:
+    """A sum of waves: mean + Σ A cos(2π (mx x/Lx + my y/Ly) + φ).
+
+    Parameters
+    ----------
+    period : (Lx, Ly), in a0.
+    mean : in a0.
+    waves : (A, mx, my, φ) of each: amplitude in a0, waves per period along x and y, phase.
+
+    Raises
+    ------
+    ValueError
+        If there are more than :data:`MOST_WAVES`.
+    """
+
+    period: tuple[float, float]
+    mean: float
+    waves: tuple[tuple[float, int, int, float], ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what LAMMPS would be slow at."""
+        if len(self.waves) > MOST_WAVES:
+            msg = f"a sum of at most {MOST_WAVES} waves has a formula here, got {len(self.waves)}"
+            raise ValueError(msg)
+
+    def evaluate(self, x: Real, y: Real) -> Height:
+        """Height and slopes."""
+        height, slope_x, slope_y = np.full(np.shape(x), self.mean), np.zeros(np.shape(x)), np.zeros(np.shape(x))
+        for amplitude, mx, my, phase in self.waves:
+            qx, qy = 2 * np.pi * mx / self.period[0], 2 * np.pi * my / self.period[1]
+            at = qx * x + qy * y + phase
+            height += amplitude * np.cos(at)
+            slope_x -= amplitude * qx * np.sin(at)
+            slope_y -= amplitude * qy * np.sin(at)
+        return Height(height, slope_x, slope_y)
+
+    def lines(self) -> list[str]:
+        """As LAMMPS' variables."""
+        found, terms = [], {"height": [_number(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
+        for i, (amplitude, mx, my, phase) in enumerate(self.waves, 1):
+            q = [2 * np.pi * m / length for m, length in zip((mx, my), self.period, strict=True)]
+            parts = [f"({_number(k)})*v_p{name}" for name, k in zip("xy", q, strict=True) if k]
+            found.append(_atom(f"phase{i}", "+".join([*parts, f"({_number(phase)})"])))
+            terms["height"].append(f"({_number(amplitude)})*cos(v_phase{i})")
+            for name, k in zip("xy", q, strict=True):
+                if k:
+                    terms[f"slope_{name}"].append(f"({_number(-amplitude * k)})*sin(v_phase{i})")
+        return found + [_atom(name, "+".join(parts)) for name, parts in terms.items()]
+
+
+@dataclass(frozen=True, eq=False)
+class Interpolated:
+    """Any heights, between their points a periodic spline of degree 5: smooth to its fourth derivative.
+
+    Parameters
+    ----------
+    heights : at the lattice sites, shape (nx, ny), in a0, one a0 apart.
+    """
+
+    heights: Real = field(repr=False)
+
+    @cached_property
+    def _spline(self) -> NdBSpline:
+        coefficients, knots = np.pad(self.heights, ((0, 1), (0, 1)), mode="wrap"), []
+        for axis in (0, 1):
+            at = np.arange(coefficients.shape[axis], dtype=np.float64)
+            along = make_interp_spline(at, coefficients, k=_DEGREE, bc_type="periodic", axis=axis)
+            knots.append(along.t)
+            coefficients = np.moveaxis(along.c, 0, axis)
+        return NdBSpline((knots[0], knots[1]), coefficients, _DEGREE)
+
+    def evaluate(self, x: Real, y: Real) -> Height:
+        """Height and slopes."""
+        at = np.stack([np.mod(v, n) for v, n in zip((x, y), self.heights.shape, strict=True)], axis=-1)
+        height, slope_x, slope_y = (self._spline(at, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
+        return Height(height, slope_x, slope_y)
+
+    def lines(self) -> None:
+        """There is no formula."""
+
+    @cached_property
+    def error(self) -> tuple[float, float]:
+        """Largest difference of heights, in a0, and of slopes, from those of the trigonometric interpolant.
+
+        At halves and quarters between the sites.  For heights of no wavelength down to two spacings the trigonometric
+        interpolant is the surface itself.
+        """
+        nx, ny = self.heights.shape
+        x, y = np.meshgrid(np.arange(nx, dtype=np.float64), np.arange(ny, dtype=np.float64), indexing="ij")
+        m, n = (np.rint(size * np.fft.fftfreq(size)) for size in (nx, ny))
+        qx, qy = (2 * np.pi * m / nx)[:, None], 2 * np.pi * n / ny
+        waves_q = np.fft.fft2(self.heights) * ((2 * np.abs(m) != nx)[:, None] & (2 * np.abs(n) != ny))
+        errors = []
+        for a, b in np.ndindex(4, 4):
+            there_q = waves_q * np.exp(0.25j * (a * qx + b * qy))
+            exact = [np.fft.ifft2(k * there_q).real for k in (1.0, 1j * qx, 1j * qy)]
+            errors.append(
+                [np.abs(u - v).max() for u, v in zip(exact, self.evaluate(x + a / 4, y + b / 4), strict=True)]
+            )
+        by_height, *by_slope = np.max(errors, axis=0)
+        return float(by_height), float(max(by_slope))
+
+
+def shape_of(heights: Real) -> Waves | Interpolated:
+    """The wall between the sites of an array: the sum of its waves if they are few, a spline if not.
+
+    Parameters
+    ----------
+    heights : at the lattice sites, shape (nx, ny), in a0.
+    """
+    nx, ny = heights.shape
+    grid = Grid((nx, ny), (float(nx), float(ny)))
+    waves_q = grid.forward(heights)
+    m, n = np.broadcast_arrays(*grid.mode_numbers)
+    # Each wave once; what rounding leaves of a transform counts for none.
+    there = (np.abs(waves_q) > 1e-13 * np.abs(waves_q).max()) & ((n > 0) | (m > 0))
+    shortest = (2 * np.abs(m) == nx) | (2 * n == ny)
+    if np.count_nonzero(there) > MOST_WAVES or np.any(np.abs(waves_q[shortest]) > 1e-13 * np.abs(waves_q).max()):
+        return Interpolated(heights)
+    found = zip(waves_q[there], m[there], n[there], strict=True)
+    waves = tuple((2 * float(abs(a)), int(i), int(j), float(np.angle(a))) for a, i, j in found)
+    return Waves(grid.lengths, float(heights.mean()), waves)
+
+
+def force_lines(shape: Shape | None) -> dict[str, str]:
+    """What a script says of where the wall is and how it acts, by the placeholders of the templates.
+
+    Parameters
+    ----------
+    shape : the wall as a function of the position; None if it is one of the lattice site.
+    """
+    if shape is None:
+        return _SITE
+    lines = shape.lines()
+    act = [
+        f"variable        lateral_{name} atom v_traction*{slope}_{name}    # of the wall on an atom, E* a0^2"
+        for slope in ["d_slope" if lines is None else "v_slope"]
+        for name in "xy"
+    ]
+    act += [f"variable        force_{name} atom v_lateral_{name}*${{force_unit}}" for name in "xy"]
+    act.append("fix             wall surface addforce v_force_x v_force_y v_force energy v_work_done")
+    values = {"act": "\n".join(act), "follows": "# The wall is a function of the position: its force is lateral, too."}
+    if lines is None:
+        return _ARRAY | values
+    axes = [
+        line
+        for name in "xy"
+        for line in (
+            f"variable        offset_{name} index 0    # of the wall, a0",
+            _atom(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}"),
+        )
+    ]
+    about = "# v_height: of the wall above where an atom is now, in a0, with its slopes."
+    return values | {"shape": "\n".join([about, *axes, *lines]), "height": "v_height", "begin": "", "walled": ""}
+
+
+_SITE = {
+    "follows": "# The wall is a function of the lattice site: what stands above an atom does not change as it moves "
+    "sideways.",
+    "shape": "# d_height: of the wall above the lattice site of each atom, in a0, from slab.data.",
+    "height": "d_height",
+    "act": "variable        lateral_x atom 0.0\nvariable        lateral_y atom 0.0\n"
+    "fix             wall surface addforce 0 0 v_force energy v_work_done",
+    "begin": "",
+    "walled": "",
+}
+_ARRAY = {
+    "shape": "# d_height and its slopes: of the wall above where an atom is now, in a0, from Python each time.\n"
+    "variable        offset_x index 0    # of the wall, a0\nvariable        offset_y index 0\n"
+    "fix             slopes all property/atom d_slope_x d_slope_y\n"
+    "fix             follow surface external pf/callback 1 1",
+    "height": "d_height",
+    "begin": "variable        stage index 0\n"
+    'if "${stage} == 0" then "print \'This wall has no formula: stickiness runs it, not a stock lmp\'" "quit 1"\n'
+    'if "${stage} == 2" then "jump SELF walled"\n',
+    "walled": 'if "${stage} == 1" then "jump SELF end"\nlabel           walled\n',
+}
+
+
+def _atom(name: str, formula: str) -> str:
+    return f"variable        {name} atom {formula}"
+
+
+def _number(value: float) -> str:
+    return f"{float(value):.17g}"

@@ -1,0 +1,232 @@
+"""Walls that follow the atoms: one energy and its gradient, natively where there is a formula, else in this process."""
+
+import subprocess
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import atomistic as a
+import continuum as c
+from atomistic.cli import main
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Springs
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.engine import run_command, run_in_process, script
+from atomistic.lammps.result import DeckResult
+from atomistic.lammps.session import Session
+from atomistic.lammps.shape import MOST_WAVES, Interpolated, Round, Shape, Waves, shape_of
+from continuum.errors import InputError
+
+PERIOD = (8.0, 7.0)
+SITES = np.meshgrid(np.arange(8.0), np.arange(7.0), indexing="ij")
+WALL = c.LennardJonesSpline(adhesion_length=0.005)
+SHAPES: dict[str, Shape] = {
+    "sphere": Round(PERIOD, 20.0),
+    "cylinder": Round(PERIOD, 20.0, across=(True, False)),
+    "punch": Round(PERIOD, 9.0, 1.7),
+    "sine": Waves(PERIOD, 0.1, ((-0.1, 2, 1, 0.0),)),
+    "waves": Waves(PERIOD, 0.0, ((0.1, 1, 0, 0.3), (0.05, 2, -2, -1.0), (0.02, 0, 2, 2.0))),
+}
+# Of wavelengths down to 3.5 a0: no array has more to say between its points.
+SHAPES["array"] = Interpolated(SHAPES["waves"].evaluate(*SITES).height)
+
+rounds = st.builds(
+    Round,
+    st.just(PERIOD),
+    st.floats(1, 1e3),
+    st.floats(0, 3),
+    st.sampled_from([(True, True), (True, False), (False, True)]),
+)
+sums = st.builds(
+    Waves,
+    st.just(PERIOD),
+    st.floats(-1, 1),
+    st.lists(
+        st.tuples(st.floats(-0.3, 0.3), st.integers(-3, 3), st.integers(-3, 3), st.floats(-7, 7)), max_size=MOST_WAVES
+    ).map(tuple),
+)
+arrays = st.integers(0, 2**32).map(lambda seed: Interpolated(0.1 * np.random.default_rng(seed).standard_normal((8, 7))))
+
+
+def displaced(shape: Shape, amplitude: float = 0.2) -> Deck:
+    """A slab out of equilibrium, its surface atoms far from their sites; nothing is relaxed."""
+    rng = np.random.default_rng(5)
+    slab = Slab((8, 7), mobile=2)
+    start = np.zeros((slab.layers, *slab.shape, 3))
+    start[0] = rng.uniform(-amplitude, amplitude, (*slab.shape, 3))
+    return Deck(slab, Springs(), WALL, shape.evaluate(*SITES).height, 1.0, start, tolerance=1e9, shape=shape)
+
+
+@settings(max_examples=60)
+@given(st.one_of(rounds, sums, arrays), st.floats(-20, 20), st.floats(-20, 20))
+def test_slopes_are_the_gradient_of_the_height_which_has_the_period_of_the_slab(shape, x, y):
+    x, y, h = np.array([x]), np.array([y]), 1e-4
+    at = shape.evaluate(x, y)
+    if isinstance(shape, Round):
+        # It has edges where one period meets the next, and its punch is bent where the flat ends.
+        far = [abs(abs((v - p / 2 + p / 2) % p - p / 2) - p / 2) for v, p in zip((x, y), PERIOD, strict=True)]
+        if min(far) < 2 * h:
+            return
+    # Errors: of the step, h²/6 times the third derivative of at most 12 waves of 0.3 a0 and (2π 3/7)³; of a bend, h/R;
+    # of rounding, 1e-14/h.
+    for dx, dy, slope in ((h, 0, at.slope_x), (0, h, at.slope_y)):
+        found = (shape.evaluate(x + dx, y + dy).height - shape.evaluate(x - dx, y - dy).height) / (2 * h)
+        assert found == pytest.approx(slope, abs=2 * h if isinstance(shape, Round) else 2e-6)
+    there = shape.evaluate(x + PERIOD[0], y - 2 * PERIOD[1])
+    for here, moved in zip(at, there, strict=True):
+        assert moved == pytest.approx(here, abs=1e-10)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_wall_in_lammps_is_its_formula_and_its_force_the_gradient_of_its_energy(tmp_path, name):
+    deck = displaced(SHAPES[name])
+    directory = write_deck(tmp_path, deck)
+    result = run_in_process(directory)
+    at = deck.slab.positions[0] + deck.start[0]
+    height, *slopes = deck.shape.evaluate(at[..., 0], at[..., 1])
+    law = WALL.evaluate(deck.separation + height - deck.start[0, ..., 2])
+    scale = np.abs(law.traction).max()
+    # Rounding of coordinates up to 8 and of cosines, times the stiffness of the law, 30.
+    assert np.allclose(result.heights, height, rtol=0, atol=1e-13)
+    assert np.allclose(result.traction, law.traction, rtol=0, atol=1e-11 * scale)
+    with Session(directory) as session:
+        _, without = session.evaluate(deck.start)
+    acting = (result.forces - without)[0]
+    for axis, slope in enumerate(slopes):
+        assert np.allclose(acting[..., axis], law.traction * slope, rtol=0, atol=1e-11 * scale)
+    assert np.allclose(acting[..., 2], -law.traction, rtol=0, atol=1e-11 * scale)
+    assert result.lateral_x == pytest.approx(np.sum(law.traction * slopes[0]), abs=1e-10 * scale)
+    assert result.lateral_y == pytest.approx(np.sum(law.traction * slopes[1]), abs=1e-10 * scale)
+    assert result.wall_energy == pytest.approx(law.energy.sum(), abs=1e-11 * scale)
+
+    along = np.random.default_rng(6).standard_normal(deck.start.shape)
+    along[deck.slab.mobile :] = 0
+    along /= np.linalg.norm(along)
+
+    def energy(step: float) -> float:
+        return run_in_process(write_deck(tmp_path, replace(deck, displacements=deck.start + step * along))).total_energy
+
+    # Fourth order: h⁴/30 of the fifth derivative, 1e5 below the core's gap of 0.8, against rounding of 1e-14/h.
+    h = 1e-4
+    slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h)
+    assert slope == pytest.approx(-np.vdot(result.forces, along), rel=1e-7, abs=1e-9)
+
+
+def relaxed(tmp_path: Path, shape: Shape | None, heights, separation: float = 0.97, **changes) -> DeckResult:
+    deck = Deck(Slab((8, 7), mobile=4), Springs(), WALL, heights, separation, tolerance=1e-11, shape=shape)
+    return run_in_process(write_deck(tmp_path / "deck", replace(deck, **changes))).require()
+
+
+@pytest.mark.parametrize("name", ["sphere", "array"])
+def test_the_force_on_the_wall_is_that_on_the_atoms_and_belongs_to_its_energy(tmp_path, name):
+    shape = SHAPES[name]
+    deck = Deck(Slab((8, 7), 4), Springs(), WALL, shape.evaluate(*SITES).height, 0.97, tolerance=1e-12, shape=shape)
+    directory = write_deck(tmp_path, deck)
+
+    def at(offset: float) -> DeckResult:
+        text = (directory / "in.wall").read_text()
+        line = next(line for line in text.splitlines() if line.startswith("variable        offset_x"))
+        (directory / "in.wall").write_text(text.replace(line, f"variable        offset_x index {offset!r}"))
+        return run_in_process(directory).require()
+
+    # The energy of equilibria changes with the wall's place as the wall is pushed: by minus its force on the atoms.
+    h, here = 1e-3, at(0.25)
+    slope = (at(0.25 + h).total_energy - at(0.25 - h).total_energy) / (2 * h)
+    assert abs(here.lateral_x) > 1e-4
+    # h² (2π)² of the force, whose period is a0, by the step.
+    assert slope == pytest.approx(here.lateral_x, rel=40 * h**2, abs=1e-9)
+    # What the wall pushes sideways arrives at the frozen base: nothing is left on any mobile atom.
+    assert here.largest_force < 1e-12
+    # One a0 on, all is as before.
+    before, after = at(0.0), at(1.0)
+    assert after.load == pytest.approx(before.load, abs=1e-9)
+    assert after.lateral_x == pytest.approx(before.lateral_x, abs=1e-9)
+    assert np.allclose(np.roll(before.gap, 1, axis=0), after.gap, rtol=0, atol=1e-9)
+
+
+def test_site_and_atom_differ_by_the_slope_times_the_lateral_displacement(tmp_path):
+    loads = []
+    for size in (0.02, 0.01, 0.005):
+        shape = Waves(PERIOD, 0.0, ((size, 1, 0, 0.4), (size, 2, 1, 0.2)))
+        heights = shape.evaluate(*SITES).height
+        at_site, at_atom = (relaxed(tmp_path, one, heights, 0.98) for one in (None, shape))
+        moved = at_site.displacements[0]
+        by_slope = np.abs(shape.evaluate(*SITES).slope_x * moved[..., 0]).max()
+        assert np.abs(at_atom.gap - at_site.gap).max() < 20 * by_slope + 20 * size**2
+        loads.append(abs(at_atom.load / at_site.load - 1))
+    # First order in slope times displacement, which itself is proportional to the slope: a quarter at half the height.
+    for larger, smaller in pairwise(loads):
+        assert larger / smaller == pytest.approx(4, rel=0.15)
+
+
+def test_few_waves_are_native_and_an_array_of_them_agrees_within_the_error_that_it_states(tmp_path):
+    few = SHAPES["waves"].evaluate(*SITES).height
+    native = shape_of(few)
+    assert isinstance(native, Waves)
+    x, y = np.random.default_rng(1).uniform(-9, 9, (2, 50))
+    for found, expected in zip(native.evaluate(x, y), SHAPES["waves"].evaluate(x, y), strict=True):
+        assert np.allclose(found, expected, rtol=0, atol=1e-14)
+    spline = Interpolated(few)
+    by_height, by_slope = spline.error
+    # A spline of degree 5 of wavelengths of 2.6 a0 and more: some per cent of 0.05 a0.
+    assert 1e-5 < by_height < 5e-3
+    assert 1e-5 < by_slope < 5e-3
+    off = [np.abs(a - b).max() for a, b in zip(spline.evaluate(x, y), native.evaluate(x, y), strict=True)]
+    assert off[0] < 1.5 * by_height
+    assert max(off[1:]) < 1.5 * by_slope
+    results = [run_in_process(write_deck(tmp_path, displaced(one))) for one in (native, spline)]
+    stiffness = np.abs(WALL.evaluate(results[0].gap).stiffness)
+    assert (np.abs(results[1].traction - results[0].traction) <= 1.5 * by_height * stiffness.max()).all()
+    rough = c.SelfAffine(0.8, 0.1, 3, 16).synthesise(c.Grid.square(16), np.random.default_rng(1))
+    assert isinstance(shape_of(rough), Interpolated)
+    # Heights of no wavelength below 8 a0 are known to 1e-5 of them.
+    smooth = c.SelfAffine(0.8, 0.1, 8, 16).synthesise(c.Grid.square(32), np.random.default_rng(1))
+    assert Interpolated(smooth).error[0] < 1e-4 * np.ptp(smooth)
+
+
+def test_an_array_goes_through_a_staircase_in_process_and_is_refused_elsewhere(tmp_path, capsys):
+    heights = 0.02 * np.random.default_rng(1).standard_normal((8, 8))
+    deck = a.deck(c.Contact(heights, WALL), separations=[1.05, 1.0, 1.05], depth=4, follows="atom")
+    assert not deck.stock
+    run = a.run_deck(deck.write(tmp_path / "deck"))
+    assert run.converged
+    assert run.finished
+    assert run.steps[0].load == pytest.approx(run.steps[2].load, abs=1e-8)
+    assert "spline of degree 5" in (tmp_path / "deck" / "README.txt").read_text()
+    with pytest.raises(InputError, match="no formula"):
+        run_command(tmp_path / "deck")
+    np.save(tmp_path / "rough.npy", heights)
+    (tmp_path / "a.toml").write_text(
+        'separation = 1.1\nfollows = "atom"\n[interatomic]\nkind = "springs"\n[slab]\nn = 8\ndepth = 4.0\n[surface]\n'
+        'kind = "file"\npath = "rough.npy"\n[wall]\nlaw = "lennard-jones-spline"\nadhesion_length = 0.005\n'
+    )
+    words = ["deck", str(tmp_path / "a.toml"), "-o", str(tmp_path / "b")]
+    for more in ([], ["--run", "--lmp-command", "lmp"]):
+        assert main([*words, *more]) == 2
+        assert "no stock LAMMPS can run the deck" in capsys.readouterr().err
+        assert not (tmp_path / "b").exists()
+    assert main([*words, "--run"]) == 0
+    # What a stock lmp says of it.
+    done = subprocess.run([script("lmp"), "-in", "in.contact"], cwd=tmp_path / "b", capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "This wall has no formula" in done.stdout
+
+
+def test_a_native_wall_is_the_same_by_lmp_on_two_ranks(tmp_path):
+    shape = SHAPES["punch"]
+    here = relaxed(tmp_path, shape, shape.evaluate(*SITES).height)
+    there = run_command(tmp_path / "deck", ranks=2).require()
+    assert there.load == pytest.approx(here.load, rel=1e-8)
+
+
+def test_a_shape_that_is_not_that_of_the_heights_is_refused():
+    with pytest.raises(ValueError, match="not that of the heights"):
+        replace(displaced(SHAPES["sine"]), heights=np.zeros((8, 7)))
+    with pytest.raises(ValueError, match="at most 12 waves"):
+        Waves(PERIOD, 0.0, ((0.1, 1, 0, 0.0),) * 13)
