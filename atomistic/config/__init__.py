@@ -8,7 +8,16 @@ from atomistic.config.crystal import (
     PairStyleTable,
     SpringsTable,
 )
-from atomistic.config.deck import DeckConfig, MeanPressuresTable, SeparationsTable, Steps, TopographySurface
+from atomistic.config.deck import (
+    DeckConfig,
+    MeanPressuresTable,
+    ProtocolTable,
+    SeparationsTable,
+    Steps,
+    TopographySurface,
+    steps_of,
+)
+from atomistic.config.motion import SlidingTable, VelocityTable, Windows, kelvin
 from atomistic.config.slab import AtomsSolverTable, SlabTable
 from atomistic.config.validate import BoundTable, CaseTable, ExponentTable, SurfacesTable, ValidateConfig
 
@@ -24,11 +33,17 @@ __all__ = [
     "LennardJonesTable",
     "MeanPressuresTable",
     "PairStyleTable",
+    "ProtocolTable",
     "SeparationsTable",
     "SlabTable",
+    "SlidingTable",
     "SpringsTable",
     "Steps",
     "SurfacesTable",
     "TopographySurface",
     "ValidateConfig",
+    "VelocityTable",
+    "Windows",
+    "kelvin",
+    "steps_of",
 ]

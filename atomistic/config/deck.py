@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
+from atomistic.config.motion import SlidingTable, VelocityTable, Windows
 from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
+from continuum.files.inputs import parsed
 from continuum.files.tables import Document, Fault, InputFile, Table, check
+from continuum.files.toml import Source
 from continuum.runs.surfaces import (
     CylinderSurface,
     FileSurface,
@@ -26,7 +30,15 @@ from continuum.sticky.reading import read
 from continuum.sticky.topography import Topography
 from continuum.units import parse, unit_size
 
-__all__ = ["DeckConfig", "MeanPressuresTable", "SeparationsTable", "Steps", "TopographySurface"]
+__all__ = [
+    "DeckConfig",
+    "MeanPressuresTable",
+    "ProtocolTable",
+    "SeparationsTable",
+    "Steps",
+    "TopographySurface",
+    "steps_of",
+]
 
 
 class TopographySurface(Table):
@@ -90,6 +102,16 @@ class Steps(NamedTuple):
     """Of each step, in a0 or E*."""
     single: bool = False
     """One equilibrium and no protocol."""
+    windows: Windows | None = None
+    """Of a wall that moves above warm atoms; the values are then its separations."""
+
+    @classmethod
+    def of(cls, protocol: SeparationsTable | MeanPressuresTable | VelocityTable | SlidingTable) -> Steps:
+        """What a protocol does."""
+        if isinstance(protocol, VelocityTable | SlidingTable):
+            windows = protocol.windows()
+            return cls("separation", windows.separations, windows=windows)
+        return protocol.steps()
 
 
 class SeparationsTable(Table):
@@ -124,7 +146,31 @@ class MeanPressuresTable(Table):
         return Steps("mean-pressure", self.pressures)
 
 
-ProtocolTable = Annotated[SeparationsTable | MeanPressuresTable, Field(discriminator="kind")]
+ProtocolTable = Annotated[
+    SeparationsTable | MeanPressuresTable | VelocityTable | SlidingTable, Field(discriminator="kind")
+]
+
+
+class _ProtocolOnly(Document):
+    """The table [protocol] alone."""
+
+    result_schema: ClassVar[str] = "stickiness/protocol"
+    result_version: ClassVar[int] = 1
+
+    protocol: ProtocolTable
+    """what is done"""
+
+
+def steps_of(protocol: Mapping[str, Any]) -> Steps:
+    """What a table [protocol] does.
+
+    Raises
+    ------
+    ConfigError
+        With all faults of the table.
+    """
+    source = Source(Path("protocol"), "", {"protocol": dict(protocol)}, {})
+    return Steps.of(parsed(source, _ProtocolOnly).protocol)
 
 
 class DeckConfig(Document):
@@ -177,9 +223,19 @@ class DeckConfig(Document):
             cause = "both are given" if self.protocol is not None else "neither is given"
             yield Fault(("separation",), "exactly one of separation and a table [protocol]", cause)
 
+    @check
+    def _slides(self) -> Iterator[Fault]:
+        if isinstance(self.protocol, SlidingTable) and self.follows == "site":
+            cause = "a wall that is a function of the site stays with the atoms"
+            yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
+        sized = self.interatomic.kind not in ("springs", "lennard-jones")
+        if isinstance(getattr(self.protocol, "temperature", None), str) and not sized:
+            cause = "this crystal has no size, and so no kelvin"
+            yield Fault(("protocol", "temperature"), "k_B T in E* a0³", cause)
+
     def steps(self) -> Steps:
         """What is done."""
         if self.protocol is not None:
-            return self.protocol.steps()
+            return Steps.of(self.protocol)
         assert self.separation is not None
         return Steps("separation", (self.separation,), single=True)

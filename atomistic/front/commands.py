@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import atomistic.ladder.validate
 import atomistic.lammps.deck
 import atomistic.relax.deckrun
-from atomistic.config import DeckConfig, ElasticConfig, Steps, ValidateConfig
+from atomistic.config import DeckConfig, ElasticConfig, Steps, ValidateConfig, steps_of
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential
 from atomistic.ladder.validate import Progress
@@ -162,6 +162,7 @@ def deck(
     separation: float | None = None,
     separations: Sequence[float] = (),
     pressures: Sequence[float] = (),
+    protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
     follows: Literal["site", "atom"] | Shape = "site",
 ) -> Deck:
@@ -174,6 +175,7 @@ def deck(
     separation : of the wall's zero from the surface at rest, in a0: one equilibrium.
     separations : several, visited in this order, each from the equilibrium before: approach and retraction.
     pressures : mean pressures, in E*, met one after the other by moving the wall.
+    protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
     depth : of the slab, in a0; its width if None.
     follows : where the height above an atom is taken: above its lattice site, or where it is ("atom"), and then the
         force is lateral, too.  Between the sites the heights are the sum of their waves where these are few, else a
@@ -187,17 +189,28 @@ def deck(
     """
     if isinstance(contact, Contact):
         shape = shape_of(contact.problem.heights) if follows == "atom" else None if follows == "site" else follows
-        made = deck_under(contact.problem, model, _steps(separation, separations, pressures), depth, shape)
+        made = deck_under(contact.problem, model, _steps(separation, separations, pressures, protocol), depth, shape)
     else:
         config = contact if isinstance(contact, DeckConfig) else load(contact, DeckConfig)
         made = deck_of(config)
     return Deck(**vars(made))
 
 
-def _steps(separation: float | None, separations: Sequence[float], pressures: Sequence[float]) -> Steps:
-    if (separation is not None) + bool(len(separations)) + bool(len(pressures)) != 1:
-        msg = "a deck needs one of separation=1.2, separations=[1.3, 1.2, 1.3] and pressures=[0.01, 0.02]"
+def _steps(
+    separation: float | None,
+    separations: Sequence[float],
+    pressures: Sequence[float],
+    protocol: Mapping[str, Any] | None,
+) -> Steps:
+    given = (separation is not None, bool(len(separations)), bool(len(pressures)), protocol is not None)
+    if sum(given) != 1:
+        msg = (
+            "a deck needs one of separation=1.2, separations=[1.3, 1.2, 1.3], pressures=[0.01, 0.02] and "
+            'protocol={"kind": "velocity", ...}'
+        )
         raise InputError(msg)
+    if protocol is not None:
+        return steps_of(protocol)
     if separation is not None:
         return Steps("separation", (float(separation),), single=True)
     if len(separations):

@@ -9,7 +9,7 @@ import numpy as np
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.lammps.law import native_law
-from atomistic.lammps.protocol import Protocol
+from atomistic.lammps.protocol import Motion, Protocol
 from atomistic.lammps.shape import Shape
 from continuum.model.grid import Real
 from continuum.model.walls import Wall
@@ -94,6 +94,13 @@ class Deck:
         if self.protocol is not None and self.separation != self.protocol.separations[0]:
             msg = f"the first step is at the separation {self.protocol.separations[0]}, got {self.separation}"
             raise ValueError(msg)
+        if isinstance(self.protocol, Motion):
+            if not self.protocol.layers < self.slab.mobile:
+                msg = f"a thermostat holds less layers than move, {self.slab.mobile}, got {self.protocol.layers}"
+                raise ValueError(msg)
+            if self.protocol.slides and self.shape is None:
+                msg = "a wall that is a function of the lattice site cannot slide: let it follow the atoms"
+                raise ValueError(msg)
         if not np.isfinite(self.separation):
             msg = f"the separation is a finite number, got {self.separation}"
             raise ValueError(msg)

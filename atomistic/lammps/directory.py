@@ -30,7 +30,8 @@ from atomistic.lammps.deck import Deck
 from atomistic.lammps.law import native_law, read_wall_table, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.mesh import wall_mesh
-from atomistic.lammps.protocol import LOAD_TOLERANCE, Separations
+from atomistic.lammps.motion import motion_values, time_unit
+from atomistic.lammps.protocol import LOAD_TOLERANCE, MeanPressures, Separations
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import folder, save, whole
@@ -43,9 +44,9 @@ __all__ = ["FORMAT", "INPUTS", "OUTPUTS", "PARTS", "read_slab", "read_wall", "re
 
 FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""
-SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.relax", "in.output", "README.txt")
-INPUTS = (*SCRIPTS, "slab.data", "wall.table", "wall.vtk", "deck.json")
-"""Files of a deck, beside those that its interatomic model reads."""
+SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
+INPUTS = (*SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json")
+"""Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
 OUTPUTS = re.compile(r"(result(\.\d+)?\.json)|((surface|state)(\.\d+)?\.dump)|(log(\.\d+)?\.lammps)")
 """Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
@@ -99,7 +100,8 @@ def render(deck: Deck) -> dict[str, str]:
         **force_lines(deck.shape),
         **steps,
     }
-    names = {"in.contact": f"contact.{protocol}"} | {name: name for name in SCRIPTS if name != "in.contact"}
+    scripts = [*SCRIPTS, "in.motion" if protocol == "motion" else "in.relax"]
+    names = {name: name for name in scripts} | {"in.contact": f"contact.{protocol}"}
     texts = {name: _template(template).substitute(values) for name, template in names.items()}
     mesh = wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
     return texts | {"wall.table": wall_table(wall), "wall.vtk": mesh}
@@ -112,17 +114,30 @@ def _template(name: str) -> _Template:
 def _protocol(deck: Deck) -> tuple[str, dict[str, str]]:
     """Name of the script of a protocol, and what it holds beside the numbers of all decks."""
     protocol = deck.protocol
+    relaxed = {
+        "how": "in.relax      how an equilibrium is found",
+        "found": "load, areas, energies, largest force left: converged if largest_force <= tolerance",
+        "averages": "",
+        "velocities": "",
+    }
     if protocol is None:
-        return "single", {"results": "", "steps": "1"}
-    shared = {"results": ".N", "steps": f"{protocol.steps:d}", "separations": _list(protocol.separations)}
+        return "single", relaxed | {"results": "", "steps": "1"}
+    shared = relaxed | {"results": ".N", "steps": f"{protocol.steps:d}", "separations": _list(protocol.separations)}
     if isinstance(protocol, Separations):
         return "separations", shared
-    return "pressures", shared | {
-        "pressures": _list(protocol.pressures),
-        "load_tolerance": f"{LOAD_TOLERANCE:g}",
-        "stiffness": _number(protocol.stiffness * deck.slab.ids[0].size),
-        "largest_move": "0.2",
+    surface_atoms = deck.slab.ids[0].size
+    if isinstance(protocol, MeanPressures):
+        return "pressures", shared | {
+            "pressures": _list(protocol.pressures),
+            "load_tolerance": f"{LOAD_TOLERANCE:g}",
+            "stiffness": _number(protocol.stiffness * surface_atoms),
+            "largest_move": "0.2",
+        }
+    moving = {
+        "how": "in.motion     how the atoms move, and what is averaged",
+        "found": "means over the window with their standard errors, and load and areas at its end",
     }
+    return "motion", shared | moving | motion_values(protocol, deck.model, deck.slab.mobile, surface_atoms)
 
 
 def _printable(text: str) -> str:
@@ -183,7 +198,7 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         remove_outputs(directory)
         (directory / "in.contact").unlink(missing_ok=True)
         for entry in list(directory.iterdir()):
-            if _POTENTIALS.fullmatch(entry.name):
+            if _POTENTIALS.fullmatch(entry.name) or (entry.name in INPUTS and entry.name not in texts):
                 entry.unlink()
         for name, content in deck.model.files.items():
             save(directory / name, content)
@@ -278,9 +293,7 @@ def _number(value: float) -> str:
 
 def _timestep(model: Model) -> float:
     """Of damped dynamics, in LAMMPS' unit of time."""
-    # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
-    mvv2e = 1.0364269e-4 if model.units == "metal" else 1.0
-    return model.timestep * float(np.sqrt(mvv2e * model.mass * model.length**2 / model.energy))
+    return model.timestep * time_unit(model)
 
 
 def _write_data(file: BinaryIO, deck: Deck) -> None:

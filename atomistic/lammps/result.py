@@ -47,6 +47,7 @@ class DeckStatus(enum.Enum):
     """What a run has found.  Each failure names its usual cause and what helps."""
 
     CONVERGED = "converged"
+    AVERAGED = "averaged over the window"
     TARGET_MISSED = "the load is not that of the mean pressure: no separation near here has it"
     FORCES_LEFT = "forces are left: allow more evaluations or time, or start from the lattice solution"
     BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
@@ -54,8 +55,8 @@ class DeckStatus(enum.Enum):
 
     @property
     def ok(self) -> bool:
-        """Whether the state is an equilibrium of the problem as posed."""
-        return self is DeckStatus.CONVERGED
+        """Whether the state is an equilibrium of the problem as posed, or one of a motion that was averaged."""
+        return self in (DeckStatus.CONVERGED, DeckStatus.AVERAGED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,10 @@ class DeckResult:
     """Of a protocol, from 1; 0 of a single equilibrium."""
     separation: float
     """Of the wall's zero from the surface at rest, in a0."""
+    offset_x: float
+    """Of the wall along x, in a0."""
+    offset_y: float
+    """And along y."""
     target_load: float
     """Load to be met, in E* a0²; 0 if none was given."""
     load: float
@@ -105,6 +110,12 @@ class DeckResult:
     """Of all atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
     forces: Real = field(repr=False)
     """On all atoms, zero in the frozen base, shape (layers, nx, ny, 3), in E* a0²."""
+    averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
+    """Mean over the time window, and its standard error, by name; empty of an equilibrium.
+
+    ``load`` and the others as above, ``load_rep`` the part of it that pushes, ``temperature`` k_B T of all mobile atoms
+    in E* a0³.
+    """
 
     @cached_property
     def distortion(self) -> float:
@@ -126,7 +137,7 @@ class DeckResult:
     @property
     def status(self) -> DeckStatus:
         """Whether this is an equilibrium."""
-        if not self.largest_force <= self.tolerance:
+        if not self.averages and not self.largest_force <= self.tolerance:
             return DeckStatus.FORCES_LEFT
         if self.smallest_gap < self.core:
             return DeckStatus.BELOW_CORE
@@ -134,6 +145,8 @@ class DeckResult:
             return DeckStatus.DISTORTED
         if self.target_load and not abs(self.load - self.target_load) <= LOAD_TOLERANCE * abs(self.target_load):
             return DeckStatus.TARGET_MISSED
+        if self.averages:
+            return DeckStatus.AVERAGED
         return DeckStatus.CONVERGED
 
     def require(self) -> DeckResult:
@@ -261,7 +274,13 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         msg = "it holds numbers that are not finite: check separation and start"
         raise ValueError(msg)
     minimisers = re.findall(r"Iterations, force evaluations = \d+ (\d+)", log)
-    evaluations = sum(map(int, minimisers)) + len(re.findall(r"Loop time of .* for 0 steps", log))
+    averages = {
+        name.removeprefix("mean_"): (value, numbers[name.replace("mean_", "error_", 1)])
+        for name, value in numbers.items()
+        if name.startswith("mean_") and name.replace("mean_", "error_", 1) in numbers
+    }
+    loops = [int(steps) for steps in re.findall(r"Loop time of .* for (\d+) steps", log)]
+    evaluations = sum(map(int, minimisers)) + loops.count(0) + (sum(loops) if averages else 0)
     sites = (slab.layers, *slab.shape, 3)
     length, force = numbers["length_unit"], numbers["force_unit"]
     vectors = [np.stack([state[name] for name in names], axis=-1) for names in (_DISPLACEMENT, ("fx", "fy", "fz"))]
@@ -270,6 +289,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         slab=slab,
         step=int(numbers.pop("step")),
         evaluations=evaluations,
+        averages=averages,
         lammps_version=int(numbers.pop("lammps_version")),
         gap=surface["gap"].reshape(slab.shape),
         traction=surface["traction"].reshape(slab.shape),

@@ -244,14 +244,7 @@ def force_lines(shape: Shape | None) -> dict[str, str]:
     values = {"act": "\n".join(act), "follows": "# The wall is a function of the position: its force is lateral, too."}
     if lines is None:
         return _ARRAY | values
-    axes = [
-        line
-        for name in "xy"
-        for line in (
-            f"variable        offset_{name} index 0    # of the wall, a0",
-            _atom(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}"),
-        )
-    ]
+    axes = [_atom(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}") for name in "xy"]
     about = "# v_height: of the wall above where an atom is now, in a0, with its slopes."
     return values | {"shape": "\n".join([about, *axes, *lines]), "height": "v_height", "begin": "", "walled": ""}
 
@@ -268,7 +261,6 @@ _SITE = {
 }
 _ARRAY = {
     "shape": "# d_height and its slopes: of the wall above where an atom is now, in a0, from Python each time.\n"
-    "variable        offset_x index 0    # of the wall, a0\nvariable        offset_y index 0\n"
     "fix             slopes all property/atom d_slope_x d_slope_y\n"
     "fix             follow surface external pf/callback 1 1",
     "height": "d_height",

@@ -11,6 +11,7 @@ from atomistic.lammps.directory import read_wall
 from atomistic.lammps.result import (
     DeckDescription,
     DeckResult,
+    DeckStatus,
     finished_steps,
     read_description,
     read_result,
@@ -30,14 +31,20 @@ from continuum.solve.solution import Settings
 
 __all__ = ["ContinuumStep", "DeckRun", "DeckStep", "read_run"]
 
-SCHEMA, VERSION = "stickiness/deck-run", 1
+SCHEMA, VERSION = "stickiness/deck-run", 2
 
 
 @dataclass(frozen=True)
 class DeckStep:
-    """One equilibrium of a run; names and units are those of a continuum run."""
+    """One equilibrium of a run, or the means of one time window of a motion, with their standard errors.
+
+    Names and units are those of a continuum run.  The total energy is without that of motion; an equilibrium has no
+    temperature, and its standard errors are zero.
+    """
 
     separation: float = quantity("a0", "of the wall's zero from the surface at rest")
+    offset_x: float = quantity("a0", "of the wall along x")
+    offset_y: float = quantity("a0", "of the wall along y")
     mean_gap: float = quantity("a0", "mean gap")
     load: float = quantity("E*", "N/A0, compression positive")
     load_rep: float = quantity("E*", "N_rep/A0")
@@ -48,6 +55,13 @@ class DeckStep:
     area_att: float = quantity("1", "A_att/A0")
     wall_energy: float = quantity("E* a0", "energy of the wall per area")
     total_energy: float = quantity("E* a0", "energy of atoms and wall per area")
+    temperature: float = quantity("E* a0^3", "k_B T of the mobile atoms")
+    load_error: float = quantity("E*", "standard error of N/A0")
+    lateral_x_error: float = quantity("E*", "standard error of the force along x")
+    lateral_y_error: float = quantity("E*", "standard error of the force along y")
+    area_rep_error: float = quantity("1", "standard error of A_rep/A0")
+    area_att_error: float = quantity("1", "standard error of A_att/A0")
+    temperature_error: float = quantity("E* a0^3", "standard error of k_B T")
     smallest_gap: float = quantity("a0", "smallest gap")
     largest_force: float = quantity("E* a0^2", "largest force left on an atom")
     evaluations: int = quantity("1", "evaluations of the forces")
@@ -55,24 +69,37 @@ class DeckStep:
 
     @classmethod
     def of(cls, result: DeckResult) -> DeckStep:
-        """The numbers of a state."""
-        pressure, atoms = result.traction, result.traction.size
+        """The numbers of a state, or of a window."""
+        pressure, atoms, averages = result.traction, result.traction.size, result.averages
+        at_end = {
+            "separation": result.separation,
+            "offset_x": result.offset_x,
+            "offset_y": result.offset_y,
+            "load": result.load,
+            "load_rep": float(pressure[pressure > 0].sum()),
+            "lateral_x": result.lateral_x,
+            "lateral_y": result.lateral_y,
+            "wall_energy": result.wall_energy,
+            "total_energy": result.total_energy,
+            "area_rep": result.area_rep,
+            "area_att": result.area_att,
+            "mean_gap": float(result.gap.mean()),
+            "temperature": 0.0,
+        }
+        totals = ("load", "load_rep", "lateral_x", "lateral_y", "wall_energy", "total_energy")
+        found, errors = {}, {}
+        for name, value in at_end.items():
+            mean, error = averages.get(name, (value, 0.0))
+            size = atoms if name in totals else 1
+            found[name], errors[f"{name}_error"] = mean / size, error / size
         return cls(
-            separation=result.separation,
-            mean_gap=float(result.gap.mean()),
-            load=result.load / atoms,
-            load_rep=float(pressure[pressure > 0].sum()) / atoms,
-            load_att=-float(pressure[pressure < 0].sum()) / atoms,
-            lateral_x=result.lateral_x / atoms,
-            lateral_y=result.lateral_y / atoms,
-            area_rep=result.area_rep,
-            area_att=result.area_att,
-            wall_energy=result.wall_energy / atoms,
-            total_energy=result.total_energy / atoms,
+            load_att=found["load_rep"] - found["load"],
             smallest_gap=result.smallest_gap,
             largest_force=result.largest_force,
             evaluations=result.evaluations,
             status=result.status.name,
+            **found,
+            **{name: error for name, error in errors.items() if name in cls.__dataclass_fields__},
         )
 
 
@@ -114,8 +141,8 @@ class DeckRun:
 
     @property
     def converged(self) -> bool:
-        """Whether each step that is there is an equilibrium."""
-        return all(step.status == "CONVERGED" for step in self.steps)
+        """Whether each step that is there is an equilibrium, or a window of a motion that was averaged."""
+        return all(DeckStatus[step.status].ok for step in self.steps)
 
     def compare(self) -> tuple[ContinuumStep, ...]:
         """The continuum at the mean gap of each step, followed as a path: branch by branch as the atoms were."""

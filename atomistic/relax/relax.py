@@ -15,13 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from atomistic.config import AtomsSolverTable, DeckConfig, Steps, TopographySurface
-from atomistic.crystal.interatomic import Potential, Springs
+from atomistic.config import AtomsSolverTable, DeckConfig, Steps, TopographySurface, Windows, kelvin
+from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import native_law
-from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
+from atomistic.lammps.motion import largest_timestep, thermal_energy
+from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations
 from atomistic.lammps.result import DeckResult, LammpsError
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import Shape
@@ -86,9 +87,8 @@ def deck_of(config: DeckConfig) -> Deck:
     except (ValueError, OSError) as error:
         raise refuse(config, Fault(("wall",), str(error))) from error
     shape = shape_under(config, heights)
-    return replace(
-        _started(specimen, wall, heights, config.steps(), config.solver), shape=shape, notes=notes + shape_notes(shape)
-    )
+    made = _started(specimen, wall, heights, config.steps(), config.solver, shape)
+    return replace(made, notes=notes + shape_notes(shape))
 
 
 def _heights(config: DeckConfig, specimen: Specimen) -> tuple[Real, tuple[str, ...]]:
@@ -104,7 +104,9 @@ def _heights(config: DeckConfig, specimen: Specimen) -> tuple[Real, tuple[str, .
     return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
 
 
-def _started(specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable) -> Deck:
+def _started(
+    specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable, shape: Shape | None
+) -> Deck:
     """A deck that starts from the lattice solution of its first step."""
     slab, response = specimen.slab, specimen.response
     native_law(wall)  # refused before anything is solved
@@ -122,11 +124,24 @@ def _started(specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver
         gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
         separations = steps.values
         protocol = None if steps.single else Separations(separations)
+        if steps.windows is not None:
+            protocol = _motion(steps.windows, specimen.model, wall)
     start = lattice_start(response, wall, gap)
     tolerance = solver.force_tolerance * scale
     model = specimen.model
     return Deck(
-        slab, model, wall, heights, separations[0], start, tolerance, rise=response.rise, protocol=protocol
+        slab, model, wall, heights, separations[0], start, tolerance, rise=response.rise, protocol=protocol,
+        shape=shape,
+    )  # fmt: skip
+
+
+def _motion(windows: Windows, model: Model, wall: Wall) -> Motion:
+    temperature = windows.temperature
+    if isinstance(temperature, str):
+        temperature = thermal_energy(kelvin(temperature), model.real_units)
+    return Motion(
+        windows.separations, windows.offsets, windows.duration, temperature, windows.layers, windows.damping,
+        windows.seed, largest_timestep(model, wall), windows.along,
     )  # fmt: skip
 
 
@@ -156,7 +171,7 @@ def deck_under(
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
     specimen = Specimen.of_model(model_of(model or Springs()), grid, max(grid.lengths) if depth is None else depth)
-    return replace(_started(specimen, wall, heights, steps, AtomsSolverTable()), shape=shape, notes=shape_notes(shape))
+    return replace(_started(specimen, wall, heights, steps, AtomsSolverTable(), shape), notes=shape_notes(shape))
 
 
 def relax(

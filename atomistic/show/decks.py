@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.constants
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from atomistic.lammps.mesh import wall_mesh
@@ -31,33 +32,56 @@ def run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> list[She
 
 def _steps(run: DeckRun) -> Sheet:
     real = run.description.real_units
-    names = ["step", "separation", "mean gap", "N/A0", "A_rep/A0", "A_att/A0", "evaluations", "status"]
-    units = ["", "a0", "a0", "E*", "", "", "", ""]
-    columns = [Column(f"{name} ({unit})" if unit else name) for name, unit in zip(names, units, strict=True)]
-    rows: list[tuple[Entry, ...]] = []
-    for i, step in enumerate(run.steps, 1):
-        row: tuple[Entry, ...] = (
-            i, step.separation, step.mean_gap, step.load, step.area_rep, step.area_att, step.evaluations,
-            step.status.lower().replace("_", " "),
-        )  # fmt: skip
-        rows.append(row if real is None else (*row, step.load * real.si("pressure") / scipy.constants.giga))
+    names = ["step", "separation (a0)", "mean gap (a0)", "N/A0 (E*)", "A_rep/A0", "A_att/A0"]
+    rows: list[list[Entry]] = [
+        [i, step.separation, step.mean_gap, step.load, step.area_rep, step.area_att]
+        for i, step in enumerate(run.steps, 1)
+    ]
+
+    def add(name: str, values: list[Entry]) -> None:
+        names.append(name)
+        for row, value in zip(rows, values, strict=True):
+            row.append(value)
+
+    along = _along(run)
+    if run.last.averages:
+        add("± N/A0", [step.load_error for step in run.steps])
+        add("k_B T (E* a0³)", [step.temperature for step in run.steps])
+        if not along:
+            add("± A_rep/A0", [step.area_rep_error for step in run.steps])
+        else:
+            add(f"offset {along} (a0)", [getattr(step, f"offset_{along}") for step in run.steps])
+            add("friction/A0 (E*)", [getattr(step, f"lateral_{along}") for step in run.steps])
+            add("± friction/A0", [getattr(step, f"lateral_{along}_error") for step in run.steps])
+    add("evaluations", [step.evaluations for step in run.steps])
+    add("status", [step.status.lower().replace("_", " ") for step in run.steps])
     if real is not None:
-        columns.append(Column("N/A0 (GPa)"))
+        add("N/A0 (GPa)", [step.load * real.si("pressure") / scipy.constants.giga for step in run.steps])
     missing = run.expected - len(run.steps)
     note = f"{missing} of {run.expected} steps are not done: the same command goes on with them" if missing else ""
-    return Sheet.of(f"{run.directory.name}: steps", columns, rows, note)
+    if along:
+        moving = [step for step in run.steps if getattr(step, f"offset_{along}")]
+        mean = np.mean([getattr(step, f"lateral_{along}") for step in moving])
+        error = np.sqrt(np.sum([getattr(step, f"lateral_{along}_error") ** 2 for step in moving])) / len(moving)
+        note = f"Mean friction over A0 while it slides: {mean:.4g} ± {error:.1g} E*.  {note}".strip()
+    return Sheet.of(f"{run.directory.name}: steps", tuple(map(Column, names)), [tuple(row) for row in rows], note)
+
+
+def _along(run: DeckRun) -> str:
+    """Along which axis the wall slides, if it does."""
+    return next((name for name in "xy" if any(getattr(step, f"offset_{name}") for step in run.steps)), "")
 
 
 def _last(run: DeckRun) -> Sheet:
     last, step, real = run.last, run.steps[-1], run.description.real_units
     atoms = last.gap.size
     rows: list[tuple[str, Entry]] = [
-        ("separation", f"{step.separation:.10g} a0"),
-        ("mean gap", f"{step.mean_gap:.10g} a0"),
+        ("separation", f"{last.separation:.10g} a0"),
+        ("mean gap", f"{last.gap.mean():.10g} a0"),
         ("load N", f"{last.load:.10g} E* a0²"),
-        ("repulsive load N_rep", f"{step.load_rep * atoms:.10g} E* a0²"),
-        ("A_rep/A0", f"{step.area_rep:.6g}"),
-        ("A_att/A0", f"{step.area_att:.6g}"),
+        ("repulsive load N_rep", f"{last.traction[last.traction > 0].sum():.10g} E* a0²"),
+        ("A_rep/A0", f"{last.area_rep:.6g}"),
+        ("A_att/A0", f"{last.area_att:.6g}"),
         ("total energy", f"{last.total_energy:.10g} E* a0³"),
         ("largest force left", f"{last.largest_force:.3g} E* a0²"),
         ("force evaluations", last.evaluations),
@@ -67,11 +91,11 @@ def _last(run: DeckRun) -> Sheet:
     if real is not None:
         rows[3:3] = [
             ("load N", f"{real.to_si(last.load, 'force') / scipy.constants.nano:.10g} nN"),
-            ("mean pressure", f"{real.to_si(step.load, 'pressure') / scipy.constants.giga:.10g} GPa"),
+            ("mean pressure", f"{real.to_si(last.load / atoms, 'pressure') / scipy.constants.giga:.10g} GPa"),
         ]
     if last.lateral_x or last.lateral_y:  # of a wall that follows the atoms
         rows.insert(3, ("lateral force on the atoms", f"{last.lateral_x:.10g}, {last.lateral_y:.10g} E* a0²"))
-    return pairs("Equilibrium of the deck", rows)
+    return pairs("End of the last window" if last.averages else "Equilibrium of the deck", rows)
 
 
 def _compared(run: DeckRun, beside: tuple[ContinuumStep, ...]) -> Sheet:
@@ -104,20 +128,31 @@ def draw_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     """Load and areas against separation, in the order of the steps, and the contact where A_rep is largest."""
     figure = new_figure(7.0, 2.6)
     load, area, contact = figure.subplots(1, 3)
-    gaps = np.array([step.separation for step in run.steps])
+    along = _along(run)
+    x = np.array([getattr(step, f"offset_{along}" if along else "separation") for step in run.steps])
     real = run.description.real_units
     scale = 1.0 if real is None else real.si("pressure") / scipy.constants.giga
-    load.plot(gaps, [scale * step.load for step in run.steps], "o-", color=SERIES[0], label="atoms")
-    for values, label, colour in (("area_rep", "repulsive", SERIES[5]), ("area_att", "attracted", SERIES[0])):
-        area.plot(gaps, [getattr(step, values) for step in run.steps], "o-", color=colour, label=label)
-        if beside:
-            area.plot(gaps, [getattr(step, values) for step in beside], "x:", color=colour)
+
+    def draw(axes: Axes, name: str, factor: float, label: str, colour: str) -> None:
+        values = [factor * getattr(step, name) for step in run.steps]
+        errors = [factor * getattr(step, f"{name}_error") for step in run.steps]
+        axes.errorbar(x, values, errors if any(errors) else None, fmt="o-", color=colour, label=label)
+
+    draw(load, "load", scale, "load" if along else "atoms", SERIES[0])
+    if along:
+        draw(load, f"lateral_{along}", scale, "friction", SERIES[5])
+    draw(area, "area_rep", 1.0, "repulsive", SERIES[5])
+    draw(area, "area_att", 1.0, "attracted", SERIES[0])
     if beside:
-        load.plot(gaps, [scale * step.load for step in beside], "x:", color=SERIES[1], label="continuum")
+        for name, colour in (("area_rep", SERIES[5]), ("area_att", SERIES[0])):
+            area.plot(x, [getattr(step, name) for step in beside], "x:", color=colour)
+        load.plot(x, [scale * step.load for step in beside], "x:", color=SERIES[1], label="continuum")
+    if beside or along:
         load.legend()
     load.axhline(0, color="grey", linewidth=0.6)
-    load.set(xlabel="separation ($a_0$)", ylabel="$N/A_0$ (GPa)" if real is not None else "$N/A_0$ ($E^*$)")
-    area.set(xlabel="separation ($a_0$)", ylabel="$A/A_0$", ylim=(-0.03, 1.03))
+    place = f"offset along {along} ($a_0$)" if along else "separation ($a_0$)"
+    load.set(xlabel=place, ylabel="$N/A_0$ (GPa)" if real is not None else "$N/A_0$ ($E^*$)")
+    area.set(xlabel=place, ylabel="$A/A_0$", ylim=(-0.03, 1.03))
     area.legend()
     grid = run.last.slab.grid
     widest = int(np.argmax([step.area_rep for step in run.steps]))

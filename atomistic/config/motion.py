@@ -1,0 +1,140 @@
+"""Protocols in which the wall moves at constant velocity above atoms that are warm: approach, retraction, sliding."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from continuum.files.tables import Fault, Positive, Table, check
+
+__all__ = ["SlidingTable", "VelocityTable", "Windows", "kelvin"]
+
+LARGEST = 10_000
+"""Windows of a protocol."""
+
+
+class Windows(NamedTuple):
+    """What the wall does in the time windows of a run, and how warm the atoms are."""
+
+    separations: tuple[float, ...]
+    """At the beginning of the first window and at the end of each, in a0."""
+    offsets: tuple[float, ...]
+    """Of the wall along ``along``, likewise."""
+    along: Literal["x", "y"]
+    duration: tuple[float, ...]
+    """Of each window, in a0 (m/(E* a0³))^(1/2)."""
+    temperature: float | str
+    """k_B T in E* a0³, or kelvin."""
+    layers: int
+    """That the thermostat holds, above the frozen base."""
+    damping: float
+    """Time constant of the thermostat, in the unit of the duration."""
+    seed: int
+
+
+def kelvin(text: str) -> float:
+    """A temperature like ``"300K"``, in kelvin.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    number, unit = text.strip()[:-1], text.strip()[-1:]
+    try:
+        value = float(number)
+    except ValueError:
+        value = np.nan
+    if unit != "K" or not (np.isfinite(value) and value >= 0):
+        msg = f'{text!r} is no temperature: write one like "300K"'
+        raise ValueError(msg)
+    return value
+
+
+class _MotionTable(Table):
+    """What both have."""
+
+    temperature: float | str
+    """k_B T in E* a0³; or in kelvin, as "300K", for a crystal that has a size"""
+    window: Positive
+    """time over which load and areas are averaged, in a0 (m/(E* a0³))^(1/2)"""
+    hold: Annotated[int, Field(ge=1, le=LARGEST)] = 1
+    """windows before the wall moves"""
+    thermostat_layers: Annotated[int, Field(ge=1)] = 2
+    """layers above the frozen base that a Langevin thermostat holds at the temperature; all others are free"""
+    damping: Positive = 5.0
+    """time constant of the thermostat, in the unit of window"""
+    seed: Annotated[int, Field(ge=1, le=1_000_000)] = 1
+    """of the first velocities and of the thermostat"""
+
+    @check
+    def _warm(self) -> Iterator[Fault]:
+        try:
+            value = kelvin(self.temperature) if isinstance(self.temperature, str) else self.temperature
+            if not (np.isfinite(value) and value >= 0):
+                yield Fault(("temperature",), "k_B T, zero or more")
+        except ValueError as error:
+            yield Fault(("temperature",), str(error))
+
+    def _windows(self, turns: list[tuple[float, float]], velocity: float, along: Literal["x", "y"]) -> Windows:
+        """Legs between points (separation, offset), each in whole windows of about the duration wanted."""
+        places, duration = [turns[0]] * (self.hold + 1), [self.window] * self.hold
+        for (d0, o0), (d1, o1) in pairwise(turns):
+            time = float(np.hypot(d1 - d0, o1 - o0)) / velocity
+            count = max(1, round(time / self.window))
+            places += [(d0 + (d1 - d0) * i / count, o0 + (o1 - o0) * i / count) for i in range(1, count + 1)]
+            duration += [time / count] * count
+        separations, offsets = zip(*places, strict=True)
+        return Windows(
+            separations, offsets, along, tuple(duration), self.temperature, self.thermostat_layers, self.damping,
+            self.seed,
+        )  # fmt: skip
+
+
+class VelocityTable(_MotionTable):
+    """[protocol] of kind "velocity": approach and retraction at constant velocity, at a temperature."""
+
+    kind: Literal["velocity"]
+    separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)]
+    """where the wall starts and where it turns, in a0; a single one for a wall at rest"""
+    velocity: Positive = 0.01
+    """of the wall, in (E* a0³/m)^(1/2)"""
+
+    @check
+    def _moves(self) -> Iterator[Fault]:
+        way = float(np.abs(np.diff(self.separations)).sum())
+        if any(a == b for a, b in pairwise(self.separations)):
+            yield Fault(("separations",), "another one each time", "a wall at rest: hold")
+        elif way / self.velocity / self.window > LARGEST:
+            yield Fault(("window",), f"at most {LARGEST} windows on the way")
+
+    def windows(self) -> Windows:
+        """Of the run."""
+        return self._windows([(d, 0.0) for d in self.separations], self.velocity, "x")
+
+
+class SlidingTable(_MotionTable):
+    """[protocol] of kind "sliding": the wall slides at constant velocity and height; it must follow the atoms."""
+
+    kind: Literal["sliding"]
+    separation: float
+    """height of the wall's mean plane above the surface at rest, in a0"""
+    distance: Positive
+    """that it slides, in a0"""
+    velocity: Positive
+    """of the wall, in (E* a0³/m)^(1/2)"""
+    along: Literal["x", "y"] = "x"
+    """direction"""
+
+    @check
+    def _short(self) -> Iterator[Fault]:
+        if self.distance / self.velocity / self.window > LARGEST:
+            yield Fault(("window",), f"at most {LARGEST} windows on the way")
+
+    def windows(self) -> Windows:
+        """Of the run."""
+        return self._windows([(self.separation, 0.0), (self.separation, self.distance)], self.velocity, self.along)

@@ -1,0 +1,134 @@
+"""A wall that moves above warm atoms, in LAMMPS' language: time steps, thermostat, averages with their errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from atomistic.crystal.interatomic import Model
+from atomistic.crystal.potentials import PotentialError
+from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
+from continuum.model.walls import Wall
+from continuum.units import Units
+
+__all__ = ["AVERAGES", "largest_timestep", "motion_values", "thermal_energy", "time_unit"]
+
+AVERAGES = {
+    "separation": "v_separation",
+    "offset_x": "v_offset_x",
+    "offset_y": "v_offset_y",
+    "load": "c_load",
+    "load_rep": "c_load_rep",
+    "lateral_x": "c_lateral_x",
+    "lateral_y": "c_lateral_y",
+    "area_rep": "c_area_rep",
+    "area_att": "c_area_att",
+    "wall_energy": "c_wall_energy",
+    "total_energy": "v_potential",
+    "mean_gap": "c_mean_gap",
+    "temperature": "v_temperature",
+}
+"""What is averaged over a window, and what LAMMPS calls it; units as in ``result.json``."""
+_PER_PERIOD = 30
+"""Time steps of the shortest period: velocity Verlet errs by (π/30)² = 1 % in the frequency of that mode."""
+_BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
+"""LAMMPS' own, in its units."""
+
+
+def time_unit(model: Model) -> float:
+    """a0 (m/(E* a0³))^(1/2) in LAMMPS' unit of time."""
+    # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
+    mvv2e = 1.0364269e-4 if model.units == "metal" else 1.0
+    return float(np.sqrt(mvv2e * model.mass * model.length**2 / model.energy))
+
+
+def largest_timestep(model: Model, wall: Wall) -> float:
+    """A time step for the stiffest vibration, in a0 (m/(E* a0³))^(1/2).
+
+    ω² = 8 k/m of springs with the elastic constants of the crystal, k = √2 C44 a0 or C11 a0/√2, and the stiffness of
+    the wall where it pushes with E*, as much as any contact does.
+    """
+    c11, _, c44 = model.elastic_constants
+    springs = 8 * max(np.sqrt(2) * c44, c11 / np.sqrt(2))
+    gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 2.0), 2001)
+    law = wall.evaluate(gap)
+    return float(2 * np.pi / np.sqrt(springs + max(0.0, law.stiffness[law.traction <= 1].max())) / _PER_PERIOD)
+
+
+def thermal_energy(kelvin: float, real: Units | None) -> float:
+    """k_B T of a temperature in kelvin, in E* a0³.
+
+    Raises
+    ------
+    PotentialError
+        If the crystal has no size.
+    """
+    if real is None:
+        msg = "this crystal has no size, and so no kelvin: give k_B T in E* a0³"
+        raise PotentialError(msg)
+    from scipy.constants import k
+
+    return kelvin * k / real.si("energy")
+
+
+def motion_values(motion: Motion, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
+    """What the scripts of a motion hold beside the numbers of all decks, by the placeholders of the templates.
+
+    Parameters
+    ----------
+    motion : of the wall.
+    model : of the atoms.
+    mobile : layers.
+    surface_atoms : atoms of a layer.
+    """
+    unit, boltzmann = time_unit(model), _BOLTZMANN[model.units]
+    temperature = motion.temperature * model.energy / boltzmann
+    count = len(AVERAGES)
+    moments, means, averages = [], [], []
+    for i, name in enumerate(AVERAGES, 1):
+        moments += [
+            f"variable        square{i} equal f_block[{i}]^2",
+            f"variable        trend{i} equal f_block[{i}]*(step/${{block}}-{(BLOCKS + 1) / 2})",
+        ]
+        # Of the blocks about their line: <b²> - <b>² - <b t>²/<t²>, with <t²> = (n² - 1)/12.
+        rest = f"(f_window[{count + i}]-f_window[{i}]^2-f_window[{2 * count + i}]^2/{(BLOCKS**2 - 1) / 12})"
+        means += [
+            f"variable        mean_{name} string $(f_window[{i}]:%.17g)",
+            f"variable        error_{name} string $(sqrt({rest}*({rest}>0)/{BLOCKS - 2}):%.17g)",
+        ]
+        averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
+    return {
+        "from": _list(motion.separations[:-1]),
+        "to": _list(motion.separations[1:]),
+        "slide_from": _list(motion.offsets[:-1]),
+        "slide_to": _list(motion.offsets[1:]),
+        "along": motion.along,
+        "across": "y" if motion.along == "x" else "x",
+        "blocks": _list(motion.block),
+        "timesteps": _list([unit * dt for dt in motion.timesteps]),
+        "twice_temperature": _number(2 * temperature),
+        "temperature": _number(temperature),
+        "reduced_temperature": f"{motion.temperature:.6g}",
+        "seed": f"{motion.seed:d}",
+        "layers": f"{motion.layers:d}",
+        "first_warm": f"{(mobile - motion.layers) * surface_atoms + 1:d}",
+        "damping": _number(unit * motion.damping),
+        "boltzmann": _number(boltzmann),
+        "sampled": f"{SAMPLED:d}",
+        "window_blocks": f"{BLOCKS:d}",
+        "averaged": " ".join(AVERAGES.values()),
+        "moments": "\n".join(moments),
+        "moment_names": " ".join(f"v_{kind}{i}" for kind in ("square", "trend") for i in range(1, count + 1)),
+        "means": "\n".join(means),
+        "averages": "".join(averages),
+        "velocities": " vx vy vz",
+    }
+
+
+def _list(values: Sequence[float]) -> str:
+    return " &\n                ".join(map(_number, values))
+
+
+def _number(value: float) -> str:
+    return f"{float(value):.17g}"
