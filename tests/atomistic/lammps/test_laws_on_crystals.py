@@ -21,11 +21,11 @@ LAWS = {
     "exponential": c.Exponential(0.01, 0.2, 1.0),
     "table": table(1200),
 }
-SUBSTRATES = {"springs": 1e-8, "lj": 1e-8, "Cu_mishin1.eam.alloy": 1e-7}
-"""Largest difference of the loads, relative to pushing and pulling together.
+SUBSTRATES = ("springs", "lj", "Cu_mishin1.eam.alloy")
+SAME = 1e-8
+"""Largest difference of the loads, relative to pushing and pulling together: forces are left up to 1e-8 h'rms.
 
-Springs and pairs: forces are left up to 1e-8 h'rms.  Copper: energies of 3.5 eV an atom round forces at 1e-12 E* a0²,
-and splines with jumps in their second derivative stop minimisers earlier.
+Seen: none between this process and lmp, at most 9e-15 on two ranks for springs and pairs, 4e-14 for copper.
 """
 
 
@@ -47,7 +47,7 @@ def test_one_equilibrium_whatever_runs_it(tmp_path: Path, name: str, law: str) -
     assert pushing > 0.1
     for found in (run_command(tmp_path / "deck"), run_command(tmp_path / "deck", ranks=2)):
         found.require()
-        assert found.load == pytest.approx(here.load, abs=SUBSTRATES[name] * pushing)
+        assert found.load == pytest.approx(here.load, abs=SAME * pushing)
         assert ((found.gap < wall.zero_gap) == (here.gap < wall.zero_gap)).all()
     law_here = wall.evaluate(here.gap).traction
     allowed = 1.1 * native_law(wall).error + 1e-10 * np.abs(law_here).max()

@@ -1,6 +1,7 @@
 """A wall that moves above warm atoms: averages against equilibria, equipartition, seeds, restarts, friction."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from atomistic.lammps.engine import run_command, run_in_process, script
 from atomistic.lammps.motion import largest_timestep, thermal_energy
 from atomistic.lammps.protocol import Motion
 from atomistic.lammps.result import DeckStatus, finished_steps, read_result
+from atomistic.lammps.session import Session
 from atomistic.lammps.shape import Waves
 from continuum.errors import InputError
 from continuum.units import Units
@@ -234,3 +236,37 @@ def test_a_motion_that_makes_no_sense_is_refused(changes, message):
 def test_kelvin_are_energies_of_a_crystal_with_a_size():
     # k_B 300 K = 25.85 meV; E* a0³ of copper, 135 GPa (2.556 Å)³, is 14.1 eV.
     assert thermal_energy(300, Units(2.556e-10, 135.2e9)) == pytest.approx(0.02585 / 14.09, rel=1e-3)
+
+
+def drift(tmp_path: Path, factor: float) -> tuple[float, float]:
+    """Atoms swing into the wall and out of it by Newton's law: change of energy by that of motion, and load."""
+    slab = Slab(SHAPE, 3)
+    start = np.zeros((slab.layers, *SHAPE, 3))
+    # Stretched as a whole: it swings in the slowest mode of the slab, into the wall's attraction and into its core.
+    start[: slab.mobile, ..., 2] = -0.12 * (1 - np.arange(slab.mobile) / slab.mobile)[:, None, None]
+    directory = write_deck(tmp_path / f"{factor}", Deck(slab, Springs(), WALL, deck(None).heights, 1.08, start))
+    with Session(directory) as session:
+        session.command("variable separation equal 1.08")
+        session.run("in.wall")
+        session.command("thermo_style custom etotal ke c_load")
+        session.command("thermo_modify norm no")
+        for name, value in (("total", "etotal"), ("motion", "ke"), ("push", "c_load")):
+            session.command(f"variable {name} equal {value}")
+        session.command("fix motion mobile nve")
+        session.command(f"timestep {factor * STEP:.17g}")
+        session.command("run 0 post no")
+        seen = []
+        for _ in range(40):
+            seen.append([session.variable(name) for name in ("total", "motion", "push")])
+            session.command(f"run {round(10 / factor)} post no")
+    total, motion, push = np.transpose(seen)
+    return float(np.ptp(total) / motion.max()), float(push.max())
+
+
+def test_energy_is_conserved_through_contact_as_the_square_of_the_time_step(tmp_path):
+    drifts, pushes = zip(*(drift(tmp_path, factor) for factor in (2.0, 1.0, 0.5)), strict=True)
+    assert pushes[1] > 0.1
+    # At the time step of a deck the energy changes by 1e-3 of what is turned over, and by a quarter at half of it.
+    assert drifts[1] < 1e-3
+    for coarse, fine in pairwise(drifts):
+        assert coarse / fine == pytest.approx(4, rel=0.1)
