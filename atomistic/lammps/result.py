@@ -23,16 +23,22 @@ from continuum.solve.solution import NotConvergedError
 from continuum.units import Units
 
 __all__ = [
+    "LARGEST_DISTORTION",
     "DeckDescription",
     "DeckError",
     "DeckResult",
     "DeckStatus",
     "LammpsError",
+    "distortion",
     "finished_steps",
     "read_description",
     "read_result",
     "tail",
 ]
+
+
+LARGEST_DISTORTION = 0.5
+"""Beyond which neighbours have moved apart or past one another, in a0."""
 
 
 class LammpsError(StickinessError, RuntimeError):
@@ -119,20 +125,8 @@ class DeckResult:
 
     @cached_property
     def distortion(self) -> float:
-        """Largest displacement of an atom relative to a nearest neighbour, in a0.
-
-        It bounds the strain of the springs, and tells a crystal from one that is turned inside out: springs
-        have no memory of direction, and a layer pushed through the next is at rest again.
-        """
-        u, largest = self.displacements, 0.0
-        for layer in range(self.slab.mobile):
-            here = u[layer]
-            beside = [np.roll(here, 1, axis=axis) for axis in (0, 1)]
-            # The four atoms below stand at half spacings: of an even layer at -1/2 and +1/2, and so on.
-            side = 1 if layer % 2 == 0 else -1
-            below = [np.roll(u[layer + 1], (side * i, side * j), axis=(0, 1)) for i in (0, 1) for j in (0, 1)]
-            largest = max(largest, *(float(np.max(np.sum((here - v) ** 2, axis=-1))) for v in beside + below))
-        return float(np.sqrt(largest))
+        """Largest displacement of an atom relative to a nearest neighbour, in a0: see :func:`distortion`."""
+        return distortion(self.slab, self.displacements)
 
     @property
     def status(self) -> DeckStatus:
@@ -141,7 +135,7 @@ class DeckResult:
             return DeckStatus.FORCES_LEFT
         if self.smallest_gap < self.core:
             return DeckStatus.BELOW_CORE
-        if not self.distortion < 0.5:
+        if not self.distortion < LARGEST_DISTORTION:
             return DeckStatus.DISTORTED
         if self.target_load and not abs(self.load - self.target_load) <= LOAD_TOLERANCE * abs(self.target_load):
             return DeckStatus.TARGET_MISSED
@@ -165,6 +159,28 @@ class DeckResult:
             )
             raise NotConvergedError(msg)
         return self
+
+
+def distortion(slab: Slab, displacements: Real) -> float:
+    """Largest displacement of an atom relative to a nearest neighbour, in a0.
+
+    It bounds the strain of the springs, and tells a crystal from one that is turned inside out: springs
+    have no memory of direction, and a layer pushed through the next is at rest again.
+
+    Parameters
+    ----------
+    slab : the atoms.
+    displacements : shape (layers, nx, ny, 3), in a0.
+    """
+    largest = 0.0
+    for layer in range(slab.mobile):
+        here = displacements[layer]
+        beside = [np.roll(here, 1, axis=axis) for axis in (0, 1)]
+        # The four atoms below stand at half spacings: of an even layer at -1/2 and +1/2, and so on.
+        side = 1 if layer % 2 == 0 else -1
+        below = [np.roll(displacements[layer + 1], (side * i, side * j), axis=(0, 1)) for i in (0, 1) for j in (0, 1)]
+        largest = max(largest, *(float(np.max(np.sum((here - v) ** 2, axis=-1))) for v in beside + below))
+    return float(np.sqrt(largest))
 
 
 @dataclass(frozen=True)

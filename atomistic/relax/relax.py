@@ -23,7 +23,7 @@ from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import native_law
 from atomistic.lammps.motion import largest_timestep, thermal_energy
 from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations
-from atomistic.lammps.result import DeckResult, LammpsError
+from atomistic.lammps.result import LARGEST_DISTORTION, DeckResult, DeckStatus, LammpsError, distortion
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import Shape
 from atomistic.relax.shapes import shape_notes, shape_under
@@ -37,7 +37,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.path import loading
-from continuum.solve.solution import Settings
+from continuum.solve.solution import NotConvergedError, Settings
 from continuum.units import parse
 
 __all__ = ["Iterated", "apply_wall", "deck_of", "deck_under", "iterate", "lattice_start", "relax"]
@@ -127,6 +127,9 @@ def _started(
         if steps.windows is not None:
             protocol = _motion(steps.windows, specimen.model, wall)
     start = lattice_start(response, wall, gap)
+    if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
+        msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
+        raise NotConvergedError(msg)
     tolerance = solver.force_tolerance * scale
     model = specimen.model
     return Deck(

@@ -1,4 +1,5 @@
-"""What is measured of `atomistic`: equilibrium of atoms under a rough wall, by our iteration and by LAMMPS alone.
+"""What is measured of `atomistic`: equilibrium of atoms under a rough wall, by our iteration and by LAMMPS alone, and
+what a wall costs.
 
 Both start from the same deck, which holds the equilibrium of the linear lattice, and end at the same largest force.
 """
@@ -12,24 +13,31 @@ from typing import Any
 
 import numpy as np
 
+from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones, Potential, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.deck import Deck
-from atomistic.relax.relax import lattice_start, relax
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.session import Session
+from atomistic.lammps.shape import Round
+from atomistic.relax.relax import apply_wall, lattice_start, relax
 from atomistic.relax.specimen import Specimen
 from atomistic.response.material import model_of
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.surface import SelfAffine
-from continuum.model.walls import LennardJonesSpline
+from continuum.model.surface import SelfAffine, sphere
+from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
 
-__all__ = ["CRYSTALS", "equilibrium"]
+__all__ = ["CRYSTALS", "WALLS", "equilibrium", "wall"]
 
 SLOPE, AREA = 0.1, 0.1
 CRYSTALS = ("springs", "Lennard-Jones", "copper")
+WALLS = ("none", "spline", "9-3", "table of 192 pieces", "spline, following", "spline, in Python")
+"""Whose forces are timed: laws as formulas of LAMMPS, the wall a function of the site unless it says so."""
 
 
 def _potential(crystal: str) -> Potential:
@@ -68,3 +76,36 @@ def equilibrium(n: int, crystal: str, adhesion_length: float, alone: bool) -> di
 
     result: dict[str, Any] = {"atoms": specimen.slab.size, "ours": timed(response=response)}
     return result | ({"lammps": timed()} if alone else {})
+
+
+def wall(n: int, kind: str, evaluations: int = 200) -> dict[str, Any]:
+    """CPU seconds per evaluation of the forces on springs under a sphere in contact.
+
+    Parameters
+    ----------
+    n : surface atoms a side; the slab is as deep.
+    kind : one of :data:`WALLS`.
+    evaluations : that are timed, after some that are not.
+    """
+    grid = Grid.square(n)
+    slab = Slab.of_depth(grid, float(n))
+    law: Wall = LennardJonesSpline(adhesion_length=0.005)
+    if kind == "9-3":
+        law = InversePowers((9, 3), adhesion_length=0.02)
+    if kind.startswith("table"):
+        gap = np.linspace(0.7, 1.0 + law.range, 193)
+        law = TabulatedWall(gap, np.append(law.evaluate(gap[:-1]).traction, 0.0))
+    shape = Round(grid.lengths, 4.0 * n) if "following" in kind else None
+    heights, separation = sphere(grid, 4.0 * n), 0.98
+    deck = Deck(slab, Springs(), law, heights, separation, shape=shape)
+    with tempfile.TemporaryDirectory() as folder, Session(write_deck(Path(folder), deck)) as session:
+        if kind == "spline, in Python":
+            apply_wall(session, law, heights, separation)
+        elif kind != "none":
+            session.command(f"variable separation equal {separation}")
+            session.run("in.wall")
+        session.command("thermo 1000000")
+        session.command(f"run {evaluations // 10} post no")
+        began = time.process_time()
+        session.command(f"run {evaluations} pre no post no")
+        return {"atoms": slab.size, "cpu": (time.process_time() - began) / evaluations}

@@ -267,12 +267,33 @@ def atoms(rows: list[Row]) -> str:
     )
 
 
+def walls(rows: list[Row]) -> str:
+    """What a wall adds to an evaluation of the forces."""
+    bare = {row["n"]: row["cpu"] for row in rows if row["kind"] == "none"}
+    cells = [
+        [
+            f"{row['n']}²",
+            row["kind"],
+            f"{row['atoms']}",
+            f"{1e3 * row['cpu']:.2f}",
+            f"**{row['cpu'] / bare[row['n']]:.2f}**" if row["n"] in bare else "",
+        ]
+        for row in rows
+    ]
+    return (
+        "### What a wall costs\n\nCPU time of one evaluation of the forces on springs under a sphere: without a wall, "
+        "with laws as formulas of LAMMPS, as a function of the site or following the atoms, and in Python.\n\n"
+        + table(["surface", "wall", "atoms", "CPU ms", "over none"], cells)
+    )
+
+
 TABLES: dict[str, Callable[[list[Row]], str]] = {
     "work": work,
     "iteration": iteration,
     "adhesive": adhesive,
     "hard_wall": hard_wall,
     "atoms": atoms,
+    "walls": walls,
 }
 
 

@@ -26,7 +26,7 @@ from typing import Any
 
 from continuum.files.provenance import now, provenance
 from tests.benchmarks import report
-from tests.benchmarks.atoms import CRYSTALS
+from tests.benchmarks.atoms import CRYSTALS, WALLS
 from tests.benchmarks.cases import ADHESION_LENGTHS, MOST_POINTS, PEER_ADHESION_LENGTH, SEEDS, SIZES
 
 __all__ = ["TABLES", "Missing", "Results", "main"]
@@ -241,6 +241,17 @@ def atoms(n: int) -> Plan:
             yield point | {"sources": _sources("atomistic", "atoms")}, measured
 
 
+def walls(n: int) -> Plan:
+    """Evaluations of the forces on atoms with walls of each kind, and without one."""
+    for kind in WALLS:
+        point = {"n": n, "kind": kind}
+
+        def measured(results: Results, point: Row = point) -> Row:
+            return results.job("atoms.wall", **point)
+
+        yield point | {"sources": _sources("atomistic", "atoms")}, measured
+
+
 TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall)}
 """Each plans its rows on one grid; `report` has a function of the same name that writes them as text."""
 
@@ -282,10 +293,12 @@ def main(arguments: list[str] | None = None) -> None:
     options.results.parent.mkdir(parents=True, exist_ok=True)
     results = Results(options.results, options.minutes)
     plan = [(name, *step) for n in sorted(options.sizes) for name in options.tables for step in TABLES[name](n)]
+    plan += [("walls", *step) for n in sorted(options.atoms) for step in walls(n)]
     plan += [("atoms", *step) for n in sorted(options.atoms) for step in atoms(n)]
     # Of earlier sources; the other tables start afresh by themselves.
-    known = results.content["rows"].get("atoms", [])
-    known[:] = [row for row in known if row["sources"] == _sources("atomistic", "atoms")]
+    for name in ("atoms", "walls"):
+        known = results.content["rows"].get(name, [])
+        known[:] = [row for row in known if row["sources"] == _sources("atomistic", "atoms")]
     for i, (name, point, measured) in enumerate(plan, 1):
         if "adhesion_length" in point and name != "atoms":
             with suppress(Missing):

@@ -134,3 +134,22 @@ lattice_constant = 3.6""",
     for part in ("exactly one of separation", "no pair_style", "other than zero"):
         assert part in message
     assert not (tmp_path / "deck").exists()
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        "separation = -3.0",
+        'separation = -3.0\nfollows = "atom"',
+        '[protocol]\nkind = "separations"\nseparations = [-3.0, 1.2]',
+        '[protocol]\nkind = "mean-pressures"\npressures = [50.0]',
+        '[protocol]\nkind = "velocity"\nseparations = [-3.0, 1.2]\nvelocity = 0.1\ntemperature = 0.0\nwindow = 5.0',
+    ],
+)
+def test_a_start_below_the_core_is_one_message_and_nothing_is_written(tmp_path, capsys, what):
+    table = what.startswith("[")
+    (tmp_path / "low.toml").write_text(DECK.replace("separation = 1.2", "" if table else what) + what * table)
+    assert main(["deck", str(tmp_path / "low.toml"), "-o", str(tmp_path / "deck"), "--run"]) != 0
+    message = said(capsys)
+    assert "core" in message or "past one another" in message
+    assert not (tmp_path / "deck").exists()

@@ -1,0 +1,66 @@
+"""Decks from end to end, as a person runs them: every input that comes with the package, and measured topographies."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import atomistic as a
+import continuum as c
+from atomistic.cli import main
+
+ROOT = Path(__file__).parents[3]
+MEASURED = Path(os.environ.get("STICKINESS_TOPOGRAPHIES", "nowhere")) / "container-2.zip"
+CRYSTALS = {
+    "springs": ('kind = "springs"', 'spacing = "0.3nm"'),
+    "copper": ('kind = "eam"\nfile = "Cu_mishin1.eam.alloy"', ""),
+    "lennard-jones": ('kind = "lennard-jones"', 'spacing = "0.3nm"'),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", sorted((ROOT / "inputs/lammps").glob("*.toml")), ids=lambda path: path.stem)
+def test_every_input_runs_and_is_read(path: Path, tmp_path: Path) -> None:
+    directory = tmp_path / path.stem
+    assert main(["deck", str(path), "-o", str(directory), "--run"]) == 0
+    assert main(["read", str(directory), "-o", str(tmp_path / "out"), "--compare"]) == 0
+    run = a.read(directory)
+    assert run.finished
+    assert run.converged
+    assert max(step.area_rep for step in run.steps) > 0.01
+
+
+def topography(folder: Path) -> str:
+    """Lines of the diamond film where it is at hand, else of a rough map of ours that is not periodic."""
+    if MEASURED.is_file():
+        return f'path = "{MEASURED}"'
+    rough = c.SelfAffine(0.8, 0.1, 8, 64).synthesise(c.Grid.square(128), np.random.default_rng(3))
+    np.save(folder / "map.npy", 0.2 * rough[:100, :100])
+    return 'path = "map.npy"\nsize = "20nm"\nunit = "nm"'
+
+
+def end_to_end(tmp_path: Path, crystal: str, n: int, depth: float, separation: float) -> None:
+    interatomic, spacing = CRYSTALS[crystal]
+    (tmp_path / "map.toml").write_text(
+        f"separation = {separation}\n[interatomic]\n{interatomic}\n[slab]\nn = {n}\ndepth = {depth}\n[surface]\n"
+        f'kind = "topography"\n{topography(tmp_path)}\n{spacing}\n'
+        '[wall]\nlaw = "lennard-jones-spline"\nadhesion_length = 0.005\n'
+    )
+    assert main(["deck", str(tmp_path / "map.toml"), "-o", str(tmp_path / "deck"), "--run"]) == 0
+    assert main(["read", str(tmp_path / "deck"), "-o", str(tmp_path / "out"), "--compare"]) == 0
+    run = a.read(tmp_path / "deck")
+    assert run.last.area_rep > 0.01
+    notes = (tmp_path / "deck/README.txt").read_text()
+    assert "cut out about the fractions" in notes
+    assert "turned over" in notes
+
+
+def test_a_piece_of_a_map_presses_on_atoms(tmp_path):
+    end_to_end(tmp_path, "springs", 32, 3.0, 1.0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("crystal", ["copper", "lennard-jones"])
+def test_a_measured_film_presses_on_crystals(tmp_path, crystal):
+    end_to_end(tmp_path, crystal, 64, 8.0, 1.2)
