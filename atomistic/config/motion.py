@@ -66,7 +66,7 @@ class _MotionTable(Table):
     """windows before the wall moves"""
     thermostat_layers: Annotated[int, Field(ge=1)] = 2
     """layers above the frozen base that a Langevin thermostat holds at the temperature; all others are free"""
-    damping: Positive = 5.0
+    damping: Positive = 2.0
     """time constant of the thermostat, in the unit of window"""
     seed: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     """of the first velocities and of the thermostat"""

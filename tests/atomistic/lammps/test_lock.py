@@ -36,7 +36,8 @@ def test_a_second_run_is_one_message_that_says_who_holds_the_directory(tmp_path,
     act(directory)
 
 
-def test_the_lock_outlives_a_killed_parent_while_a_child_runs(tmp_path):
+def test_the_lock_outlives_a_killed_parent_while_a_child_runs(tmp_path, monkeypatch):
+    monkeypatch.setattr(lock, "PATIENCE", 0.0)
     # What the wheel's lmp is: a script that waits for the process that computes.
     directory = write_deck(tmp_path / "deck", small())
     site = f"'{sys.executable}' -c 'import subprocess as s; s.run([\"sleep\", \"60\"], close_fds=False)'"

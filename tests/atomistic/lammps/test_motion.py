@@ -31,7 +31,7 @@ STEP = largest_timestep(Springs(), WALL)
 
 def resting(temperature: float, windows: int = 2, duration: float = 50.0, **changes) -> Motion:
     """A wall at rest at one separation."""
-    motion = Motion((1.0,) * (windows + 1), (0.0,) * (windows + 1), (duration,) * windows, temperature, 2, 2.0, 1, STEP)
+    motion = Motion((1.0,) * (windows + 1), (0.0,) * (windows + 1), (duration,) * windows, temperature, 2, 0.5, 1, STEP)
     return replace(motion, **changes)
 
 
@@ -62,18 +62,18 @@ def equipartition(tmp_path: Path, windows: int, duration: float) -> None:
     means = averages(tmp_path)
     atoms = found.slab.mobile * found.slab.ids[0].size
     kinetic, error = means["temperature"]
-    assert error < 0.02 * temperature
+    assert error < 0.03 * temperature
     # Velocity Verlet: (π/30)²/4 of the fastest modes in the mean kinetic energy, less of the others.
     assert kinetic == pytest.approx(temperature, abs=3 * error + 0.003 * temperature)
     # Half of the energy is potential, 3/2 k_B T of each atom; beyond it, terms of the order of T².
     potential, error = means["total_energy"]
-    assert error < 0.02 * 1.5 * atoms * temperature
+    assert error < 0.03 * 1.5 * atoms * temperature
     assert potential == pytest.approx(1.5 * atoms * temperature, abs=3 * error + 0.003 * 1.5 * atoms * temperature)
     assert means["load"] == (0.0, 0.0)
 
 
 def test_each_degree_of_freedom_has_its_share(tmp_path):
-    equipartition(tmp_path, 2, 400.0)
+    equipartition(tmp_path, 2, 250.0)
 
 
 @pytest.mark.long
@@ -113,7 +113,7 @@ def seeds(tmp_path: Path, windows: int, duration: float) -> None:
 
 
 def test_two_seeds_agree_within_their_errors(tmp_path):
-    seeds(tmp_path, 2, 200.0)
+    seeds(tmp_path, 2, 120.0)
 
 
 @pytest.mark.long
@@ -145,7 +145,7 @@ def test_nothing_that_slides_without_a_jump_has_friction(tmp_path):
     # Every atom sees the same wall: a barrier from site to site, too low for the slab's stiffness to jump.
     period, size = (4.0, 3.0), 12
     wall = Waves(period, 0.0, ((0.02, 4, 0, 0.0),))
-    count, way = 10, 1.0
+    count, way = 6, 1.0
     motion = Motion(
         (0.9,) * (count + 2),
         (0.0, *np.linspace(0, way, count + 1)),
@@ -170,7 +170,7 @@ def test_nothing_that_slides_without_a_jump_has_friction(tmp_path):
         return run_in_process(write_deck(tmp_path / "static", found)).require().total_energy
 
     # The mean force over a stretch is the work done there: the difference of the energies of its ends.
-    for i in (0, 3):
+    for i in (0, 2):
         ends = [energy(way * j / count) for j in (i, i + 1)]
         assert forces[i] == pytest.approx((ends[1] - ends[0]) / (way / count), abs=0.02 * largest)
 
@@ -182,22 +182,22 @@ follows = "atom"
 kind = "springs"
 [slab]
 n = 8
-depth = 3.0
+depth = 2.2
 [surface]
 kind = "sine"
 amplitude = 0.05
 waves = [2, 0]
 [wall]
-law = "lennard-jones-spline"
+law = "lennard-jones-9-3"
 adhesion_length = 0.005
 [protocol]
 kind = "{}"
 temperature = 1e-5
 window = 2.0
+thermostat_layers = 1
 """
     (tmp_path / "up.toml").write_text(text.format("velocity") + "separations = [1.2, 1.1, 1.2]\nvelocity = 0.05\n")
     assert main(["deck", str(tmp_path / "up.toml"), "-o", str(tmp_path / "up"), "--run"]) == 0
-    assert main(["read", str(tmp_path / "up"), "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
     assert "averaged" in said
     assert "± N/A0" in said

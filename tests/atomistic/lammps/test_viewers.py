@@ -17,16 +17,18 @@ from continuum.files import store
 from continuum.show.plot import new_figure
 
 needs_ovito = pytest.mark.skipif(util.find_spec("ovito") is None, reason="ovito is an extra and not installed")
-NAMES = ("springs", "copper")
-GRID = c.Grid.square(10)
+NAMES = ("springs", "lennard-jones", "copper")
+GRID = c.Grid.square(9)
 
 
 def _run(name: str, directory: Path) -> DeckRun:
-    """A sphere on springs or copper, not relaxed to the end where that takes long: files are what is looked at."""
+    """A sphere on springs, Lennard-Jones or copper: files are what is looked at."""
     heights = c.sphere(GRID, 40.0)
     contact = c.Contact(heights, c.LennardJonesSpline(adhesion_length=0.02))
     if name == "springs":
         return a.run_deck(a.deck(contact, separations=[1.2, 1.1], depth=4).write(directory))
+    if name == "lennard-jones":
+        return a.run_deck(a.deck(contact, a.LennardJones(), separation=1.1, depth=4).write(directory))
     from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 
     copper = EmbeddedAtom.read(find_potential("Cu_mishin1.eam.alloy"))
@@ -52,8 +54,8 @@ def test_ase_reads_every_file_with_the_right_species(run):
         assert set(atoms.get_chemical_symbols()) == {run.description.element}
         assert len(atoms) == size
         assert tuple(atoms.pbc) == (True, True, False)
-        assert atoms.cell.lengths()[0] == pytest.approx(10 * run.description.length)
-    style = "atomic" if run.description.element == "Cu" else "bond"
+        assert atoms.cell.lengths()[0] == pytest.approx(GRID.shape[0] * run.description.length)
+    style = "bond" if "springs" in run.description.model else "atomic"
     data = ase.io.lammpsdata.read_lammps_data(run.directory / "slab.data", atom_style=style, units="metal")
     assert len(data) == slab.size
     assert set(data.get_chemical_symbols()) == {run.description.element}
@@ -86,7 +88,7 @@ def test_ovito_reads_every_file_and_shows_the_wall(run):
 
     meshes = import_file(str(run.directory / "wall.vtk")).compute().triangle_meshes
     vertices = np.array(next(iter(meshes.values())).get_vertices())
-    assert len(vertices) == 11 * 11
+    assert len(vertices) == (GRID.shape[0] + 1) ** 2
     first = run.steps[0].separation + run.description.surface
     assert vertices[:, 2].min() == pytest.approx(length * (first + last.heights.min()), abs=1e-4)
 
@@ -96,7 +98,7 @@ def test_ovito_reads_the_data_file(run):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     from ovito.io import import_file
 
-    style = "atomic" if run.description.element == "Cu" else "bond"
+    style = "bond" if "springs" in run.description.model else "atomic"
     seen = import_file(str(run.directory / "slab.data"), atom_style=style).compute()
     assert seen.particles.count == run.last.slab.size
     assert {kind.name for kind in seen.particles.particle_types.types} == {run.description.element}
