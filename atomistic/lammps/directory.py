@@ -8,6 +8,7 @@ text of a user.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import re
 import string
@@ -40,7 +41,18 @@ from continuum.model.grid import Real
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 
-__all__ = ["FORMAT", "INPUTS", "OUTPUTS", "PARTS", "read_slab", "read_wall", "remove_outputs", "render", "write_deck"]
+__all__ = [
+    "FORMAT",
+    "INPUTS",
+    "OUTPUTS",
+    "PARTS",
+    "read_heights",
+    "read_slab",
+    "read_wall",
+    "remove_outputs",
+    "render",
+    "write_deck",
+]
 
 FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""
@@ -265,6 +277,21 @@ def read_slab(path: Path) -> Slab:
         raise ValueError(msg)
     nx, ny, mobile, frozen = numbers[1:5]
     return Slab((nx, ny), mobile, frozen)
+
+
+def read_heights(path: Path) -> Real:
+    """Heights of the wall above the lattice sites of the surface atoms, shape (nx, ny), in a0, of a ``slab.data``.
+
+    Raises
+    ------
+    ValueError
+        If the file is not one of a deck.
+    """
+    shape = read_slab(path).shape
+    with Path(path).open(encoding="utf-8") as file:
+        rows = itertools.dropwhile(lambda line: line != "WallHeight\n", file)
+        heights = np.loadtxt(itertools.islice(rows, 2, 2 + shape[0] * shape[1]), usecols=1, ndmin=1)
+    return np.asarray(heights, dtype=np.float64).reshape(shape)
 
 
 def read_wall(directory: Path) -> Wall:

@@ -9,7 +9,7 @@ from continuum.model.grid import Real
 __all__ = ["wall_mesh"]
 
 
-def wall_mesh(heights: Real, level: float, length: float) -> str:
+def wall_mesh(heights: Real, level: float, length: float, offset: tuple[float, float] = (0.0, 0.0)) -> str:
     """Text of a file of triangles.
 
     The period is closed: what lies at its end is what lies at its beginning.
@@ -19,10 +19,12 @@ def wall_mesh(heights: Real, level: float, length: float) -> str:
     heights : of the wall above each surface atom, shape (nx, ny), in a0.
     level : of its zero above the lattice plane of the surface, in a0: separation and rise of the surface.
     length : a0 in LAMMPS' unit, in which the mesh is.
+    offset : of the wall along x and y, in a0.
     """
     z = length * (level + np.pad(heights, ((0, 1), (0, 1)), mode="wrap"))
     nx, ny = z.shape
-    x, y = (length * axis.ravel() for axis in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    axes = (np.arange(n) + shift for n, shift in zip(z.shape, offset, strict=True))
+    x, y = (length * axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
     points = np.column_stack([x, y, z.ravel()])
     corner = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()
     # Two triangles for each square, turned to the atoms below.

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from atomistic.lammps.directory import read_wall
+from atomistic.lammps.directory import read_heights, read_wall
 from atomistic.lammps.result import (
     DeckDescription,
+    DeckError,
     DeckResult,
     DeckStatus,
     finished_steps,
@@ -124,6 +125,8 @@ class DeckRun:
     description: DeckDescription = field(repr=False)
     wall: Wall
     """The law."""
+    heights: Real = field(repr=False)
+    """Of the wall above the lattice sites, shape (nx, ny), in a0."""
     steps: tuple[DeckStep, ...]
     gaps: Real = field(repr=False)
     """Shape (steps, nx, ny), in a0."""
@@ -145,8 +148,17 @@ class DeckRun:
         return all(DeckStatus[step.status].ok for step in self.steps)
 
     def compare(self) -> tuple[ContinuumStep, ...]:
-        """The continuum at the mean gap of each step, followed as a path: branch by branch as the atoms were."""
-        slab, heights = self.last.slab, self.last.heights
+        """The continuum at the mean gap of each step, followed as a path: branch by branch as the atoms were.
+
+        Raises
+        ------
+        DeckError
+            If the wall slides.
+        """
+        if any(step.offset_x or step.offset_y for step in self.steps):
+            msg = f"{self.directory}: the wall slides, which the continuum does not: there is nothing to put beside it"
+            raise DeckError(msg)
+        slab, heights = self.last.slab, self.heights
         problem = ContactProblem(slab.grid, self.wall, heights, HalfSpace("clamped"))
         settings = Settings(1e-9 * (moments(slab.grid, heights).rms_slope or 1.0))
         states = loading.follow(problem, "mean-gap", [step.mean_gap for step in self.steps], settings)
@@ -175,7 +187,7 @@ class DeckRun:
         }
         datasets["step"] = Dataset(np.arange(1, len(self.steps) + 1), ("step",), "1", "step of the protocol")
         datasets["gap"] = Dataset(self.gaps, ("step", "x", "y"), "a0", "gap at each surface atom")
-        datasets["height"] = Dataset(self.last.heights, ("x", "y"), "a0", "of the wall above each surface atom")
+        datasets["height"] = Dataset(self.heights, ("x", "y"), "a0", "of the wall above each lattice site")
         for name, unit in (("load", "E*"), ("area_rep", "1"), ("area_att", "1"), ("same", "1")):
             if beside:
                 values = np.array([getattr(step, name) for step in beside])
@@ -215,4 +227,5 @@ def read_run(directory: Path) -> DeckRun:
         steps.append(DeckStep.of(result))
         gaps.append(result.gap)
     last = result or read_result(directory)  # which says why there is none
-    return DeckRun(directory, description, read_wall(directory), tuple(steps), np.array(gaps), last)
+    heights = read_heights(directory / "slab.data")
+    return DeckRun(directory, description, read_wall(directory), heights, tuple(steps), np.array(gaps), last)

@@ -118,7 +118,7 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
     for i, step in enumerate(run.steps, 1):
         mark = f".{i}" if run.description.steps else ""
         level = step.separation + run.description.surface
-        mesh = wall_mesh(run.last.heights, level, run.description.length)
+        mesh = wall_mesh(run.heights, level, run.description.length, (step.offset_x, step.offset_y))
         written.append(save_file(folder / f"{name}-wall{mark}.vtk", mesh))
     return written
 

@@ -19,7 +19,7 @@ from atomistic.lammps.motion import largest_timestep, thermal_energy
 from atomistic.lammps.protocol import Motion
 from atomistic.lammps.result import DeckStatus, finished_steps, read_result
 from atomistic.lammps.session import Session
-from atomistic.lammps.shape import Waves
+from atomistic.lammps.shape import Interpolated, Waves
 from continuum.errors import InputError
 from continuum.units import Units
 
@@ -209,6 +209,26 @@ thermostat_layers = 1
     assert "Mean friction" in run.sheets()[0].text()
     assert [step.offset_x for step in run.steps] == pytest.approx([0, 0.125, 0.375], abs=0.02)
     assert run.converged
+    # The wall of each window is a mesh where it then was; what slides has no continuum beside it.
+    mesh = (tmp_path / "out/slide-wall.3.vtk").read_text().splitlines()[5].split()
+    assert float(mesh[0]) == pytest.approx(run.steps[2].offset_x, abs=1e-9)
+    assert np.ptp(run.heights) == pytest.approx(0.1)
+    with pytest.raises(InputError, match="the wall slides"):
+        run.compare()
+
+
+def test_an_array_slides_in_this_process(tmp_path):
+    heights = 0.02 * np.random.default_rng(1).standard_normal((6, 6))
+    table = {"kind": "sliding", "separation": 1.0, "distance": 2.0, "velocity": 0.2, "window": 5.0, "temperature": 0.0}
+    made = a.deck(c.Contact(heights, WALL), protocol=table | {"thermostat_layers": 1}, depth=2.2, follows="atom")
+    assert not made.stock
+    run = a.run_deck(made.write(tmp_path / "deck"))
+    assert run.finished
+    # Two a0 on, the wall is that of the start, shifted by two atoms.
+    above = Interpolated(heights).evaluate(*np.moveaxis(
+        made.slab.positions[0, ..., :2] + run.last.displacements[0, ..., :2] - [2, 0], -1, 0
+    ))  # fmt: skip
+    assert np.allclose(run.last.heights, above.height, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize(
