@@ -28,6 +28,7 @@ from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
+from atomistic.lammps.language import listed, number
 from atomistic.lammps.law import native_law, read_wall_table, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.mesh import wall_mesh
@@ -83,17 +84,17 @@ def render(deck: Deck) -> dict[str, str]:
     protocol, steps = _protocol(deck)
     values = {
         "units": model.units,
-        "length": _number(model.length),
-        "force": _number(model.energy / model.length),
-        "energy": _number(model.energy),
+        "length": number(model.length),
+        "force": number(model.energy / model.length),
+        "energy": number(model.energy),
         "element": model.element,
-        "separation": _number(deck.separation),
-        "tolerance": _number(deck.tolerance),
+        "separation": number(deck.separation),
+        "tolerance": number(deck.tolerance),
         "evaluations": f"{deck.evaluations:d}",
-        "surface": _number(deck.rest[0, 0, 0, 2]),
+        "surface": number(deck.rest[0, 0, 0, 2]),
         "law": native_law(wall).lines,
-        "zero_gap": _number(wall.zero_gap),
-        "reach": _number(wall.zero_gap + wall.range),
+        "zero_gap": number(wall.zero_gap),
+        "reach": number(wall.zero_gap + wall.range),
         "repulsive": f"{REPULSIVE:d}",
         "attracted": f"{ATTRACTED:d}",
         "settings": model.settings(),
@@ -101,7 +102,7 @@ def render(deck: Deck) -> dict[str, str]:
         "room": " &\n                extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else "",
         "surface_atoms": f"{surface_atoms:d}",
         "mobile_atoms": f"{deck.slab.mobile * surface_atoms:d}",
-        "timestep": _number(_timestep(model)),
+        "timestep": number(_timestep(model)),
         "real_units": _real_units(deck),
         "atoms": f"{deck.slab.size:d}",
         "version": continuum.__version__,
@@ -134,15 +135,15 @@ def _protocol(deck: Deck) -> tuple[str, dict[str, str]]:
     }
     if protocol is None:
         return "single", relaxed | {"results": "", "steps": "1"}
-    shared = relaxed | {"results": ".N", "steps": f"{protocol.steps:d}", "separations": _list(protocol.separations)}
+    shared = relaxed | {"results": ".N", "steps": f"{protocol.steps:d}", "separations": listed(protocol.separations)}
     if isinstance(protocol, Separations):
         return "separations", shared
     surface_atoms = deck.slab.ids[0].size
     if isinstance(protocol, MeanPressures):
         return "pressures", shared | {
-            "pressures": _list(protocol.pressures),
+            "pressures": listed(protocol.pressures),
             "load_tolerance": f"{LOAD_TOLERANCE:g}",
-            "stiffness": _number(protocol.stiffness * surface_atoms),
+            "stiffness": number(protocol.stiffness * surface_atoms),
             "largest_move": "0.2",
         }
     moving = {
@@ -156,10 +157,6 @@ def _printable(text: str) -> str:
     return "".join(c for c in text if c.isprintable())
 
 
-def _list(values: tuple[float, ...]) -> str:
-    return " &\n                ".join(map(_number, values))
-
-
 def _real_units(deck: Deck) -> str:
     """Load and pressure in SI, where the crystal has a size."""
     real = deck.model.real_units
@@ -168,8 +165,8 @@ def _real_units(deck: Deck) -> str:
     newtons, pascals = real.si("force") / scipy.constants.nano, real.si("pressure") / scipy.constants.giga
     area = deck.slab.ids[0].size
     return (
-        f'  "load_nN": $(v_load*{_number(newtons)}:%.17g),\n'
-        f'  "mean_pressure_GPa": $(v_load*{_number(pascals / area)}:%.17g),\n'
+        f'  "load_nN": $(v_load*{number(newtons)}:%.17g),\n'
+        f'  "mean_pressure_GPa": $(v_load*{number(pascals / area)}:%.17g),\n'
     )
 
 
@@ -313,11 +310,6 @@ def read_wall(directory: Path) -> Wall:
     return kinds[law](**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})
 
 
-def _number(value: float) -> str:
-    """A number with all its digits: it reads back as the same float."""
-    return f"{float(value):.17g}"
-
-
 def _timestep(model: Model) -> float:
     """Of damped dynamics, in LAMMPS' unit of time."""
     return model.timestep * time_unit(model)
@@ -336,12 +328,12 @@ def _write_data(file: BinaryIO, deck: Deck) -> None:
     low = -slab.layers * LAYER_SPACING - 2
     highest = max(deck.protocol.separations) if deck.protocol else deck.separation
     high = 2 + max(0.0, highest + float(deck.heights.max()))
-    ends = [_number(model.length * value) for value in (nx, ny, low, high)]
+    ends = [number(model.length * value) for value in (nx, ny, low, high)]
     file.write(
         f"{_TITLE.format(nx, ny, slab.mobile, slab.frozen)}\n\n"
         f"{slab.size} atoms\n1 atom types\n{'1 bond types' if bonds else ''}\n\n"
         f"0 {ends[0]} xlo xhi\n0 {ends[1]} ylo yhi\n{ends[2]} {ends[3]} zlo zhi\n\n"
-        f"Masses\n\n1 {_number(model.mass)} # {model.element}\n\nAtoms # {model.atom_style}\n\n".encode()
+        f"Masses\n\n1 {number(model.mass)} # {model.element}\n\nAtoms # {model.atom_style}\n\n".encode()
     )
     kind = "%d 1 1" if bonds else "%d 1"  # molecule and type, or type
     _write_rows(file, f"{kind} %.17g %.17g %.17g\n", ids, model.length * deck.rest.reshape(-1, 3))

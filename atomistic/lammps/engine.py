@@ -74,7 +74,8 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
     Parameters
     ----------
     directory : of a deck.
-    timeout : seconds after which a relaxation stops where it is; the result then says that forces are left.
+    timeout : seconds after which a relaxation stops where it is; the result then says that forces are left.  A window
+        of a motion leaves none.
     progress : called after each step with its number and how many there are.
 
     Returns
@@ -96,9 +97,11 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
         for step in range(done + 1, max(steps, 1) + 1):
             with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
                 if timeout is not None:
-                    lammps.command(f"timer timeout {max(1, math.ceil(timeout))} every 10")
+                    lammps.command(f"variable timeout index {max(1, math.ceil(timeout))}")
                 lammps.command(f"variable last index {step}")
                 run(lammps, directory)
+            if len(finished_steps(directory)) < step:
+                break  # time was up in the middle of a window
             if progress is not None:
                 progress(step, max(steps, 1))
     return read_result(directory)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PPoly
 
+from atomistic.lammps.language import number
 from continuum.model.grid import Real
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
@@ -66,13 +67,9 @@ def native_law(wall: Wall) -> NativeLaw:
 
 
 def _define(name: str, value: float | str, style: str = "equal", comment: str = "") -> str:
-    text = f'"{value}"' if isinstance(value, str) else _number(value)
+    text = f'"{value}"' if isinstance(value, str) else number(value)
     line = f"variable        {name} {style} {text}"
     return f"{line}    # {comment}" if comment else line
-
-
-def _number(value: float) -> str:
-    return f"{float(value):.17g}"
 
 
 def _with_core(wall: Wall, lines: list[str], traction: str, energy: str) -> str:
@@ -220,18 +217,18 @@ def _tree(pieces: PPoly) -> str:
     x, c = pieces.x, pieces.c
 
     def piece(i: int) -> str:
-        text = _number(c[0, i])
+        text = number(c[0, i])
         for coefficient in c[1:, i]:
-            text = f"{_number(coefficient)}+(v_gap-({_number(x[i])}))*({text})"
+            text = f"{number(coefficient)}+(v_gap-({number(x[i])}))*({text})"
         return text
 
     def part(first: int, last: int) -> str:
         if last - first == 1:
             return piece(first)
         middle = (first + last) // 2
-        return f"ternary(v_gap<{_number(x[middle])},{part(first, middle)},{part(middle, last)})"
+        return f"ternary(v_gap<{number(x[middle])},{part(first, middle)},{part(middle, last)})"
 
-    return f"ternary(v_gap<{_number(x[-1])},{part(0, c.shape[1])},0.0)"
+    return f"ternary(v_gap<{number(x[-1])},{part(0, c.shape[1])},0.0)"
 
 
 def wall_table(wall: Wall) -> str:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import PotentialError
+from atomistic.lammps.language import listed, number
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
 from continuum.model.walls import Wall
 from continuum.units import Units
@@ -99,22 +98,22 @@ def motion_values(motion: Motion, model: Model, mobile: int, surface_atoms: int)
         ]
         averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
     return {
-        "from": _list(motion.separations[:-1]),
-        "to": _list(motion.separations[1:]),
-        "slide_from": _list(motion.offsets[:-1]),
-        "slide_to": _list(motion.offsets[1:]),
+        "from": listed(motion.separations[:-1]),
+        "to": listed(motion.separations[1:]),
+        "slide_from": listed(motion.offsets[:-1]),
+        "slide_to": listed(motion.offsets[1:]),
         "along": motion.along,
         "across": "y" if motion.along == "x" else "x",
-        "blocks": _list(motion.block),
-        "timesteps": _list([unit * dt for dt in motion.timesteps]),
-        "twice_temperature": _number(2 * temperature),
-        "temperature": _number(temperature),
+        "blocks": listed(motion.block),
+        "timesteps": listed([unit * dt for dt in motion.timesteps]),
+        "twice_temperature": number(2 * temperature),
+        "temperature": number(temperature),
         "reduced_temperature": f"{motion.temperature:.6g}",
         "seed": f"{motion.seed:d}",
         "layers": f"{motion.layers:d}",
         "first_warm": f"{(mobile - motion.layers) * surface_atoms + 1:d}",
-        "damping": _number(unit * motion.damping),
-        "boltzmann": _number(boltzmann),
+        "damping": number(unit * motion.damping),
+        "boltzmann": number(boltzmann),
         "sampled": f"{SAMPLED:d}",
         "window_blocks": f"{BLOCKS:d}",
         "averaged": " ".join(AVERAGES.values()),
@@ -124,11 +123,3 @@ def motion_values(motion: Motion, model: Model, mobile: int, surface_atoms: int)
         "averages": "".join(averages),
         "velocities": " vx vy vz",
     }
-
-
-def _list(values: Sequence[float]) -> str:
-    return " &\n                ".join(map(_number, values))
-
-
-def _number(value: float) -> str:
-    return f"{float(value):.17g}"

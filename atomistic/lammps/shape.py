@@ -17,6 +17,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.interpolate import NdBSpline, make_interp_spline
 
+from atomistic.lammps.language import atom_variable, number
 from continuum.model.grid import Grid, Real
 
 __all__ = ["MOST_WAVES", "Height", "Interpolated", "Round", "Shape", "Waves", "force_lines", "shape_of"]
@@ -80,23 +81,23 @@ class Round:
         found = []
         for name, length, counts in zip("xy", self.period, self.across, strict=True):
             if counts:
-                from_axis = f"v_p{name}-{_number(length / 2)}"
-                nearest = f"{from_axis}-{_number(length)}*round(({from_axis})/{_number(length)})"
-                found.append(_atom(f"d{name}", nearest))
+                from_axis = f"v_p{name}-{number(length / 2)}"
+                nearest = f"{from_axis}-{number(length)}*round(({from_axis})/{number(length)})"
+                found.append(atom_variable(f"d{name}", nearest))
         axes = [name for name, counts in zip("xy", self.across, strict=True) if counts]
         squares = "+".join(f"v_d{name}^2" for name in axes)
         if self.flat_radius:
-            flat = _number(self.flat_radius)
+            flat = number(self.flat_radius)
             found += [
-                _atom("from_axis", f"sqrt({squares})"),
-                _atom("height", f"(v_from_axis>{flat})*(v_from_axis-{flat})^2/{_number(2 * self.radius)}"),
+                atom_variable("from_axis", f"sqrt({squares})"),
+                atom_variable("height", f"(v_from_axis>{flat})*(v_from_axis-{flat})^2/{number(2 * self.radius)}"),
             ]
             slope = f"v_d{{}}*(v_from_axis>{flat})*(1.0-{flat}/(v_from_axis+(v_from_axis==0.0)))"
         else:
-            found.append(_atom("height", f"({squares})/{_number(2 * self.radius)}"))
+            found.append(atom_variable("height", f"({squares})/{number(2 * self.radius)}"))
             slope = "v_d{}"
-        slopes = {name: f"{slope.format(name)}/{_number(self.radius)}" if name in axes else "0.0" for name in "xy"}
-        return found + [_atom(f"slope_{name}", text) for name, text in slopes.items()]
+        slopes = {name: f"{slope.format(name)}/{number(self.radius)}" if name in axes else "0.0" for name in "xy"}
+        return found + [atom_variable(f"slope_{name}", text) for name, text in slopes.items()]
 
 
 @dataclass(frozen=True)
@@ -138,16 +139,16 @@ class Waves:
 
     def lines(self) -> list[str]:
         """As LAMMPS' variables."""
-        found, terms = [], {"height": [_number(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
+        found, terms = [], {"height": [number(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
         for i, (amplitude, mx, my, phase) in enumerate(self.waves, 1):
             q = [2 * np.pi * m / length for m, length in zip((mx, my), self.period, strict=True)]
-            parts = [f"({_number(k)})*v_p{name}" for name, k in zip("xy", q, strict=True) if k]
-            found.append(_atom(f"phase{i}", "+".join([*parts, f"({_number(phase)})"])))
-            terms["height"].append(f"({_number(amplitude)})*cos(v_phase{i})")
+            parts = [f"({number(k)})*v_p{name}" for name, k in zip("xy", q, strict=True) if k]
+            found.append(atom_variable(f"phase{i}", "+".join([*parts, f"({number(phase)})"])))
+            terms["height"].append(f"({number(amplitude)})*cos(v_phase{i})")
             for name, k in zip("xy", q, strict=True):
                 if k:
-                    terms[f"slope_{name}"].append(f"({_number(-amplitude * k)})*sin(v_phase{i})")
-        return found + [_atom(name, "+".join(parts)) for name, parts in terms.items()]
+                    terms[f"slope_{name}"].append(f"({number(-amplitude * k)})*sin(v_phase{i})")
+        return found + [atom_variable(name, "+".join(parts)) for name, parts in terms.items()]
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +245,7 @@ def force_lines(shape: Shape | None) -> dict[str, str]:
     values = {"act": "\n".join(act), "follows": "# The wall is a function of the position: its force is lateral, too."}
     if lines is None:
         return _ARRAY | values
-    axes = [_atom(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}") for name in "xy"]
+    axes = [atom_variable(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}") for name in "xy"]
     about = "# v_height: of the wall above where an atom is now, in a0, with its slopes."
     return values | {"shape": "\n".join([about, *axes, *lines]), "height": "v_height", "begin": "", "walled": ""}
 
@@ -269,11 +270,3 @@ _ARRAY = {
     'if "${stage} == 2" then "jump SELF walled"\n',
     "walled": 'if "${stage} == 1" then "jump SELF end"\nlabel           walled\n',
 }
-
-
-def _atom(name: str, formula: str) -> str:
-    return f"variable        {name} atom {formula}"
-
-
-def _number(value: float) -> str:
-    return f"{float(value):.17g}"

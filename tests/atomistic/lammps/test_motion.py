@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
+from atomistic.config import kelvin, steps_of
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
@@ -17,7 +20,7 @@ from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process, script
 from atomistic.lammps.motion import largest_timestep, thermal_energy
 from atomistic.lammps.protocol import Motion
-from atomistic.lammps.result import DeckStatus, finished_steps, read_result
+from atomistic.lammps.result import DeckStatus, LammpsError, finished_steps, read_result
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import Interpolated, Waves
 from continuum.errors import InputError
@@ -139,6 +142,13 @@ def test_a_stopped_motion_goes_on_with_the_same_numbers(tmp_path):
     assert results[1].averages["separation"][1] < 1e-7
     assert results[1].averages["load"][0] < results[1].load
     assert results[0].evaluations == 10 * motion.block[0] + 1
+
+
+def test_a_window_that_is_not_whole_leaves_no_averages(tmp_path):
+    directory = write_deck(tmp_path, deck(resting(1e-5, 3, 1e4)))
+    with pytest.raises(LammpsError, match="no complete result"):
+        run_in_process(directory, timeout=1.0)
+    assert finished_steps(directory) == ()
 
 
 def test_nothing_that_slides_without_a_jump_has_friction(tmp_path):
@@ -290,3 +300,15 @@ def test_energy_is_conserved_through_contact_as_the_square_of_the_time_step(tmp_
     assert drifts[1] < 1e-3
     for coarse, fine in pairwise(drifts):
         assert coarse / fine == pytest.approx(4, rel=0.1)
+
+
+@settings(max_examples=30)
+@given(st.text(), st.text(), st.floats())
+def test_no_text_of_a_user_reaches_a_motion(temperature, along, velocity):
+    table = {"kind": "sliding", "separation": 1.0, "distance": 1.0, "window": 10.0}
+    try:
+        windows = steps_of(table | {"temperature": temperature, "along": along, "velocity": velocity}).windows
+    except InputError:
+        return
+    assert windows.along in ("x", "y")
+    assert kelvin(windows.temperature) >= 0
