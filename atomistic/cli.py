@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import continuum
-from continuum.options import add_init, at_least_one
+from continuum.options import add_common, add_format, add_init, at_least_one, completion, exit_codes
 
 if TYPE_CHECKING:
     from atomistic.front.commands import DeckRun
@@ -28,11 +27,8 @@ def parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="atomistic",
         description="Explicit fcc(100) atoms under a rigid rough wall, in LAMMPS: the check on Green's functions.",
-        epilog="Units: a0 = 1 (nearest-neighbour distance), E* = 1 (contact modulus).  "
-        "Exit code: 0 all well, 1 a tolerance does not hold or something did not converge, "
-        "2 bad input (nothing is written).",
+        epilog=f"Units: a0 = 1 (nearest-neighbour distance), E* = 1 (contact modulus).  {exit_codes()}",
     )
-    parser.add_argument("--version", action="version", version=f"stickiness {continuum.__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     validate = commands.add_parser(
@@ -72,9 +68,11 @@ def parser() -> argparse.ArgumentParser:
         help="also measure the lattice Green's function of N x N surface atoms, N a0 deep (N of 48 to 256), "
         "and compare it with the continuum",
     )
+    add_format(elastic)
 
     commands.add_parser("doctor", help="is LAMMPS usable here, which one, and if not what to do")
     add_init(commands, tuple(EXAMPLES))
+    add_common(parser, commands)
     return parser
 
 
@@ -97,6 +95,7 @@ def _deck_parsers(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         help="folder of the HDF5 file, the figure and the walls (default: results)",
     )
     read.add_argument("--compare", action="store_true", help="put the continuum of the same wall beside it")
+    add_format(read)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -120,11 +119,20 @@ def _main(arguments: Sequence[str] | None) -> int:
         "doctor": _doctor,
         "init": _init,
         "schema": _schema,
+        "completion": _completion,
     }[parsed.command]
     return exit_code(
         lambda: command(parsed),
         "What is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.",
+        parsed.voice,
     )
+
+
+def _completion(parsed: argparse.Namespace) -> int:
+    from continuum.show.console import OK
+
+    print(completion(parser(), parsed.shell), end="")
+    return OK
 
 
 def _model(kind: str) -> type[Document]:
@@ -213,10 +221,12 @@ def _deck(parsed: argparse.Namespace) -> int:
 
 def _read(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import read
+    from continuum.show.plot import written_as
 
     run = read(parsed.deck)
     code = _show(run, compare=parsed.compare)
-    stored, figure, *walls = run.write(parsed.output, compare=parsed.compare)
+    with written_as(parsed.format):
+        stored, figure, *walls = run.write(parsed.output, compare=parsed.compare)
     print(f"result   {stored}")
     print(f"figure   {figure}")
     print(f"wall     {walls[0]}{f' and {len(walls) - 1} more' if len(walls) > 1 else ''}, for OVITO and ParaView")
@@ -237,14 +247,16 @@ def _elastic(parsed: argparse.Namespace) -> int:
     from continuum.files.inputs import load
     from continuum.files.tables import Fault, refuse
     from continuum.show.console import OK, show
+    from continuum.show.plot import written_as
 
     if parsed.lattice is not None and not 48 <= parsed.lattice <= 256:
         raise refuse(load(parsed.file, ElasticConfig), Fault((), f"--lattice of 48 to 256, got {parsed.lattice}"))
     found = elastic(parsed.file, lattice=parsed.lattice)
     for sheet in found.sheets():
         show(sheet)
-    for figure in found.plot(parsed.output, Path(parsed.file).stem):
-        print(f"figure   {figure}")
+    with written_as(parsed.format):
+        for figure in found.plot(parsed.output, Path(parsed.file).stem):
+            print(f"figure   {figure}")
     return OK
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from continuum.options import parser
+from continuum.options import completion, parser
 
 if TYPE_CHECKING:
     from continuum.front.commands import Prediction
@@ -30,9 +30,18 @@ def _main(arguments: Sequence[str] | None) -> int:
     parsed = parser().parse_args(arguments)
     from continuum.show.console import exit_code
 
-    command = {"check": _check, "run": _run, "sweep": _sweep, "plot": _plot, "analyse": _analyse, "predict": _predict,
-               "examples": _examples, "init": _init, "schema": _schema}[parsed.command]  # fmt: skip
-    return exit_code(lambda: command(parsed))
+    command = {
+        "check": _check, "run": _run, "sweep": _sweep, "plot": _plot, "analyse": _analyse, "predict": _predict,
+        "examples": _examples, "init": _init, "schema": _schema, "completion": _completion,
+    }[parsed.command]  # fmt: skip
+    return exit_code(lambda: command(parsed), voice=parsed.voice)
+
+
+def _completion(parsed: argparse.Namespace) -> int:
+    from continuum.show.console import OK
+
+    print(completion(parser(), parsed.shell), end="")
+    return OK
 
 
 def _init(parsed: argparse.Namespace) -> int:
@@ -86,6 +95,7 @@ def _run(parsed: argparse.Namespace) -> int:
     failed = [(i, point) for i, point in enumerate(result.points) if not point.converged]
     for i, point in failed:
         print(f"step {i}, {point.control} {point.target:g}: {point.meaning}")
+    print(f"result   {result.path}")
     return NOT_CONVERGED if failed else OK
 
 
@@ -161,15 +171,18 @@ def _sweep_verify(parsed: argparse.Namespace) -> int:
 
 def _plot(parsed: argparse.Namespace) -> int:
     from continuum.front.commands import plot
+    from continuum.front.sweeps import plot_figure
     from continuum.show.console import OK
+    from continuum.show.plot import written_as
 
-    if parsed.folders:
-        from continuum.front.sweeps import plot_figure
-
-        for path in plot_figure(parsed.result, *parsed.folders, into=parsed.output):
-            print(path)
-        return OK
-    for path in plot(parsed.result, parsed.output):
+    # A page shows its figures as PNG.
+    formats = ["png", *parsed.format] if parsed.format and parsed.result == "page" else parsed.format
+    with written_as(formats):
+        if parsed.folders:
+            paths = plot_figure(parsed.result, *parsed.folders, into=parsed.output)
+        else:
+            paths = plot(parsed.result, parsed.output)
+    for path in paths:
         print(path)
     return OK
 
@@ -177,6 +190,7 @@ def _plot(parsed: argparse.Namespace) -> int:
 def _analyse(parsed: argparse.Namespace) -> int:
     from continuum.front.commands import analyse
     from continuum.show.console import OK, show
+    from continuum.show.plot import written_as
 
     for path in parsed.results:
         found = analyse(path)
@@ -184,8 +198,9 @@ def _analyse(parsed: argparse.Namespace) -> int:
             show(sheet)
         for note in found.notes:
             print(f"note: {note}")
-        for figure in found.plot(parsed.output):
-            print(figure)
+        with written_as(parsed.format):
+            for figure in found.plot(parsed.output):
+                print(figure)
     return OK
 
 

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
-__all__ = ["InputError", "OutputError", "StickinessError"]
+from collections.abc import Mapping
+
+__all__ = ["BAD_INPUT", "EXIT_CODES", "NOT_CONVERGED", "OK", "InputError", "OutputError", "StickinessError"]
+
+OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
+
+EXIT_CODES: Mapping[int, str] = {
+    OK: "all well",
+    NOT_CONVERGED: "something did not converge, does not exist (a tension too large, an area that is jumped over) or "
+    "does not hold (a bound of a validation); or the work was stopped; what is finished is stored",
+    BAD_INPUT: "the input is at fault, or the output cannot be written; nothing was written",
+}
+"""With which codes both programs end, and what they mean."""
 
 
 class StickinessError(Exception):
     """The work could not be done, though the input was sound: something did not converge, or a program failed."""
 
-    exit_code = 1
+    exit_code = NOT_CONVERGED
     """Of the commands."""
 
 
 class InputError(StickinessError):
     """What was given is at fault: a file, an option, an argument, a place for the output.  Nothing was written."""
 
-    exit_code = 2
+    exit_code = BAD_INPUT
 
 
 class OutputError(InputError, ValueError):

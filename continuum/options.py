@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-import continuum
+from continuum.errors import EXIT_CODES, InputError
 
-__all__ = ["KINDS", "add_init", "at_least_one", "parser"]
+__all__ = [
+    "FORMATS", "KINDS", "add_common", "add_format", "add_init", "at_least_one", "completion", "exit_codes", "parser",
+]  # fmt: skip
+
+FORMATS = ("png", "pdf", "svg")
+"""Of figures."""
+SHELLS = ("bash", "zsh", "tcsh")
+"""Whose words can be completed."""
 
 KINDS = ("run",)
 """Inputs of which there is a template."""
@@ -20,6 +29,80 @@ def add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser], kind
     init.add_argument("kind", choices=kinds, help="the command that it is for")
     schema = commands.add_parser("schema", help="print the JSON schema of an input, for editors that complete TOML")
     schema.add_argument("kind", choices=kinds, help="the command that the input is for")
+
+
+def add_common(parser: argparse.ArgumentParser, commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """What both programs have: versions, how much is said, and completion in a shell."""
+    completion = commands.add_parser(
+        "completion",
+        help="print what completes commands and options in your shell",
+        description=f"For bash: `{parser.prog} completion bash > ~/.local/share/bash-completion/completions/"
+        f"{parser.prog}`, then a new shell.  Needs the extra: pip install 'stickiness[completion]'.",
+    )
+    completion.add_argument("shell", choices=SHELLS)
+    parser.add_argument("--version", action=_Versions, nargs=0,
+                        help="print the versions of program, Python, NumPy, LAMMPS and back ends")  # fmt: skip
+    parser.set_defaults(voice="normal")
+    for one in _parsers(parser):  # so that it may stand anywhere
+        _add_voice(one)
+
+
+def completion(parser: argparse.ArgumentParser, shell: str) -> str:
+    """A script that completes the words of a program in a shell.
+
+    Raises
+    ------
+    InputError
+        If the library that writes it is not installed.
+    """
+    try:
+        import shtab
+    except ImportError:
+        msg = "completion in a shell is an extra: pip install 'stickiness[completion]'"
+        raise InputError(msg) from None
+    for one in _parsers(parser):
+        for action in one._actions:
+            if action.type is Path or action.dest in ("file", "result"):
+                vars(action).update(complete=shtab.FILE)
+    return str(shtab.complete(parser, shell=shell))
+
+
+def _parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    """A parser and those of all its commands."""
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for one in action.choices.values():
+                yield from _parsers(one)
+
+
+def _add_voice(parser: argparse.ArgumentParser) -> None:
+    voice = parser.add_mutually_exclusive_group()
+    voice.add_argument("-q", "--quiet", dest="voice", action="store_const", const="quiet", default=argparse.SUPPRESS,
+                       help="neither progress nor tables; results, warnings and errors stay")  # fmt: skip
+    voice.add_argument("-v", "--verbose", dest="voice", action="store_const", const="verbose",
+                       default=argparse.SUPPRESS,
+                       help="a line for each part of the work, also on a terminal, and where in the program an error "
+                       "arose")  # fmt: skip
+
+
+class _Versions(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from continuum.files.provenance import versions
+
+        parser._print_message(versions() + "\n", sys.stdout)
+        parser.exit()
+
+
+def add_format(parser: argparse.ArgumentParser) -> None:
+    """Formats of the figures that a command draws."""
+    parser.add_argument("--format", action="append", choices=FORMATS,
+                        help="of the figures; may be repeated (default: png and pdf)")  # fmt: skip
+
+
+def exit_codes() -> str:
+    """With which codes a command ends, in a line."""
+    return "Exit codes: " + ".  ".join(f"{code}: {meaning}" for code, meaning in EXIT_CODES.items()) + "."
 
 
 def at_least_one(text: str) -> int:
@@ -35,11 +118,8 @@ def parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="continuum",
         description="Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
-        epilog="Units: a0 = 1 (atomic spacing), E* = 1 (contact modulus).  "
-        "Exit code: 0 all converged, 1 some point did not converge or has no state (a tension too large, an area that "
-        "is jumped over), 2 bad input (nothing is written).",
+        epilog=f"Units: a0 = 1 (atomic spacing), E* = 1 (contact modulus).  {exit_codes()}",
     )
-    parser.add_argument("--version", action="version", version=f"stickiness {continuum.__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     check = commands.add_parser("check", help="validate an input file and print what it amounts to")
@@ -67,6 +147,7 @@ def parser() -> argparse.ArgumentParser:
     plot.add_argument("result", help="file written by `continuum run`, or the name of a figure")
     plot.add_argument("folders", nargs="*", type=Path, help="folder of a sweep, for a figure; several for `page`")
     plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
+    add_format(plot)
 
     analyse = commands.add_parser(
         "analyse",
@@ -76,6 +157,7 @@ def parser() -> argparse.ArgumentParser:
     )
     analyse.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="files written by `continuum run`")
     analyse.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of each result)")
+    add_format(analyse)
 
     _add_predict(commands.add_parser(
         "predict",
@@ -87,6 +169,7 @@ def parser() -> argparse.ArgumentParser:
     ))  # fmt: skip
     add_init(commands, KINDS)
     commands.add_parser("examples", help="print the paper's worked examples beside ours, as Markdown")
+    add_common(parser, commands)
     return parser
 
 

@@ -6,16 +6,15 @@ import dataclasses
 import sys
 from pathlib import Path
 
+import atomistic
+import continuum
+from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
+from continuum.errors import EXIT_CODES
+from continuum.files.reference import markdown
+from continuum.runs.config import RunConfig
+from continuum.runs.record import Point
+
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent))
-
-import atomistic  # noqa: E402
-import continuum  # noqa: E402
-from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig  # noqa: E402
-from continuum.files.reference import markdown  # noqa: E402
-from continuum.runs.config import RunConfig  # noqa: E402
-from continuum.runs.record import Point  # noqa: E402
-
 project, author = "stickiness", "the stickiness developers"
 release = version = continuum.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
@@ -49,8 +48,34 @@ def _columns() -> str:
         "",
         "Each is a dataset over `step` in `NAME.h5`, with its unit as an attribute.",
         "",
+        "The contact maps take a bit a cell and are packed; one call unpacks that of a step, an array of 2 (repulsive), "
+        "1 (attracted) and 0 (out of range):",
+        "",
+        "```python",
+        "import continuum as c",
+        "",
+        'c.Result.read("results/path.h5").contact_map(1)',
+        "```",
+        "",
+        "`to_xarray()` of the same object opens the whole file with named axes; it needs the extra `xarray`:",
+        "`pip install 'stickiness[xarray]'`.",
+        "",
     ]
     return "\n".join([*head, "| column | unit | meaning |", "|---|---|---|", *rows, ""])
+
+
+def _exit_codes() -> str:
+    """With which codes both programs end."""
+    rows = [f"| {code} | {meaning} |" for code, meaning in EXIT_CODES.items()]
+    head = [
+        "# Exit codes",
+        "",
+        "Of `continuum` and of `atomistic`, whatever the command.",
+        "",
+        "| code | meaning |",
+        "|---|---|",
+    ]
+    return "\n".join([*head, *rows, ""])
 
 
 def _public(package: str, names: list[str]) -> str:
@@ -72,7 +97,7 @@ def _generate(_: object) -> None:
     folder = HERE / "reference"
     folder.mkdir(exist_ok=True)
     pages = {name: markdown(model, title) for name, (model, title) in INPUTS.items()}
-    pages |= {"columns": _columns()}
+    pages |= {"columns": _columns(), "exit-codes": _exit_codes()}
     pages |= {module.__name__: _public(module.__name__, list(module.__all__)) for module in (continuum, atomistic)}
     for name, text in pages.items():
         path = folder / f"{name}.md"

@@ -14,7 +14,30 @@ from pathlib import Path
 
 from continuum import __version__
 
-__all__ = ["journal", "now", "provenance"]
+__all__ = ["journal", "now", "provenance", "versions"]
+
+
+def versions() -> str:
+    """What the numbers depend on, a line each: program, Python, NumPy, LAMMPS, and the libraries of the back ends."""
+    cuda = _version("numba-cuda")
+    lines = {
+        "stickiness": __version__,
+        "Python": platform.python_version(),
+        "NumPy": _version("numpy"),
+        "LAMMPS": _version("lammps") or "not installed",
+        "back end cpu:": f"ducc0 {_version('ducc0')}, numba {_version('numba')}",
+        "back end cuda:": f"numba-cuda {cuda}, nvmath-python {_version('nvmath-python')}" if cuda else
+        "not installed; pip install 'stickiness[gpu]'",
+    }  # fmt: skip
+    return "\n".join(f"{name} {version}" for name, version in lines.items())
+
+
+def _version(package: str) -> str:
+    """Of an installed package; empty if it is not installed."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return ""
 
 
 @cache

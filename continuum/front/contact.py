@@ -188,7 +188,7 @@ class State:
         )
 
     def _repr_html_(self) -> str:
-        return self.sheet()._repr_html_()
+        return _with_picture(self)
 
     @property
     def gap(self) -> Real:
@@ -327,7 +327,7 @@ class Path(Sequence[State]):
         return f"Path({len(self)} states, {good} converged, pull-off tension {self.pull_off:.4g} E*)"
 
     def _repr_html_(self) -> str:
-        return self.sheet()._repr_html_()
+        return _with_picture(self)
 
     @cached_property
     def adhesion(self) -> Adhesion:
@@ -353,3 +353,11 @@ class Path(Sequence[State]):
         from continuum.show.runs import curve_figure
 
         return curve_figure(self, self.contact.moments.rms_slope)
+
+
+def _with_picture(shown: State | Path) -> str:
+    """Numbers and picture, as a notebook shows them."""
+    from continuum.show.page import picture
+    from continuum.show.plot import drawn
+
+    return shown.sheet()._repr_html_() + picture(drawn(shown.plot()), repr(shown))

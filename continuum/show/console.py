@@ -9,10 +9,12 @@ import logging
 import os
 import sys
 import time
+import traceback
 import unicodedata
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Protocol, Self
+from contextvars import ContextVar
+from typing import Literal, Protocol, Self
 
 from rich.console import Console
 from rich.progress import (
@@ -24,16 +26,22 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from continuum.errors import StickinessError
+from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError
 from continuum.show.sheet import Sheet
 
-__all__ = ["BAD_INPUT", "NOT_CONVERGED", "OK", "Counted", "Reporter", "exit_code", "progress", "show", "warn"]
+__all__ = [
+    "BAD_INPUT", "NOT_CONVERGED", "OK", "Counted", "Reporter", "Voice", "exit_code", "progress", "show", "warn",
+]  # fmt: skip
 
-OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
-"""Exit codes: all well; something did not converge, hold or exist; the input is at fault and nothing was written."""
+Voice = Literal["quiet", "normal", "verbose"]
+"""How much a command says.
 
-# A pipe or a batch log has no width of its own: wide enough that no table is cut.
-_console = Console(width=None if sys.stdout is not None and sys.stdout.isatty() else 160, highlight=False)
+Quiet: results, warnings and errors, but neither progress nor tables.  Verbose: of each part of the work a line that
+stays, on a terminal too, and of a failure the place in the program.
+"""
+
+_voice: ContextVar[Voice] = ContextVar("voice", default="normal")
+_console = Console(highlight=False)
 
 
 class Reporter(Protocol):
@@ -45,7 +53,7 @@ class Reporter(Protocol):
 
 @contextmanager
 def progress(total: int, title: str, estimate: Callable[[], float] | None = None) -> Iterator[Reporter]:
-    """Show progress: a bar on a terminal, one line with the time for each part where there is none.
+    """Show progress: a bar on a terminal, one line with the time for each part where there is none, or if verbose.
 
     What remains is estimated from the parts that this call has done, as if the others took as long on average.
 
@@ -64,7 +72,10 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
         seconds = seconds if estimate is None else estimate()
         return f"about {_duration(seconds)} left" if done < total else ""
 
-    if _console.is_terminal:
+    if _voice.get() == "quiet":
+        yield lambda done, text: None
+        return
+    if _console.is_terminal and _voice.get() != "verbose":
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
@@ -145,7 +156,12 @@ def warn(messages: Sequence[str]) -> None:
 
 
 def show(sheet: Sheet) -> None:
-    """Print a sheet; numbers to the right."""
+    """Print a sheet: with rules and as wide as the terminal; as plain text, nothing cut, where there is none."""
+    if _voice.get() == "quiet":
+        return
+    if not _console.is_terminal:
+        _console.out(sheet.text() + "\n", highlight=False)
+        return
     table = Table(title=sheet.title, title_justify="left", title_style="bold",
                   caption=sheet.note or None, caption_justify="left")  # fmt: skip
     for i, name in enumerate(sheet.head):
@@ -155,15 +171,17 @@ def show(sheet: Sheet) -> None:
     _console.print(table)
 
 
-def exit_code(command: Callable[[], int], advice: str = "") -> int:
+def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "normal") -> int:
     """Run a command and say in one message why it ended, if it did not end well: the one place for both programs.
 
     Parameters
     ----------
     command : returns its exit code.
     advice : added to the message where the work itself failed.
+    voice : how much it says.
     """
     _three_streams()
+    _voice.set(voice)
     try:
         code = command()
         sys.stdout.flush()
@@ -200,6 +218,8 @@ def _three_streams() -> None:
 
 def _complain(message: object, code: int) -> int:
     with contextlib.suppress(OSError):
+        if _voice.get() == "verbose":
+            traceback.print_exc()
         print(message, file=sys.stderr)  # noqa: T201 - the one place
     return code
 

@@ -12,7 +12,7 @@ import continuum
 from continuum.files import output
 from continuum.show.sheet import Sheet
 
-__all__ = ["Page"]
+__all__ = ["Page", "picture"]
 
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -77,8 +77,7 @@ class Page:
             items = "".join(f"<li>{html.escape(text)}</li>" for text in self.warnings)
             yield f"<h2>Warnings</h2><ul>{items}</ul>"
         for path, caption in self.figures:
-            data = base64.b64encode(path.read_bytes()).decode("ascii")
-            image = f'<img alt="{html.escape(path.stem)}" src="data:image/png;base64,{data}">'
+            image = picture(path.read_bytes(), path.stem)
             yield f"<figure>{image}<figcaption>{html.escape(caption)}</figcaption></figure>"
         for sheet in self.sheets:
             note = f'<p class="note">{html.escape(sheet.note)}</p>' if sheet.note else ""
@@ -87,3 +86,9 @@ class Page:
             yield f"<h2>{html.escape(self.listing[0])}</h2><pre>{html.escape(self.listing[1])}</pre>"
         made = html.escape(f"stickiness {continuum.__version__}. {self.sources}")
         yield f"<footer>{made}</footer></body></html>"
+
+
+def picture(png: bytes, instead: str) -> str:
+    """A picture as part of a page, with words for who cannot see it."""
+    data = base64.b64encode(png).decode("ascii")
+    return f'<img alt="{html.escape(instead)}" src="data:image/png;base64,{data}">'

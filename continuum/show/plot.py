@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -21,9 +24,11 @@ __all__ = [
     "REPULSIVE_COLOUR",
     "SERIES",
     "contact_image",
+    "drawn",
     "new_figure",
     "save",
     "styled",
+    "written_as",
 ]
 
 REPULSIVE_COLOUR, ATTRACTED_COLOUR = "#f08000", "black"
@@ -42,8 +47,13 @@ _STYLE: Any = {
     "legend.frameon": False,
     "legend.fontsize": 8,
     "savefig.dpi": 200,
+    "svg.hashsalt": "stickiness",
 }
 
+
+_formats: ContextVar[Sequence[str]] = ContextVar("formats", default=("png", "pdf"))
+# Without dates, so that the same result gives the same files.
+_UNDATED: Any = {"pdf": {"CreationDate": None}, "png": {"Software": None}, "svg": {"Date": None}}
 
 styled = mpl.rc_context(_STYLE)
 """Decorator of functions that draw: the common style, and nothing global."""
@@ -56,9 +66,19 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
+@contextmanager
+def written_as(formats: Sequence[str] | None) -> Iterator[None]:
+    """Figures are saved in these formats, of png, pdf and svg, instead of PNG and PDF; as before if None."""
+    before = _formats.set(formats or _formats.get())
+    try:
+        yield
+    finally:
+        _formats.reset(before)
+
+
 @styled
 def save(figure: Figure, stem: Path) -> Path:
-    """Write ``stem.png`` and ``stem.pdf``; returns the former.
+    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first.
 
     Raises
     ------
@@ -66,12 +86,18 @@ def save(figure: Figure, stem: Path) -> Path:
         If they cannot be written there.
     """
     output.folder(stem.parent)
-    # Without dates, so that the same result gives the same files.
-    for suffix, dated in ((".pdf", {"CreationDate": None}), (".png", {"Software": None})):
-        drawn = BytesIO()
-        figure.savefig(drawn, format=suffix[1:], metadata=dated)
-        output.save(stem.with_name(stem.name + suffix), drawn.getvalue())
-    return stem.with_name(stem.name + ".png")
+    paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
+    for one, path in zip(_formats.get(), paths, strict=True):
+        output.save(path, drawn(figure, one))
+    return paths[0]
+
+
+@styled
+def drawn(figure: Figure, form: str = "png") -> bytes:
+    """The file of a figure, in a format."""
+    file = BytesIO()
+    figure.savefig(file, format=form, metadata=_UNDATED[form])
+    return file.getvalue()
 
 
 def contact_image(axis: Axes, kinds: np.ndarray, period: tuple[float, float], alpha: float = 1.0) -> None:

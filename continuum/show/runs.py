@@ -85,7 +85,7 @@ def run_sheets(result: Result) -> list[Sheet]:
          p.search_pairs, words(p.status))
         for i, p in enumerate(result.points)
     ]  # fmt: skip
-    note = f"{result.path}" + (f"   ({result.resumed} points were stored before)" if result.resumed else "")
+    note = f"{result.resumed} points were stored before" if result.resumed else ""
     sheets = [Sheet.of("Points of the path", columns, rows, note)]
     return [*sheets, _jumps(result.events)] if result.events else sheets
 
