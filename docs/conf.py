@@ -6,6 +6,8 @@ import dataclasses
 import sys
 from pathlib import Path
 
+from matplotlib import pyplot as plt
+
 import atomistic
 import continuum
 from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
@@ -14,17 +16,37 @@ from continuum.files.reference import markdown
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 
+
+def _style(*_: object) -> None:
+    """Each script of the gallery begins in the style of the project."""
+    plt.style.use("continuum.show.stickiness")
+
+
 HERE = Path(__file__).parent
 project, author = "stickiness", "the stickiness developers"
 release = version = continuum.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
-source_suffix = {".md": "markdown"}
-exclude_patterns = ["_build"]
+extensions = [
+    "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_gallery.gen_gallery",
+]  # fmt: skip
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "reference/gallery",
+    "filename_pattern": r"\.py",
+    "within_subsection_order": "FileNameSortKey",
+    "write_computation_times": False,
+    "download_all_examples": False,
+    "show_signature": False,
+    "min_reported_time": 60,
+    "reset_modules": (_style,),
+}
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = ["_build", "gallery", "reference/gallery/*.ipynb", "reference/gallery/*.py"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autoclass_content = "class"
+suppress_warnings = ["config.cache"]  # functions in the configuration of the gallery
 html_theme = "furo"
 html_title = "stickiness"
 html_static_path: list[str] = []
@@ -48,8 +70,8 @@ def _columns() -> str:
         "",
         "Each is a dataset over `step` in `NAME.h5`, with its unit as an attribute.",
         "",
-        "The contact maps take a bit a cell and are packed; one call unpacks that of a step, an array of 2 (repulsive), "
-        "1 (attracted) and 0 (out of range):",
+        "The contact maps take a bit a cell and are packed; one call unpacks that of a step, an array of 2 (repulsive),"
+        " 1 (attracted) and 0 (out of range):",
         "",
         "```python",
         "import continuum as c",

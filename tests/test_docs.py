@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
+import textwrap
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 import atomistic.cli
@@ -45,13 +51,98 @@ def test_every_command_and_option_named_exists(page: str) -> None:
         assert options <= known[program, command], line
 
 
-@pytest.mark.parametrize("page", ["docs/start.md"])
-def test_the_code_of_a_page_runs_as_printed(page: str, tmp_path: Path) -> None:
-    for code in re.findall(r"```python\n(.*?)```", PAGES[page], re.DOTALL):
-        done = subprocess.run(
-            [sys.executable, "-W", "error", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
+class Told(NamedTuple):
+    """What a page takes for granted, and what a test does smaller than the page."""
+
+    instead: Mapping[str, str] = {}
+    """Text for text; each must stand in the page."""
+    leaves: tuple[str, ...] = ()
+    """Files that are there afterwards."""
+
+
+TOLD = {
+    "docs/start.md": Told({"pip install .": ":"}, ("results/path.h5", "mine.toml")),
+    "docs/contribute.md": Told(),
+}
+TOLD_AT_LENGTH = {
+    "README.md": Told(
+        {
+            "make ": f"make -n -C {ROOT} ",
+            "afm.gwy": "afm.txt",
+        },
+        ("results/quick.h5", "results/map-predict.html"),
+    ),
+    "docs/tutorials/validate.md": Told({}, ("results/copper-contact-modulus.png", "results/quick.html")),
+    "docs/tutorials/sweep.md": Told({}, ("results/many/table.csv", "results/many/figure3.png", "load.png")),
+    "docs/tutorials/deck.md": Told({}, ("results/deck.h5", "deck/in.contact")),
+    "docs/tutorials/map.md": Told({}, ("results/map-predict.html",)),
+}
+
+
+def blocks(page: str) -> list[tuple[str, str]]:
+    """Language and text of the code of a page, in order."""
+    found = re.finditer(r"^( *)```(\w*)\n(.*?)^\1```", PAGES[page], re.MULTILINE | re.DOTALL)
+    return [(block[2], textwrap.dedent(block[3])) for block in found]
+
+
+def follow(page: str, told: Told, folder: Path) -> None:
+    """Do what a page says, block by block, in a folder of its own; the commands are those of this checkout."""
+    programs = folder / ".bin"
+    programs.mkdir()
+    for name in ("continuum", "atomistic"):
+        (programs / name).write_text(f'#!/bin/sh\nexec {sys.executable} -m {name} "$@"\n')
+        (programs / name).chmod(0o755)
+    path = f"{programs}:{Path(sys.executable).parent}:{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"}
+    heights = np.random.default_rng(1).normal(size=(64, 64)).cumsum(0).cumsum(1)
+    np.save(folder / "map.npy", heights)
+    # As Gwyddion exports text.
+    head = "Channel: Height\nWidth: 10 µm\nHeight: 10 µm\nValue units: m"
+    np.savetxt(folder / "afm.txt", 1e-9 * heights, header=head, encoding="utf-8")
+    done, unused = 0, set(told.instead)
+    for language, code in blocks(page):
+        for old, new in told.instead.items():
+            unused -= {old} if old in code else set()
+            code = code.replace(old, new)
+        if language == "toml":
+            tomllib.loads(code)
+        elif language in ("", "sh", "python"):
+            program = (sys.executable, "-W", "error") if language == "python" else ("bash", "-euo", "pipefail")
+            ended = subprocess.run(
+                [*program, "-c", code],
+                cwd=folder,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=1200,
+                check=False,
+            )
+            assert ended.returncode == 0, f"{code}\n{ended.stdout[-2000:]}{ended.stderr[-2000:]}"
+            done += 1
+    assert done
+    assert not unused, "the page says something else by now"
+    for name in told.leaves:
+        assert (folder / name).stat().st_size > 500, name
+
+
+def test_the_code_of_every_page_that_shows_some_to_follow_is_run() -> None:
+    shown = {page for page in PAGES if page.startswith("docs/tutorials/")} | {
+        "README.md",
+        "docs/start.md",
+        "docs/contribute.md",
+    }
+    assert shown == set(TOLD) | set(TOLD_AT_LENGTH)
+
+
+@pytest.mark.parametrize("page", TOLD)
+def test_a_page_can_be_followed_as_printed(page: str, tmp_path: Path) -> None:
+    follow(page, TOLD[page], tmp_path)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", TOLD_AT_LENGTH)
+def test_a_longer_page_can_be_followed_as_printed(page: str, tmp_path: Path) -> None:
+    follow(page, TOLD_AT_LENGTH[page], tmp_path)
 
 
 @pytest.mark.long

@@ -65,11 +65,11 @@ def contact_maps(archive: Archive) -> Figure:
         area = columns["area_rep"][j, state]
         row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
         differ = int(np.count_nonzero(a != b))
-        row[2].set_title(f"{differ} of {a.size} atoms differ", fontsize=8)
-        row[1].set_title(f"$A_{{rep}}/A_0$ = {area:.3f}", fontsize=8)
+        row[2].set_title(f"{differ} of {a.size} atoms differ")
+        row[1].set_title(f"$A_{{rep}}/A_0$ = {area:.3f}")
     for axis, title in zip(axes[0], ("lattice Green's function", "atoms (LAMMPS)", "difference"), strict=True):
         below = axis.get_title()
-        axis.set_title(f"{title}\n{below}" if below else f"{title}\n ", fontsize=8)
+        axis.set_title(f"{title}\n{below}" if below else f"{title}\n ")
     for axis in axes[-1]:
         axis.set_xlabel("x ($a_0$)")
     figure.legend(
@@ -133,7 +133,7 @@ def curves(archive: Archive) -> Figure | None:
         load_axis.plot(points["mean_gap"], points["load"], "o", **look)
         difference_axis.plot(points["mean_gap"], 1e4 * (points["load"] - at_points), "o", **look)
         load_axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, first)}", fontsize=8)
+        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, first)}")
         difference_axis.set_xlabel("mean gap ($a_0$)")
     axes[0, 0].set_ylabel("repulsive area $A_{rep}/A_0$")
     axes[1, 0].set_ylabel("load $N/(E^* A_0)$")

@@ -20,9 +20,12 @@ from continuum.files import output
 
 __all__ = [
     "ATTRACTED_COLOUR",
+    "COLUMN",
     "DIFFERENT_COLOUR",
+    "PAGE",
     "REPULSIVE_COLOUR",
     "SERIES",
+    "STYLE",
     "contact_image",
     "drawn",
     "new_figure",
@@ -34,28 +37,19 @@ __all__ = [
 REPULSIVE_COLOUR, ATTRACTED_COLOUR = "#f08000", "black"
 """The paper's Fig. 1: orange repels, black attracts.  They also differ in lightness."""
 DIFFERENT_COLOUR = "#0072b2"
-SERIES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
-"""Okabe and Ito's colours, told apart by all kinds of sight."""
+COLUMN, PAGE = 3.42, 7.0
+"""Widths of figures, in inches: a column and a page of the journal."""
 
-_STYLE: Any = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.8,
-    "lines.linewidth": 1.4,
-    "lines.markersize": 5,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "savefig.dpi": 200,
-    "svg.hashsalt": "stickiness",
-}
-
+STYLE: Any = mpl.rc_params_from_file(Path(__file__).with_name("stickiness.mplstyle"), use_default_template=False)
+"""What all figures look like; others may use it, too: ``plt.style.use("continuum.show.stickiness")``."""
+SERIES: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
+"""Colours of curves, told apart by all kinds of sight."""
 
 _formats: ContextVar[Sequence[str]] = ContextVar("formats", default=("png", "pdf"))
 # Without dates, so that the same result gives the same files.
 _UNDATED: Any = {"pdf": {"CreationDate": None}, "png": {"Software": None}, "svg": {"Date": None}}
 
-styled = mpl.rc_context(_STYLE)
+styled = mpl.rc_context(STYLE)
 """Decorator of functions that draw: the common style, and nothing global."""
 
 

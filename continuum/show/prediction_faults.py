@@ -22,7 +22,7 @@ def fault_figure(prediction: Prediction) -> Figure:
     """Of the first map with a fault: marks on the map, offsets of lines, spectra by direction, heights."""
     i = next(i for i, found in enumerate(prediction.findings) if found.faults)
     topography, found = prediction.topographies[i], prediction.findings[i]
-    figure = plot.new_figure(8.4, 6.8)
+    figure = plot.new_figure(plot.PAGE, 6.8)
     (image, offsets), (spectra, heights) = figure.subplots(2, 2)
     _marks(image, topography, found)
     _offsets(offsets, topography, found)
@@ -61,7 +61,7 @@ def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
         offsets = line_offsets(topography.heights, along)
         axis.plot(offsets / unit, color=colour, linewidth=0.8, label=f"lines along {'xy'[along]}")
     axis.set(xlabel="number of the line", ylabel=f"median height ({name})", title="offsets of lines")
-    axis.legend(fontsize=7)
+    axis.legend()
 
 
 def _spectra(axis: Axes, topography: Topography) -> None:
@@ -70,7 +70,7 @@ def _spectra(axis: Axes, topography: Topography) -> None:
         q, c = _profile_spectrum(topography, along)
         axis.loglog(q, c, color=plot.SERIES[5 * along], linewidth=1, label=f"profiles along {'xy'[along]}")
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C of profiles (m³)", title="spectra by direction")
-    axis.legend(fontsize=7, loc="lower left")
+    axis.legend(loc="lower left")
 
 
 def _profile_spectrum(topography: Topography, along: int) -> tuple[Real, Real]:
@@ -91,4 +91,4 @@ def _heights(axis: Axes, topography: Topography) -> None:
     axis.semilogy(middle[counts > 0], counts[counts > 0], ".", color=plot.SERIES[0], markersize=4, label="heights")
     axis.semilogy(middle, np.exp(-(middle**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=0.8, label="Gaussian")
     axis.set(xlabel="height over h_rms", ylabel="density", title="distribution of heights", ylim=(1e-6, 1))
-    axis.legend(fontsize=7)
+    axis.legend()

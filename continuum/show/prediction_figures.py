@@ -21,7 +21,7 @@ __all__ = ["contact_figure", "overview"]
 @plot.styled
 def overview(prediction: Prediction) -> Figure:
     """Map, spectrum, and what depends on the smallest wavelength."""
-    figure = plot.new_figure(8.4, 6.8)
+    figure = plot.new_figure(plot.PAGE, 6.8)
     (image, density), (slopes, margins) = figure.subplots(2, 2)
     _draw_map(image, prediction)
     _draw_spectrum(density, prediction)
@@ -82,7 +82,7 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
                 )
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C(q) (m⁴)", title="power spectral density")
     if axis.lines:
-        axis.legend(loc="lower left", fontsize=7)
+        axis.legend(loc="lower left")
 
 
 def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
@@ -107,13 +107,13 @@ def _draw_margins(axis: Axes, prediction: Prediction) -> None:
             x, y, styles[i], color=plot.SERIES[i % len(plot.SERIES)], markersize=3, label=prediction.verdicts[i].name
         )
     axis.axhline(1, color="black", linewidth=0.8)
-    axis.annotate("sticky above", (0.01, 1), xycoords=("axes fraction", "data"), va="bottom", fontsize=7)
+    axis.annotate("sticky above", (0.01, 1), xycoords=("axes fraction", "data"), va="bottom")
     axis.set(
         xlabel=f"smallest wavelength counted ({name})",
         ylabel="margin: w / w at the turn",
         title="verdicts, by resolution",
     )
-    axis.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
 
 
 @plot.styled
@@ -126,5 +126,5 @@ def contact_figure(simulation: Simulation) -> Figure:
     nx, ny = simulation.shape
     plot.contact_image(axis, contact_map(simulation.wall, simulation.gap[:nx, :ny]), period)
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
-    axis.set_title(f"repulsive (orange) and attracted (black), A_rep/A0 = {simulation.area_rep:.3g}", fontsize=8)
+    axis.set_title(f"repulsive (orange) and attracted (black), A_rep/A0 = {simulation.area_rep:.3g}")
     return figure

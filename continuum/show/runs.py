@@ -219,7 +219,7 @@ def contact_maps(result: Result, most: int = 3) -> Figure:
     for axis, step in zip(axes, chosen.tolist(), strict=True):
         contact_image(axis, result.contact_map(step), result.grid.lengths)
         point = points[step]
-        axis.set_title(f"$A_{{rep}}/A_0$ = {point.area_rep:.3g}\n$N/(E^* A_0)$ = {point.load:.3g}", fontsize=8)
+        axis.set_title(f"$A_{{rep}}/A_0$ = {point.area_rep:.3g}\n$N/(E^* A_0)$ = {point.load:.3g}")
         axis.set_xlabel("x ($a_0$)")
     axes[0].set_ylabel("y ($a_0$)")
     _explain(figure)
@@ -232,7 +232,7 @@ def map_figure(kinds: NDArray[np.uint8], period: tuple[float, float], area: floa
     figure = new_figure(3.4, 3.6)
     axis = figure.subplots()
     contact_image(axis, kinds, period)
-    axis.set_title(f"$A_{{rep}}/A_0$ = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}", fontsize=8)
+    axis.set_title(f"$A_{{rep}}/A_0$ = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}")
     axis.set_xlabel("x ($a_0$)")
     axis.set_ylabel("y ($a_0$)")
     _explain(figure)
@@ -320,7 +320,7 @@ def _patch_maps(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
             extent=(0, grid.lengths[0], 0, grid.lengths[1]),
         )
         axis.spines[:].set_visible(True)
-        axis.set_title(f"{_label(point)}\n{found.cells.size} patches", fontsize=8)
+        axis.set_title(f"{_label(point)}\n{found.cells.size} patches")
         axis.set_xlabel("x ($a_0$)")
     axes[0].set_ylabel("y ($a_0$)")
     return figure

@@ -383,7 +383,7 @@ def _draw_peers(axis: Axes, rows: list[Row]) -> None:
     axis.barh(y - 0.2, theirs, 0.38, color=SERIES[1], label="peer")
     axis.barh(y + 0.2, ours, 0.38, color=SERIES[0], label="continuum")
     for i, group in enumerate(same.values()):
-        axis.text(theirs[i] * 1.1, i - 0.2, f"{median(map(_ratio, group)):.0f}x", va="center", fontsize=8)
+        axis.text(theirs[i] * 1.1, i - 0.2, f"{median(map(_ratio, group)):.0f}x", va="center")
     axis.set_yticks(y, [f"{peer}, {n}²" for peer, n in same])
     axis.invert_yaxis()
     axis.set(xscale="log", xlabel="CPU time of a load point, s", title="one problem, one accuracy, one thread")

@@ -67,7 +67,7 @@ def perimeter_ratio(contact: RoughContact) -> float:
 @plot.styled
 def perimeter() -> None:
     """P chord/(π A_rep) against the chord."""
-    figure = plot.new_figure(7.6, 3.2)
+    figure = plot.new_figure(plot.PAGE, 3.2)
     left, right = figure.subplots(1, 2)
     found: dict[float, list[RoughContact]] = {}
     for c in perimeter_contacts():
@@ -102,7 +102,7 @@ def perimeter() -> None:
         left.plot([], [], marker, color="0.3", label=f"H = {hurst}")
     for length in (0.0005, 0.005, 0.05):
         left.plot([], [], "o", color=COLOURS[length], label=f"$l_a$ = {length:g}")
-    left.legend(ncols=2, loc="lower right", fontsize=7)
+    left.legend(ncols=2, loc="lower right")
     left.set_xticks([3, 5, 10, 20, 50], labels=["3", "5", "10", "20", "50"])
     left.minorticks_off()
     left.set_xlabel("mean chord ($a_0$)")
@@ -147,7 +147,7 @@ def diameter() -> None:
     axis.set_ylim(0, 2.2)
     axis.set_xlabel(r"$A_{rep}/A_0$")
     axis.set_ylabel(r"$d_{rep}/(4h'_{rms}/h''_{rms})$")
-    axis.legend(fontsize=7)
+    axis.legend()
     plot.save(figure, DOCS / "geometry-diameter")
 
 
@@ -168,7 +168,7 @@ def ratio(contact: RoughContact, profile: GapProfile, *, centres: bool) -> tuple
 @plot.styled
 def gap() -> None:
     """Ratio of the gap to Eq. (S-1); d_att against Eq. (S-2)."""
-    figure = plot.new_figure(7.6, 3.2)
+    figure = plot.new_figure(plot.PAGE, 3.2)
     left, right = figure.subplots(1, 2)
     rows = []
     cases = [Rough(2048, 0.0, s, hard=True, seed=seed) for s in (32, 64) for seed in (1, 2)]
@@ -233,7 +233,7 @@ def cycle(problem: ContactProblem, deepest: float, points: int, settings: Settin
 @plot.styled
 def pull_off() -> None:
     """Pull-off force and work of separation against how deep the approach went."""
-    figure = plot.new_figure(7.6, 3.2)
+    figure = plot.new_figure(plot.PAGE, 3.2)
     left, right = figure.subplots(1, 2)
     rows = []
     for length, colour in ((0.005, COLOURS[0.005]), (0.05, COLOURS[0.05])):
