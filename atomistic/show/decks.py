@@ -14,7 +14,7 @@ from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
-from continuum.show.plot import SERIES, contact_image, new_figure, save, styled
+from continuum.show.plot import PAGE, SERIES, contact_image, new_figure, save, styled
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 
 __all__ = ["draw_run", "run_sheets", "write_run"]
@@ -126,7 +126,7 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
 @styled
 def draw_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     """Load and areas against separation, in the order of the steps, and the contact where A_rep is largest."""
-    figure = new_figure(7.0, 2.6)
+    figure = new_figure(PAGE, 2.6)
     load, area, contact = figure.subplots(1, 3)
     along = _along(run)
     x = np.array([getattr(step, f"offset_{along}" if along else "separation") for step in run.steps])

@@ -16,9 +16,12 @@ from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS
 from atomistic.response.discreteness import Discreteness
 from continuum.show.plot import (
     ATTRACTED_COLOUR,
+    COLUMN,
     DIFFERENT_COLOUR,
+    PAGE,
     REPULSIVE_COLOUR,
     SERIES,
+    broken,
     contact_image,
     new_figure,
     save,
@@ -35,6 +38,8 @@ LABELS = {
     "atoms": "atoms (LAMMPS)",
 }
 _COLOURS = dict(zip(RUNGS, SERIES, strict=False))
+_LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
+"""Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
 
 
 def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:
@@ -51,7 +56,7 @@ def contact_maps(archive: Archive) -> Figure:
     """
     columns = archive.columns
     rows = [_shown_state(archive, case) for case in dict.fromkeys(columns["case"].tolist())]
-    figure = new_figure(7.0, 2.3 * len(rows) + 0.5)
+    figure = new_figure(PAGE, 2.3 * len(rows) + 0.5)
     axes = figure.subplots(len(rows), 3, squeeze=False)
     nx, ny = columns["contact"].shape[2:]
     i, j = RUNGS.index("lattice"), RUNGS.index("atoms")
@@ -96,13 +101,17 @@ def _shown_state(archive: Archive, case: str) -> int:
 
 @styled
 def curves(archive: Archive) -> Figure | None:
-    """Repulsive area and load against mean gap along the approach, for every rung; atoms as points."""
+    """Repulsive area and load against mean gap along the approach, on the lattice; what other rungs add to its load.
+
+    The rungs lie within a line's width of one another: area and load are drawn of one, the others as differences.
+    Atoms are points, at the areas that the input asks for.
+    """
     columns = archive.columns
     if "curve_case" not in columns:
         return None
     cases = list(dict.fromkeys(columns["curve_case"].tolist()))
     atoms = RUNGS.index("atoms")
-    figure = new_figure(2.6 * len(cases) + 0.6, 6.2)
+    figure = new_figure(PAGE if len(cases) > 1 else COLUMN, 5.6)
     axes = figure.subplots(3, len(cases), squeeze=False, sharex="col")
     for case, (area_axis, load_axis, difference_axis) in zip(cases, axes.T, strict=True):
         along = {
@@ -123,11 +132,12 @@ def curves(archive: Archive) -> Figure | None:
         lattice = along["lattice"]
         order = np.argsort(lattice["mean_gap"])
         at_points = np.interp(points["mean_gap"], lattice["mean_gap"][order], lattice["load"][order])
-        for (rung, curve), style in zip(along.items(), ("-", "--", "-.", ":"), strict=True):
-            look = {"color": _COLOURS[rung], "label": LABELS[rung]}
-            area_axis.plot(curve["mean_gap"], curve["area_rep"], style, **look)
-            load_axis.plot(curve["mean_gap"], curve["load"], style, **look)
-            difference_axis.plot(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"]), style, **look)
+        for (rung, curve), (style, width) in zip(along.items(), _LINES, strict=True):
+            look = {"color": _COLOURS[rung], "label": LABELS[rung], "linestyle": style, "linewidth": width}
+            if rung == "lattice":
+                area_axis.plot(*broken(curve["mean_gap"], curve["area_rep"]), **look)
+                load_axis.plot(*broken(curve["mean_gap"], curve["load"]), **look)
+            difference_axis.plot(*broken(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"])), **look)
         look = {"color": _COLOURS["atoms"], "markerfacecolor": "none", "label": LABELS["atoms"]}
         area_axis.plot(points["mean_gap"], points["area_rep"], "o", **look)
         load_axis.plot(points["mean_gap"], points["load"], "o", **look)
@@ -138,7 +148,7 @@ def curves(archive: Archive) -> Figure | None:
     axes[0, 0].set_ylabel("repulsive area $A_{rep}/A_0$")
     axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
     axes[2, 0].set_ylabel("load minus lattice's\n$\\Delta N/(10^{-4} E^* A_0)$")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
+    handles, labels = axes[2, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3 if len(cases) > 1 else 1)
     return figure
 
@@ -156,7 +166,7 @@ def scaling(archive: Archive) -> Figure | None:
     fits = [fit for fit in budget.exponents(columns) if fit.adhesion_length == 0]
     if not fits:
         return None
-    figure = new_figure(7.0, 3.4)
+    figure = new_figure(PAGE, 3.4)
     left, right = figure.subplots(1, 2)
     areas = sorted({fit.area for fit in fits})
     markers = dict(zip(sorted({fit.seed for fit in fits}), "osv^D", strict=False))
@@ -209,23 +219,23 @@ def scaling(archive: Archive) -> Figure | None:
 @styled
 def draw_contact_modulus(modulus: ContactModulus, stem: Path, title: str) -> Path:
     """E*(100) over its mean, against the direction of the wavevector; returns the PNG file."""
-    figure = new_figure(4.2, 3.0)
+    figure = new_figure(COLUMN, 2.6)
     axis = figure.subplots()
     relative = modulus.values / modulus.mean
     axis.plot(np.degrees(modulus.angles), relative, color=SERIES[0])
     axis.axhline(1, color="0.6", linewidth=0.8, linestyle="--")
-    axis.set_xticks([0, 22.5, 45, 67.5, 90], ["0°\n<100>", "22.5°", "45°\n<110>", "67.5°", "90°\n<010>"])
+    axis.set_xticks([0, 22.5, 45, 67.5, 90], ["0°\n[100]", "22.5°", "45°\n[110]", "67.5°", "90°\n[010]"])
     axis.set_xlim(0, 90)
     axis.set_xlabel("direction of the wavevector in the (100) surface")
     axis.set_ylabel(r"$E^*(\theta)\,/\,E^*$")
-    axis.set_title(f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean", fontsize=9)
+    axis.set_title(f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean")
     return save(figure, stem)
 
 
 @styled
 def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     """Stiffness of lattice against continuum over q, all waves and the two limits; returns the PNG file."""
-    figure = new_figure(4.6, 3.2)
+    figure = new_figure(COLUMN, 2.8)
     axis = figure.subplots()
     q = 2 * np.pi / found.wavelength
     # 0 along <110>, 1 along <100>.

@@ -17,6 +17,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from continuum.files import output
+from continuum.model.grid import Real
 
 __all__ = [
     "ATTRACTED_COLOUR",
@@ -26,6 +27,7 @@ __all__ = [
     "REPULSIVE_COLOUR",
     "SERIES",
     "STYLE",
+    "broken",
     "contact_image",
     "drawn",
     "new_figure",
@@ -92,6 +94,19 @@ def drawn(figure: Figure, form: str = "png") -> bytes:
     file = BytesIO()
     figure.savefig(file, format=form, metadata=_UNDATED[form])
     return file.getvalue()
+
+
+def broken(x: Real, y: Real) -> tuple[Real, Real]:
+    """Points of a path with NaN, where no line is drawn, in each jump.
+
+    A jump is a step of y that is a tenth of its whole range, and five times as large as the steps beside it.
+    """
+    step = np.abs(np.diff(y))
+    if step.size < 3:
+        return x, y
+    beside = np.maximum(np.concatenate([[0.0], step[:-1]]), np.concatenate([step[1:], [0.0]]))
+    jumps = np.flatnonzero((step > 0.1 * np.ptp(y)) & (step > 5 * beside)) + 1
+    return np.insert(x, jumps, np.nan), np.insert(y, jumps, np.nan)
 
 
 def contact_image(axis: Axes, kinds: np.ndarray, period: tuple[float, float], alpha: float = 1.0) -> None:

@@ -28,8 +28,6 @@ def fault_figure(prediction: Prediction) -> Figure:
     _offsets(offsets, topography, found)
     _spectra(spectra, topography)
     _heights(heights, topography)
-    for axis in (image, offsets, spectra, heights):
-        axis.title.set_fontsize(9)
     return figure
 
 

@@ -17,6 +17,9 @@ from continuum.sticky.simulate import Simulation
 
 __all__ = ["contact_figure", "overview"]
 
+_COLOURS = (*plot.SERIES, "black")
+"""Of the criteria, each its own."""
+
 
 @plot.styled
 def overview(prediction: Prediction) -> Figure:
@@ -28,8 +31,6 @@ def overview(prediction: Prediction) -> Figure:
     cuts = [cut for cut, _ in prediction.cuts]
     _draw_moments(slopes, cuts)
     _draw_margins(margins, prediction)
-    for axis in (image, density, slopes, margins):
-        axis.title.set_fontsize(9)
     return figure
 
 
@@ -41,7 +42,11 @@ def _scale(value: float) -> tuple[float, str]:
 
 def _draw_map(axis: Axes, prediction: Prediction) -> None:
     topography = prediction.topographies[0]
-    (size, name), (height, height_name) = _scale(max(topography.lengths)), _scale(3 * topography.heights.std())
+    # Heights of less than a nanometre are still read in nanometres.
+    (size, name), (height, height_name) = (
+        _scale(max(topography.lengths)),
+        _scale(max(3 * topography.heights.std(), 1e-9)),
+    )
     image = axis.imshow(
         topography.heights.T / height,
         origin="lower",
@@ -50,7 +55,8 @@ def _draw_map(axis: Axes, prediction: Prediction) -> None:
         vmax=3 * topography.heights.std() / height,
         cmap="cividis",
     )
-    axis.figure.colorbar(image, ax=axis, label=f"height ({height_name})", shrink=0.8, aspect=15, pad=0.02)
+    # Inside the axes' own frame, so that it stays beside a map of any shape.
+    axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=f"height ({height_name})")
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title="map, ± 3 h_rms")
     axis.spines[:].set_visible(True)
 
@@ -78,8 +84,9 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
             if wavelength is not None:
                 axis.axvline(2 * np.pi / wavelength, color=colour, linestyle=":", linewidth=0.8)
                 axis.annotate(
-                    name, (2 * np.pi / wavelength, 1), xycoords=("data", "axes fraction"), va="top", fontsize=8
-                )
+                    name, (2 * np.pi / wavelength, 1), (-2, 0), xycoords=("data", "axes fraction"),
+                    textcoords="offset points", va="top", ha="right",
+                )  # fmt: skip
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C(q) (m⁴)", title="power spectral density")
     if axis.lines:
         axis.legend(loc="lower left")
@@ -103,14 +110,11 @@ def _draw_margins(axis: Axes, prediction: Prediction) -> None:
     styles = ("o-", "s--", "^:", "v-.", "D--", "x:", "P-")
     for i in distinct(prediction):
         y = [found[i].margin or np.nan for _, found in prediction.cuts]
-        axis.loglog(
-            x, y, styles[i], color=plot.SERIES[i % len(plot.SERIES)], markersize=3, label=prediction.verdicts[i].name
-        )
+        axis.loglog(x, y, styles[i], color=_COLOURS[i], markersize=3, label=prediction.verdicts[i].name)
     axis.axhline(1, color="black", linewidth=0.8)
-    axis.annotate("sticky above", (0.01, 1), xycoords=("axes fraction", "data"), va="bottom")
     axis.set(
         xlabel=f"smallest wavelength counted ({name})",
-        ylabel="margin: w / w at the turn",
+        ylabel="margin: w / w at the turn (sticky above 1)",
         title="verdicts, by resolution",
     )
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)

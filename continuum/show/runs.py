@@ -19,8 +19,11 @@ from continuum.runs.record import Passed, Point
 from continuum.runs.result import Result
 from continuum.show.plot import (
     ATTRACTED_COLOUR,
+    COLUMN,
+    PAGE,
     REPULSIVE_COLOUR,
     SERIES,
+    broken,
     contact_image,
     new_figure,
     save,
@@ -229,7 +232,7 @@ def contact_maps(result: Result, most: int = 3) -> Figure:
 @styled
 def map_figure(kinds: NDArray[np.uint8], period: tuple[float, float], area: float, load: float) -> Figure:
     """One contact map, with its area and load."""
-    figure = new_figure(3.4, 3.6)
+    figure = new_figure(COLUMN, 3.6)
     axis = figure.subplots()
     contact_image(axis, kinds, period)
     axis.set_title(f"$A_{{rep}}/A_0$ = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}")
@@ -250,7 +253,7 @@ def curve_figure(points: Sequence[Drawn], slope: float) -> Figure:
     area, load, gap = np.array([(p.area_rep, p.load, p.mean_gap) for p in points]).T
     retract = np.array([point.branch == "retract" for point in points])
     failed = np.array([not point.converged for point in points])
-    figure = new_figure(8.4, 3.0)
+    figure = new_figure(PAGE, 2.6)
     axes = figure.subplots(1, 3)
     panels = (
         (load / slope, area, r"load $N/(h'_{rms} E^* A_0)$", r"repulsive area $A_{rep}/A_0$"),
@@ -263,7 +266,7 @@ def curve_figure(points: Sequence[Drawn], slope: float) -> Figure:
             (retract, "s--", SERIES[5], "retraction"),
         ):
             if mine.any():
-                axis.plot(x[mine], y[mine], style, color=colour, markerfacecolor="none", label=label)
+                axis.plot(*broken(x[mine], y[mine]), style, color=colour, markerfacecolor="none", label=label)
         if failed.any():
             axis.plot(x[failed], y[failed], "kx", markersize=8, label="not converged")
         axis.set_xlabel(xlabel)
@@ -329,7 +332,7 @@ def _patch_maps(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
 @styled
 def _sizes(points: list[MeasuredPoint]) -> Figure:
     """Number of patches against their area."""
-    figure = new_figure(4.2, 3.2)
+    figure = new_figure(COLUMN, 2.6)
     axis = figure.subplots()
     for point, colour in zip(points, SERIES, strict=False):
         size, density = size_distribution(point.patch_areas)
@@ -343,7 +346,7 @@ def _sizes(points: list[MeasuredPoint]) -> Figure:
 @styled
 def gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
     """Mean gap against the distance from the edge, and its ratio to Eq. (S-1) with the measured mean diameter."""
-    figure = new_figure(7.6, 3.2)
+    figure = new_figure(PAGE, 2.8)
     left, right = figure.subplots(1, 2)
     slope = analysis.expected.rms_slope
     for point, colour in zip(points, SERIES, strict=False):
@@ -374,7 +377,7 @@ def gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
 @styled
 def _distributions(points: list[MeasuredPoint]) -> Figure:
     """Distributions of gap and pressure over the area."""
-    figure = new_figure(7.6, 3.2)
+    figure = new_figure(PAGE, 2.8)
     left, right = figure.subplots(1, 2)
     for point, colour in zip(points, SERIES, strict=False):
         if point.fields is None:

@@ -235,8 +235,9 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
     _, variance, found, design, low, high = best
     end = float(2 * np.pi / 10**high) if np.isfinite(high) else None
     steeper = end is not None and found[2] < found[1]
-    # Beyond bands that are empty there is a cut-off as well.
-    last = float(2 * np.pi / 10 ** x[-1]) if 10 ** x[-1] < 0.8 * wavenumber[-1] else None
+    # Beyond bands that are empty there is a cut-off as well, in the band that is filled in part: where C falls to EDGE.
+    filled = wavenumber[density >= EDGE * 10 ** y[-1]]
+    last = float(2 * np.pi / filled[-1]) if 10 ** x[-1] < 0.8 * wavenumber[-1] else None
     return Fit(
         hurst=float(-found[1] / 2 - 1),
         hurst_error=float(np.sqrt(np.linalg.inv(design.T @ design)[1, 1] * variance) / 2),

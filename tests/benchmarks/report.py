@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from continuum.show.plot import SERIES, new_figure, save, styled
+from continuum.show.plot import PAGE, SERIES, new_figure, save, styled
 from tests.benchmarks.cases import (
     ADHESION_LENGTHS,
     AREA,
@@ -332,22 +332,31 @@ def _sizes(axis: Axes, rows: list[Row]) -> None:
     sizes = sorted({row["n"] for row in rows})
     axis.set_xscale("log", base=2)
     axis.set_xticks(sizes, [f"{n}²" for n in sizes])
+    axis.minorticks_off()
+    axis.set_xlabel("points of the grid")
 
 
 def _draw_work(axis: Axes, rows: list[Row]) -> None:
     for i, length in enumerate(ADHESION_LENGTHS):
         at = groups([row for row in rows if row["adhesion_length"] == length], "n")
         counts = {n: [row["fft_pairs"] for row in group] for (n,), group in at.items()}
-        axis.plot(
-            list(counts), list(map(median, counts.values())), "-", color=SERIES[i], label=f"$l_a$ = {length:g} $a_0$"
-        )
+        look = {"color": SERIES[i], "marker": "os^"[i]}
+        axis.plot(list(counts), list(map(median, counts.values())), ms=5, label=f"$l_a$ = {length:g} $a_0$", **look)
         for n, values in counts.items():
-            axis.plot([n] * len(values), values, "o", ms=3, color=SERIES[i])
+            axis.plot([n] * len(values), values, linestyle="", ms=2.5, **look)
             if n in PAIRS_ALLOWED:
                 axis.plot(n, PAIRS_ALLOWED[n][i], "_", ms=18, mew=2, color=SERIES[i])
-    axis.set(ylabel="FFT pairs per load point", title=f"work near {100 * AREA:g} % area (bars: bounds)", ylim=(0, None))
-    axis.legend()
+    axis.plot([], [], "_", ms=12, mew=2, color="0.4", label="bound")
+    axis.plot([], [], "o", ms=2.5, color="0.4", label="each seed (line: median)")
+    title = f"work near {100 * AREA:g} % area; seeds that\nmeet a jump of the contact take twice the work"
+    axis.set(ylabel="FFT pairs per load point", title=title, ylim=(0, None))
+    _below(axis)
     _sizes(axis, rows)
+
+
+def _below(axis: Axes) -> None:
+    """A legend below the labels, where no curve runs."""
+    axis.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
 def _draw_iteration(axis: Axes, rows: list[Row]) -> None:
@@ -356,21 +365,23 @@ def _draw_iteration(axis: Axes, rows: list[Row]) -> None:
         for key, style, name in (("one_ratio", "o-", "one grid"), ("all_ratio", "o:", "all grids")):
             at = [row["n"] for row in group], [row[key] for row in group]
             axis.plot(*at, style, color=color, label=f"{name}, $l_a$ = {length:g} $a_0$")
-    axis.axhline(2.0, color="0.6", ls="--", lw=1)
-    axis.set(ylabel="iteration / padded FFT pair", title="time of an iteration (dashed: bound)", ylim=(0, None))
-    axis.legend()
+    axis.axhline(2.0, color="0.6", ls="--", lw=1, label="bound")
+    axis.set(ylabel="time / time of a padded FFT pair", title="time of an iteration", ylim=(0, None))
+    _below(axis)
     _sizes(axis, rows)
 
 
 def _draw_memory(axis: Axes, rows: list[Row]) -> None:
     at = {n: max(row["peak_mib"] for row in group) / 2**10 for (n,), group in groups(rows, "n").items()}
-    axis.plot(list(at), list(at.values()), "o-", color=SERIES[0])
+    axis.plot(list(at), list(at.values()), "o-", color=SERIES[0], label="largest process")
     for n in at.keys() & MEMORY_ALLOWED.keys():
         axis.plot(n, MEMORY_ALLOWED[n] / 2**10, "_", ms=18, mew=2, color=SERIES[0])
     axis.set_yscale("log", base=2)
     ticks = (0.125, 0.25, 0.5, 1, 2, 4, 8)
     axis.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set(ylabel="peak memory, GiB", title="memory of the whole process (bars: bounds)")
+    axis.plot([], [], "_", ms=12, mew=2, color=SERIES[0], label="bound")
+    axis.set(ylabel="peak memory (GiB)", title="memory of the whole process, libraries included")
+    _below(axis)
     _sizes(axis, rows)
 
 
@@ -386,9 +397,9 @@ def _draw_peers(axis: Axes, rows: list[Row]) -> None:
         axis.text(theirs[i] * 1.1, i - 0.2, f"{median(map(_ratio, group)):.0f}x", va="center")
     axis.set_yticks(y, [f"{peer}, {n}²" for peer, n in same])
     axis.invert_yaxis()
-    axis.set(xscale="log", xlabel="CPU time of a load point, s", title="one problem, one accuracy, one thread")
-    axis.margins(x=0.2)
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    title = "one problem, one accuracy, one thread\n(number: ratio of the times)"
+    axis.set(xscale="log", xlabel="CPU time of a load point (s)", title=title, xlim=(None, 6 * max(theirs)))
+    _below(axis)
 
 
 @styled
@@ -401,7 +412,7 @@ def draw(results: Row, stem: Path) -> Path:
         (_draw_memory, work),
         (_draw_peers, _measured(results, "adhesive") + _measured(results, "hard_wall")),
     ]
-    figure = new_figure(9.0, 7.6)
+    figure = new_figure(PAGE, 6.4)
     for axis, (panel, rows) in zip(figure.subplots(2, 2).ravel(), panels, strict=True):
         if rows:
             panel(axis, rows)

@@ -97,12 +97,21 @@ def perimeter() -> None:
         )
     table(["λ_s", "chord", "P chord/(π A_rep)", "mean", "d_rep/(4h'/h'')"], rows)
     left.axhspan(0.9, 1.1, color="0.92", zorder=0)
-    left.axvline(10, color="0.7", linewidth=0.6)
+    left.axvline(10, color="0.7", linewidth=0.6)  # ten a0: above, the cells count little
     for hurst, marker in MARKERS.items():
         left.plot([], [], marker, color="0.3", label=f"H = {hurst}")
     for length in (0.0005, 0.005, 0.05):
-        left.plot([], [], "o", color=COLOURS[length], label=f"$l_a$ = {length:g}")
-    left.legend(ncols=2, loc="lower right")
+        left.plot([], [], "o", color=COLOURS[length], label=rf"$\ell_a$ = {length:g} $a_0$")
+    left.plot([], [], "o", color="0.3", label="$h'_{rms}$ = 0.1")
+    left.plot([], [], "o", color="0.3", markerfacecolor="none", label="$h'_{rms}$ = 0.3")
+    left.plot([], [], "o", color="0.3", alpha=0.3, label=r"$A_{rep} < 10\lambda_s^2$")
+    left.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    for lambda_s in found:
+        right.plot(
+            [], [], "o", color="0.3", markersize=1.5 + np.log2(lambda_s), label=rf"$\lambda_s$ = {lambda_s:g} $a_0$"
+        )
+    right.plot([], [], color="0.6", linewidth=0.8, label="equal (band: factor of two)")
+    right.legend(ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     left.set_xticks([3, 5, 10, 20, 50], labels=["3", "5", "10", "20", "50"])
     left.minorticks_off()
     left.set_xlabel("mean chord ($a_0$)")
@@ -123,7 +132,7 @@ AREAS = (0.001, 0.003, 0.01, 0.03, 0.1)
 @plot.styled
 def diameter() -> None:
     """d_rep against the area."""
-    figure = plot.new_figure(4.4, 3.4)
+    figure = plot.new_figure(plot.COLUMN, 2.8)
     axis = figure.subplots()
     rows = []
     cases = (
@@ -177,6 +186,7 @@ def gap() -> None:
         (c,) = contacts(rough, [0.01])
         found, wall = profile_of(c), rough.wall
         name = f"hard, seed {rough.seed}" if rough.hard else f"l_a = {rough.adhesion_length:g}"
+        label = f"seed {rough.seed}" if rough.hard else rf"$\ell_a$ = {rough.adhesion_length:g} $a_0$"
         edge, centres = ratio(c, found, centres=False), ratio(c, found, centres=True)
         width = expected = rim = np.nan
         if wall.range > 0:
@@ -198,16 +208,19 @@ def gap() -> None:
             y,
             line,
             color=colour,
-            label=rf"$\lambda_s$ = {rough.lambda_s}, {name.replace('l_a', '$l_a$')}",
+            label=label if rough.lambda_s == 32 else None,
         )
     head = ["λ_s", "wall", "d_rep", "ratio, from the edge", "from perimeter cells", "d_att", "A_att/P", "Eq. (S-2)"]
     table(head, rows)
-    for axis in (left, right):
-        axis.axhspan(0.8, 1.3, color="0.92", zorder=0)
+    for axis, title in ((left, "hard wall, two surfaces"), (right, "the paper's law, one surface")):
+        axis.set_title(title)
+        axis.plot([], [], "-", color="0.3", label=r"$\lambda_s$ = 32 $a_0$")
+        axis.plot([], [], "--", color="0.3", label=r"$\lambda_s$ = 64 $a_0$")
+        axis.axhspan(0.8, 1.3, color="0.92", zorder=0, label="0.8 to 1.3")
         axis.set_xlim(0, 0.6)
         axis.set_ylim(0.5, 2)
         axis.set_xlabel("$x/d_{rep}$, from the edge")
-        axis.legend(fontsize=6, ncols=2 if axis is right else 1)
+        axis.legend(ncols=2)
     left.set_ylabel("mean gap / Eq. (S-1)")
     plot.save(figure, DOCS / "geometry-gap")
 
@@ -230,6 +243,10 @@ def cycle(problem: ContactProblem, deepest: float, points: int, settings: Settin
     return adhesion(curve), curve, area
 
 
+DEEPEST = (3.0, 2.4, 1.8, 1.4, 1.1, 0.97)
+"""Mean gaps at which the cycles turn, in a0."""
+
+
 @plot.styled
 def pull_off() -> None:
     """Pull-off force and work of separation against how deep the approach went."""
@@ -240,9 +257,12 @@ def pull_off() -> None:
         problem = Rough(256, length, 16.0).problem()
         m, wall = moments(problem.grid, problem.heights), problem.wall
         peaks, forces = [], []
-        for deepest in (3.0, 2.4, 1.8, 1.4, 1.1, 0.97):
+        for deepest in DEEPEST:
             found, curve, largest = cycle(problem, deepest, 41, Settings(1e-6 * m.rms_slope))
-            left.plot(curve.mean_gap, curve.load / m.rms_slope, "-", color=colour, linewidth=0.8)
+            if deepest == DEEPEST[-1]:  # the other cycles turn back earlier and follow it
+                for way, style in ((~curve.retracting, "."), (curve.retracting, "s")):
+                    # Points only: between many of them the contact jumps.
+                    left.plot(curve.mean_gap[way], curve.load[way] / m.rms_slope, style, color=colour, mfc="none")
             rows.append(
                 [
                     length, deepest, largest, found.peak_load, found.largest_tension, found.pull_off,
@@ -251,13 +271,16 @@ def pull_off() -> None:
             )  # fmt: skip
             peaks.append(largest)
             forces.append(found.pull_off)
-        right.plot(peaks, forces, "o-", color=colour, markerfacecolor="none", label=f"$l_a$ = {length:g}")
+        right.plot(peaks, forces, "o-", color=colour, markerfacecolor="none", label=rf"$\ell_a$ = {length:g} $a_0$")
     head = ["l_a", "deepest gap", "largest A_rep", "peak load", "tension on approach", "pull-off", "work/w", "loss/w"]
     table(head, rows)
     left.set_xlabel("mean gap ($a_0$)")
     left.set_ylabel(r"$N/(h'_{rms} E^* A_0)$")
     left.set_ylim(-0.13, 0.1)
     left.axhline(0, color="0.7", linewidth=0.6)
+    left.plot([], [], ".", color="0.3", mfc="none", label="approach")
+    left.plot([], [], "s", color="0.3", mfc="none", label="retraction")
+    left.legend()
     right.set_xlabel(r"largest repulsive area $A_{rep}/A_0$")
     right.set_ylabel("pull-off tension ($E^*$)")
     right.set_yscale("log")
