@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         DeckRun,
         Elastic,
         Validation,
+        check,
         deck,
         doctor,
         elastic,
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "front.commands": (
-        "Deck", "DeckRun", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate",
+        "Deck", "DeckRun", "Elastic", "Validation", "check", "deck", "doctor", "elastic", "read", "run_deck",
+        "validate",
     ),
     "crystal.crystal": ("Slab",),
     "crystal.interatomic": ("LennardJones", "Springs"),
@@ -56,6 +58,7 @@ __all__ = [
     "Slab",
     "Springs",
     "Validation",
+    "check",
     "deck",
     "doctor",
     "elastic",

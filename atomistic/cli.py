@@ -70,6 +70,8 @@ def parser() -> argparse.ArgumentParser:
     )
     add_format(elastic)
 
+    check = commands.add_parser("check", help="validate an input file and print what it will cost")
+    check.add_argument("file", help="input of validate, deck or elastic (TOML)")
     commands.add_parser("doctor", help="is LAMMPS usable here, which one, and if not what to do")
     add_init(commands, tuple(EXAMPLES))
     add_common(parser, commands)
@@ -112,6 +114,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     from continuum.show.console import exit_code
 
     command = {
+        "check": _check,
         "validate": _validate,
         "deck": _deck,
         "read": _read,
@@ -189,6 +192,14 @@ def _validate(parsed: argparse.Namespace) -> int:
     print(f"report   {page}")
     print(found.sentence)
     return OK if found.holds else NOT_CONVERGED
+
+
+def _check(parsed: argparse.Namespace) -> int:
+    from atomistic.front.commands import check
+    from continuum.show.console import OK, show
+
+    show(check(parsed.file))
+    return OK
 
 
 def _deck(parsed: argparse.Namespace) -> int:

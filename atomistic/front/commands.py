@@ -28,10 +28,13 @@ from atomistic.response.material import model_of
 from continuum.errors import InputError
 from continuum.files.inputs import load
 from continuum.files.output import folder
+from continuum.files.toml import Source, find
 from continuum.front.contact import Contact
-from continuum.show.sheet import Sheet
+from continuum.show.sheet import Sheet, pairs
 
-__all__ = ["Deck", "DeckRun", "Elastic", "Validation", "deck", "doctor", "elastic", "read", "run_deck", "validate"]
+__all__ = [
+    "Deck", "DeckRun", "Elastic", "Validation", "check", "deck", "doctor", "elastic", "read", "run_deck", "validate",
+]  # fmt: skip
 
 MOST_WORKERS = 4
 """Processes of a validation, if their number is not given: each holds a slab."""
@@ -301,6 +304,35 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
         return Elastic(model, modulus, None, None)
     response = slab_response(model, lattice)
     return Elastic(model, modulus, response, discreteness(response, model.elastic_constants))
+
+
+def check(file: str | Path) -> Sheet:
+    """Validate an input of any command of ``atomistic``, and say what it will cost.
+
+    Raises
+    ------
+    ConfigError
+        With all faults of the file.
+    """
+    from atomistic.ladder.cost import cost_of_deck, cost_of_validation
+
+    tables = Source.read(find(file)).data
+    if "case" in tables:
+        cost, kind = cost_of_validation(load(file, ValidateConfig)), "atomistic validate"
+    elif "wall" in tables or "surface" in tables:
+        cost, kind = cost_of_deck(load(file, DeckConfig)), "atomistic deck"
+    else:
+        load(file, ElasticConfig)
+        return pairs(f"{file}: valid", [("for", "atomistic elastic"), ("core-seconds, about", "3")])
+    rows = [
+        ("for", kind),
+        ("atoms, about", f"{cost.atoms}"),
+        ("equilibria of atoms", f"{cost.equilibria}"),
+        ("evaluations of all forces, about", f"{cost.evaluations}"),
+        ("core-seconds, about", f"{cost.seconds:.2g}"),
+        ("memory of a process, about", f"{cost.memory / 2**20:.3g} MiB"),
+    ]
+    return pairs(f"{file}: valid", rows)
 
 
 def doctor() -> Doctor:

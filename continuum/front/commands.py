@@ -14,8 +14,9 @@ import continuum.sticky.predict
 from continuum.errors import InputError
 from continuum.files.inputs import load
 from continuum.files.tables import identity
-from continuum.runs.build import System, build, cost_of
+from continuum.runs.build import System, build
 from continuum.runs.config import RunConfig
+from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import Progress
 from continuum.runs.run import run as follow_run
 from continuum.show.sheet import Column, Sheet
@@ -166,6 +167,7 @@ def check(file: str | Path) -> Checked:
         ("points of the path", f"{cost.points}", ""),
         ("memory, about", f"{cost.memory / 2**20:.4g}", "MiB"),
         ("cost, about", f"{cost.fft_pairs}", "FFT pairs"),
+        ("", f"{cost.seconds(pair_seconds(grid)):.2g}", "core-seconds of this machine, as it is now"),
         ("identity", identity(config)[:16], ""),
     ]
     columns = (Column("quantity"), Column("value"), Column("unit"))

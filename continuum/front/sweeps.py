@@ -191,7 +191,7 @@ def slurm(
     ConfigError
         If a system is no input of a run.
     """
-    from continuum.runs.build import cost_of
+    from continuum.runs.cost import cost_of
 
     described = Sweep.read(file, settings, reduced=reduced)
     memory = max(cost_of(config).memory for _, config in described.systems())

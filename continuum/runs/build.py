@@ -1,4 +1,4 @@
-"""From a configuration to the contact problem that it describes, and what solving it will cost."""
+"""From a configuration to the contact problem that it describes."""
 
 from __future__ import annotations
 
@@ -15,29 +15,10 @@ from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, steep, unresolved
 from continuum.model.surface import Moments, moments
 from continuum.runs.config import RunConfig
+from continuum.runs.cost import cost_of
 from continuum.solve.solution import Settings
 
-__all__ = ["Cost", "System", "build", "cost_of", "physical_memory"]
-
-# Peak memory of a run in bytes: the libraries, and per grid point; seen: 83 with a law (4096²), 110 with a hard wall.
-_BYTES, _BYTES_PER_POINT = 2.5e8, 115
-# FFT pairs of one point to a residual of 1e-6 h'rms E*, warm, up to 1024², with and without adhesion; larger
-# grids and points near an instability take up to three times as many (docs/solver.md).
-_PAIRS_REPULSIVE, _PAIRS_ADHESIVE = 35, 80
-_SEARCH = 2  # further points that the search for a repulsive area takes
-_DECADES = 6.0  # for which these hold; pairs grow linearly with the decades of tolerance
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What a run will take, to within a factor of about three."""
-
-    memory: int
-    """Peak, in bytes."""
-    points: int
-    """Points of the path."""
-    fft_pairs: int
-    """Forward and inverse transforms of all points, halved."""
+__all__ = ["System", "build", "physical_memory"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +39,6 @@ class System:
     def grid(self) -> Grid:
         """The grid of the problem."""
         return self.problem.grid
-
-
-def cost_of(config: RunConfig) -> Cost:
-    """Memory and transforms of a run, from its configuration alone."""
-    nx, ny = config.grid.n
-    size, points = nx * ny, config.loading.points
-    # Contact maps take two bits per point, fields four bytes, and a rewrite holds them twice.
-    kept = points * size * 2 * (0.25 + (4 if config.output.fields else 0))
-    pairs = _PAIRS_ADHESIVE if config.wall.attracts else _PAIRS_REPULSIVE
-    decades = -float(np.log10(config.solver.tolerance))
-    per_point = min(pairs * max(decades, 1.0) / _DECADES, config.solver.max_iterations + 3)
-    searches = sum(len(targets) for control, targets in config.loading.legs if control == "repulsive-area")
-    solves = points + _SEARCH * searches
-    return Cost(int(_BYTES + size * _BYTES_PER_POINT + kept), points, round(per_point * solves))
 
 
 def build(config: RunConfig) -> System:

@@ -20,8 +20,9 @@ from continuum.errors import InputError, OutputError
 from continuum.files import output, store
 from continuum.files.provenance import journal
 from continuum.runs.axes import Axis, Sweep, SystemPlan
-from continuum.runs.build import cost_of, physical_memory
+from continuum.runs.build import physical_memory
 from continuum.runs.config import RunConfig
+from continuum.runs.cost import cost_of
 from continuum.runs.engine import Ended, Task, run_tasks
 from continuum.runs.measured import finish
 from continuum.runs.run import run

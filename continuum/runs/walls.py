@@ -35,9 +35,9 @@ class _Wall(Table):
     """What all tables of walls have."""
 
     @property
-    def attracts(self) -> bool:
-        """Whether the law attracts: its equilibria then cost more."""
-        return True
+    def equivalent_range(self) -> float:
+        """Range that the paper's law of the same work of adhesion has, in a0: by it equilibria cost more."""
+        return 0.35  # of a law of which nothing is known: l_a = 0.005 a0
 
 
 class SplineWall(_Wall):
@@ -69,9 +69,9 @@ class SplineWall(_Wall):
             yield Fault(("adhesion_length",), limit, cause)
 
     @property
-    def attracts(self) -> bool:
-        """Not without a range."""
-        return bool(self.range or self.adhesion_length)
+    def equivalent_range(self) -> float:
+        """The range itself."""
+        return self.range if self.range is not None else float((24 * (self.adhesion_length or 0.0)) ** 0.5)
 
     def build(self) -> Wall:
         """The law."""
@@ -111,6 +111,11 @@ class InversePowersWall(_Wall):
     core: Unit = 0.7
     """gap below which the law is only continued, in a0"""
 
+    @property
+    def equivalent_range(self) -> float:
+        """Of this work of adhesion."""
+        return float((24 * self.adhesion_length) ** 0.5)
+
     def build(self) -> Wall:
         """The law."""
         powers = (9, 3) if self.law == "lennard-jones-9-3" else (12, 6)
@@ -127,6 +132,11 @@ class ExponentialWall(_Wall):
     """rho, in a0"""
     core_stiffness: Positive
     """K, in E*/a0"""
+
+    @property
+    def equivalent_range(self) -> float:
+        """Of this surface energy."""
+        return float((24 * self.surface_energy) ** 0.5)
 
     def build(self) -> Wall:
         """The law."""
@@ -158,9 +168,9 @@ class RigidWall(_Wall):
     law: Literal["hard"]
 
     @property
-    def attracts(self) -> bool:
-        """No."""
-        return False
+    def equivalent_range(self) -> float:
+        """None."""
+        return 0.0
 
     def build(self) -> Wall:
         """The bound."""

@@ -348,7 +348,7 @@ def _draw_work(axis: Axes, rows: list[Row]) -> None:
                 axis.plot(n, PAIRS_ALLOWED[n][i], "_", ms=18, mew=2, color=SERIES[i])
     axis.plot([], [], "_", ms=12, mew=2, color="0.4", label="bound")
     axis.plot([], [], "o", ms=2.5, color="0.4", label="each seed (line: median)")
-    title = f"work near {100 * AREA:g} % area; seeds that\nmeet a jump of the contact take twice the work"
+    title = f"work near {100 * AREA:g} % area"
     axis.set(ylabel="FFT pairs per load point", title=title, ylim=(0, None))
     _below(axis)
     _sizes(axis, rows)

@@ -19,8 +19,9 @@ from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.inputs import load
 from continuum.model.walls import LennardJonesSpline
-from continuum.runs.build import cost_of
+from continuum.runs.axes import Sweep
 from continuum.runs.config import RunConfig
+from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import run
 from tests.problems import SMALL
 from tests.stored import same, stop_after
@@ -246,9 +247,37 @@ def test_a_run_that_no_memory_holds_is_refused_before_it_starts(
     assert list(small.parent.iterdir()) == [small]
 
 
-@pytest.mark.parametrize("name", ["adhesive", "nonadhesive"])
+def sums_to(config: RunConfig, folder: Path) -> float:
+    """FFT pairs of a run over those that were expected."""
+    points = run(config, folder / "result.h5", force=True).points
+    return sum(point.fft_pairs + point.search_pairs for point in points) / cost_of(config).fft_pairs
+
+
+# "To within a factor of about two" is what the estimate says of itself; counts are the same on any machine.
+@pytest.mark.parametrize("name", [path.stem for path in Path("inputs/smoke").glob("*.toml")])
 def test_the_estimate_of_the_cost_is_honest(name: str, tmp_path: Path) -> None:
-    config = load(f"inputs/smoke/{name}.toml", RunConfig)
-    found = sum(step.fft_pairs for step in run(config, tmp_path / "result.h5").points)
-    # "To within a factor of about three" is what it says of itself.
-    assert found / 3 < cost_of(config).fft_pairs < 3 * found
+    assert 1 / 2 < sums_to(load(f"inputs/smoke/{name}.toml", RunConfig), tmp_path) < 2
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", sorted(Path("inputs/sweep").glob("*.toml")), ids=lambda path: path.stem)
+def test_the_estimate_holds_for_the_systems_of_the_sweeps(path: Path, tmp_path: Path) -> None:
+    """Their sum over every seventh system of a reduced sweep; single ones beside an instability take more."""
+    configs = [config for _, config in list(Sweep.read(path, reduced=True).systems())[::7]]
+    expected = [float(cost_of(config).fft_pairs) for config in configs]
+    found = [
+        e * sums_to(config, tmp_path / str(i)) for i, (e, config) in enumerate(zip(expected, configs, strict=True))
+    ]
+    assert sum(expected) / 2 < sum(found) < 2 * sum(expected)
+
+
+@pytest.mark.long
+def test_the_time_is_that_of_the_machine(tmp_path: Path) -> None:
+    """Core-seconds of one process, the transforms measured beside it."""
+    config = load("inputs/smoke/path.toml", RunConfig)
+    run(config, tmp_path / "compiled.h5")
+    began = time.process_time()
+    run(config, tmp_path / "result.h5")
+    seconds = time.process_time() - began
+    expected = cost_of(config).seconds(pair_seconds(config.grid.build()))
+    assert expected / 2 < seconds < 2 * expected

@@ -1,0 +1,69 @@
+"""What an input of atoms is said to cost, beside what it took."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import atomistic as a
+from atomistic.cli import main
+from atomistic.config import DeckConfig, ValidateConfig
+from atomistic.ladder.cost import cost_of_deck, cost_of_validation
+from continuum.files.inputs import load
+
+DECKS = sorted(Path("inputs/lammps").glob("*.toml"))
+QUICK = ("rough", "cylinder", "staircase", "punch")
+
+
+def told(path: Path) -> tuple[float, float, float]:
+    """Core-seconds, evaluations and atoms in the head of an input, as they were measured."""
+    found = re.search(r"# Cost +(\d+) core-seconds?, ([\d ]+) force evaluations of ([\d ]+) atoms", path.read_text())
+    assert found is not None
+    seconds, evaluations, atoms = (float(number.replace(" ", "")) for number in found.groups())
+    return seconds, evaluations, atoms
+
+
+def within(found: float, expected: float, factor: float = 2.0) -> bool:
+    return expected / factor <= found <= expected * factor
+
+
+# "To within a factor of about two" is what the estimate says of itself; what was measured once stands in the inputs.
+@pytest.mark.parametrize("path", DECKS, ids=lambda path: path.stem)
+def test_the_cost_of_a_deck_is_what_its_input_says_that_it_took(path: Path) -> None:
+    seconds, evaluations, atoms = told(path)
+    cost = cost_of_deck(load(path, DeckConfig))
+    assert within(cost.atoms, atoms, 1.1)
+    assert within(cost.evaluations, evaluations)
+    assert within(cost.seconds, seconds)
+
+
+@pytest.mark.parametrize("path", sorted(Path("inputs/validate").glob("*.toml")), ids=lambda path: path.stem)
+def test_the_atoms_and_equilibria_of_a_validation_are_those_of_its_input(path: Path) -> None:
+    atoms, states = re.search(r"([\d ]+) atoms, (\d+) equilibria", path.read_text()).groups()  # type: ignore[union-attr]
+    cost = cost_of_validation(load(path, ValidateConfig))
+    assert within(cost.atoms, float(atoms.replace(" ", "")), 1.1)
+    assert cost.equilibria == int(states)
+
+
+def test_check_says_what_it_costs_and_what_it_is_for(capsys: pytest.CaptureFixture[str]) -> None:
+    for path, words in (
+        ("inputs/validate/quick.toml", "atomistic validate"),
+        ("inputs/lammps/rough.toml", "atomistic deck"),
+        ("inputs/crystals/copper.toml", "atomistic elastic"),
+    ):
+        assert main(["check", path]) == 0
+        out = capsys.readouterr().out
+        assert words in out
+        assert "core-seconds" in out
+    assert main(["check", "nope.toml"]) == 2
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", QUICK)
+def test_a_deck_takes_as_many_evaluations_as_it_is_said_to_take(name: str, tmp_path: Path) -> None:
+    path = Path(f"inputs/lammps/{name}.toml")
+    cost = cost_of_deck(load(path, DeckConfig))
+    run = a.run_deck(a.deck(path).write(tmp_path / name))
+    assert within(sum(step.evaluations for step in run.steps), cost.evaluations)
