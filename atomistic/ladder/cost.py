@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from atomistic.config import DeckConfig, ValidateConfig
+from atomistic.config.motion import SlidingTable, VelocityTable
 from atomistic.crystal.crystal import Slab
 from atomistic.ladder.comparison import paths_of
 from continuum.model.grid import Grid
@@ -27,6 +28,7 @@ _KINDS = {
 }
 _PER_SIDE = 14  # evaluations of LAMMPS' minimisers per atom along the longest side of the slab
 _TO_A_PRESSURE = 4  # separations that are tried until a pressure is met
+_TIME_STEP = 0.037  # of a motion, in a0 (m/(E* a0³))^(1/2): a thirtieth of the shortest period
 _PATH = 2e-3  # core-seconds of the path on the lattice, and of the other rungs beside it, per surface atom
 _START = 0.3  # core-seconds to start LAMMPS and to write and read its files; a quarter of it for each further step
 
@@ -38,7 +40,7 @@ class AtomsCost:
     atoms: int
     """Of the slab, roughly: how far forces reach is known when the crystal has been measured."""
     equilibria: int
-    """Of atoms."""
+    """Of atoms; or windows of time."""
     evaluations: int
     """Of all forces."""
     seconds: float
@@ -68,8 +70,14 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     """Of running the deck of ``atomistic deck`` in LAMMPS."""
     evaluation, _, reach, _ = _KINDS[config.interatomic.kind]
     atoms = _atoms(config.slab.n, config.slab.depth, reach)
-    steps = 1 if config.protocol is None else len(config.protocol.steps().values)
-    tried = steps * (_TO_A_PRESSURE if config.protocol is not None and config.protocol.kind == "mean-pressures" else 1)
+    protocol = config.protocol
+    if isinstance(protocol, (VelocityTable, SlidingTable)):
+        durations = protocol.windows().duration
+        evaluations, tried = round(sum(durations) / _TIME_STEP), len(durations)
+        seconds = evaluations * evaluation * atoms + (1 + tried / 4) * _START
+        return AtomsCost(atoms, tried, evaluations, seconds, int(_BYTES + _BYTES_PER_ATOM * atoms))
+    steps = 1 if protocol is None else len(protocol.steps().values)
+    tried = steps * (_TO_A_PRESSURE if protocol is not None and protocol.kind == "mean-pressures" else 1)
     evaluations = round(tried * _PER_SIDE * max(config.slab.n, config.slab.depth))
     seconds = evaluations * evaluation * atoms + (1 + tried / 4) * _START
     return AtomsCost(atoms, steps, evaluations, seconds, int(_BYTES + _BYTES_PER_ATOM * atoms))
