@@ -76,7 +76,7 @@ class Deck(atomistic.lammps.deck.Deck):
     """A slab under a wall, ready for LAMMPS; see :class:`atomistic.lammps.deck.Deck`."""
 
     def write(self, directory: str | Path) -> Path:
-        """Write it into a directory, which a stock ``lmp -in in.contact`` runs; returns it.
+        """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
 
         Raises
         ------

@@ -30,7 +30,7 @@ AVERAGES = {
 }
 """What is averaged over a window, and what LAMMPS calls it; units as in ``result.json``."""
 _PER_PERIOD = 30
-"""Time steps of the shortest period: velocity Verlet errs by (π/30)² = 1 % in the frequency of that mode."""
+"""Time steps of the shortest period: velocity Verlet errs by (π/30)² = 1 % in the kinetic energy of that mode."""
 _BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
 """LAMMPS' own, in its units."""
 

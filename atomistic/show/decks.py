@@ -56,7 +56,10 @@ def _steps(run: DeckRun) -> Sheet:
     add("evaluations", [step.evaluations for step in run.steps])
     add("status", [step.status.lower().replace("_", " ") for step in run.steps])
     if real is not None:
-        add("N/A0 (GPa)", [step.load * real.si("pressure") / scipy.constants.giga for step in run.steps])
+        gigapascals = real.si("pressure") / scipy.constants.giga
+        add("N/A0 (GPa)", [step.load * gigapascals for step in run.steps])
+        if along:
+            add("friction/A0 (GPa)", [getattr(step, f"lateral_{along}") * gigapascals for step in run.steps])
     missing = run.expected - len(run.steps)
     note = f"{missing} of {run.expected} steps are not done: the same command goes on with them" if missing else ""
     if along:

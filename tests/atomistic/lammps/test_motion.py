@@ -66,7 +66,7 @@ def equipartition(tmp_path: Path, windows: int, duration: float) -> None:
     atoms = found.slab.mobile * found.slab.ids[0].size
     kinetic, error = means["temperature"]
     assert error < 0.03 * temperature
-    # Velocity Verlet: (π/30)²/4 of the fastest modes in the mean kinetic energy, less of the others.
+    # Velocity Verlet: (ω Δt)²/4 = 0.3 % of the kinetic energy of the fastest modes, ω² = 8 k/m; less of the others.
     assert kinetic == pytest.approx(temperature, abs=3 * error + 0.003 * temperature)
     # Half of the energy is potential, 3/2 k_B T of each atom; beyond it, terms of the order of T².
     potential, error = means["total_energy"]

@@ -198,7 +198,10 @@ def test_an_array_goes_through_a_staircase_in_process_and_is_refused_elsewhere(t
     assert run.converged
     assert run.finished
     assert run.steps[0].load == pytest.approx(run.steps[2].load, abs=1e-8)
-    assert "spline of degree 5" in (tmp_path / "deck" / "README.txt").read_text()
+    said = (tmp_path / "deck" / "README.txt").read_text()
+    assert "spline of degree 5" in said
+    assert "no stock LAMMPS" in said
+    assert "lmp -in" not in said
     with pytest.raises(InputError, match="no formula"):
         run_command(tmp_path / "deck")
     np.save(tmp_path / "rough.npy", heights)
