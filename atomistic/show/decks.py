@@ -31,35 +31,29 @@ def run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> list[She
 
 
 def _steps(run: DeckRun) -> Sheet:
-    real = run.description.real_units
-    names = ["step", "separation (a0)", "mean gap (a0)", "N/A0 (E*)", "A_rep/A0", "A_att/A0"]
+    real, along, moves = run.description.real_units, _along(run), bool(run.last.averages)
+    columns = {f"offset {along} (a0)": f"offset_{along}"} if along else {"separation (a0)": "separation"}
+    columns |= {"mean gap (a0)": "mean_gap", "N/A0 (E*)": "load"}
+    if moves:
+        columns["± N/A0"] = "load_error"
+    if along:
+        columns |= {"friction/A0 (E*)": f"lateral_{along}", "± friction/A0": f"lateral_{along}_error"}
+    columns["A_rep/A0"] = "area_rep"
+    if moves and not along:
+        columns["± A_rep/A0"] = "area_rep_error"
+    columns |= {"A_att/A0": "area_att"} | (
+        {"k_B T (E* a0³)": "temperature"} if moves else {"evaluations": "evaluations"}
+    )
     rows: list[list[Entry]] = [
-        [i, step.separation, step.mean_gap, step.load, step.area_rep, step.area_att]
+        [i, *(getattr(step, name) for name in columns.values()), step.status.lower().replace("_", " ")]
         for i, step in enumerate(run.steps, 1)
     ]
-
-    def add(name: str, values: list[Entry]) -> None:
-        names.append(name)
-        for row, value in zip(rows, values, strict=True):
-            row.append(value)
-
-    along = _along(run)
-    if run.last.averages:
-        add("± N/A0", [step.load_error for step in run.steps])
-        add("k_B T (E* a0³)", [step.temperature for step in run.steps])
-        if not along:
-            add("± A_rep/A0", [step.area_rep_error for step in run.steps])
-        else:
-            add(f"offset {along} (a0)", [getattr(step, f"offset_{along}") for step in run.steps])
-            add("friction/A0 (E*)", [getattr(step, f"lateral_{along}") for step in run.steps])
-            add("± friction/A0", [getattr(step, f"lateral_{along}_error") for step in run.steps])
-    add("evaluations", [step.evaluations for step in run.steps])
-    add("status", [step.status.lower().replace("_", " ") for step in run.steps])
+    heads = ["step", *columns, "status"]
     if real is not None:
-        gigapascals = real.si("pressure") / scipy.constants.giga
-        add("N/A0 (GPa)", [step.load * gigapascals for step in run.steps])
-        if along:
-            add("friction/A0 (GPa)", [getattr(step, f"lateral_{along}") * gigapascals for step in run.steps])
+        for head, name in (("N/A0 (GPa)", "load"), ("friction/A0 (GPa)", f"lateral_{along}"))[: 2 if along else 1]:
+            heads.append(head)
+            for row, step in zip(rows, run.steps, strict=True):
+                row.append(getattr(step, name) * real.si("pressure") / scipy.constants.giga)
     missing = run.expected - len(run.steps)
     note = f"{missing} of {run.expected} steps are not done: the same command goes on with them" if missing else ""
     if along:
@@ -67,7 +61,7 @@ def _steps(run: DeckRun) -> Sheet:
         mean = np.mean([getattr(step, f"lateral_{along}") for step in moving])
         error = np.sqrt(np.sum([getattr(step, f"lateral_{along}_error") ** 2 for step in moving])) / len(moving)
         note = f"Mean friction over A0 while it slides: {mean:.4g} ± {error:.1g} E*.  {note}".strip()
-    return Sheet.of(f"{run.directory.name}: steps", tuple(map(Column, names)), [tuple(row) for row in rows], note)
+    return Sheet.of(f"{run.directory.name}: steps", tuple(map(Column, heads)), [tuple(row) for row in rows], note)
 
 
 def _along(run: DeckRun) -> str:
