@@ -49,6 +49,7 @@ autoclass_content = "class"
 suppress_warnings = ["config.cache"]  # functions in the configuration of the gallery
 html_theme = "furo"
 html_title = "stickiness"
+html_show_copyright = False
 html_static_path: list[str] = []
 
 INPUTS = {

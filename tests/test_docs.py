@@ -34,6 +34,15 @@ def test_every_input_and_picture_named_exists(page: str) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES)
+def test_links_to_elsewhere_have_the_form_of_one(page: str) -> None:
+    """Whether they answer is asked of a browser, not of a test: `sphinx -b linkcheck docs build/links`."""
+    for target in re.findall(r"\]\((\w+:[^)]+)\)", PAGES[page]):
+        assert re.fullmatch(r"https://[\w.-]+\.\w+(/[\w./()~%-]*)?", target), target
+        if "doi.org" in target:
+            assert re.fullmatch(r"https://doi\.org/10\.\d{4,}/\S+", target), target
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_every_command_and_option_named_exists(page: str) -> None:
     parsers = {"continuum": continuum.options.parser(), "atomistic": atomistic.cli.parser()}
     known = {}

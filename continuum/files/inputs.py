@@ -141,6 +141,9 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         "bool_type": "true or false",
         "float_type": "a number",
         "string_type": "text in quotes",
+        "too_short": f"at least {error.get('ctx', {}).get('min_length')} of them",
+        "too_long": f"at most {error.get('ctx', {}).get('max_length')} of them",
+        "string_pattern_mismatch": "text of this form",
     }.get(kind, error["msg"].removeprefix("Input should be ").removeprefix("a valid "))
     return Fault(key, allowed + about, _CAUSES.get(kind, ""))
 

@@ -49,6 +49,9 @@ class ConfigError(InputError, ValueError):
             source = Source(source, "", {}, {})
         self.source = source
         self.faults = tuple(sorted(faults, key=lambda fault: source.line(fault.key)))
+        if not source.text and not any(fault.key for fault in self.faults):  # there is nothing to point at
+            super().__init__("\n".join(f"{source.path}: {f.cause or f'needed: {f.allowed}'}" for f in self.faults))
+            return
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         said = [f"{source.path}: {count}", *map(source.describe, self.faults[:_MOST_FAULTS])]
         if len(self.faults) > _MOST_FAULTS:
@@ -135,17 +138,23 @@ def _text(path: Path) -> str:
         mode, size = path.stat().st_mode, path.stat().st_size
         if not stat.S_ISREG(mode):
             what = "a folder" if stat.S_ISDIR(mode) else "no plain file"
-            raise ConfigError(path, [Fault((), "a TOML file", f"the path is {what}; look for a slip in it")])
+            raise ConfigError(
+                path, [Fault((), "a TOML file", f"this is {what}, not a TOML file; look for a slip in the path")]
+            )
         if size > _LARGEST:
-            raise ConfigError(path, [Fault((), f"a TOML file of at most {_LARGEST} bytes", "a wrong file")])
+            raise ConfigError(path, [Fault((), f"a TOML file of at most {_LARGEST} bytes")])
         # "utf-8-sig" drops the mark that some editors put in front.
         return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise ConfigError(path, [Fault((), "a TOML file", "there is none of that name; look for a slip")]) from None
+        raise ConfigError(
+            path, [Fault((), "a TOML file", "there is no such file; look for a slip in its name")]
+        ) from None
     except OSError as error:
         raise ConfigError(path, [Fault((), "a TOML file", f"it cannot be read: {error.strerror or error}")]) from None
     except UnicodeDecodeError:
-        raise ConfigError(path, [Fault((), "a TOML file in UTF-8", "a binary file, or Latin-1")]) from None
+        raise ConfigError(
+            path, [Fault((), "a TOML file in UTF-8", "this is no text in UTF-8: a binary file, or Latin-1")]
+        ) from None
     except ConfigError:
         raise
     except ValueError as error:  # a name that no file can have

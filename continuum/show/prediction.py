@@ -115,7 +115,7 @@ def _surfaces(prediction: Prediction) -> Sheet:
             ("Hurst exponent", f"{fit.hurst:.2f} ± {fit.hurst_error:.2f} (of the fit)"),
             ("roll-off λ_L", "none seen" if fit.roll_off is None else _length(fit.roll_off)),
             ("cut-off λ_s", "none seen" if fit.cut_off is None else _length(fit.cut_off)),
-            ("noise below", "none seen" if fit.floor is None else _length(fit.floor)),
+            ("noise at wavelengths below", "none seen" if fit.floor is None else _length(fit.floor)),
         ]
     return pairs("Surface", rows)
 

@@ -68,8 +68,12 @@ def words(status: str) -> str:
 def progress_line(point: Point, seconds: float) -> str:
     """What is said of a point when it is done."""
     place = f"mean gap {point.mean_gap:.4g} a0, separation {point.separation:.4g} a0, A_rep {point.area_rep:.4g}"
-    pairs = f"{point.fft_pairs:.0f} + {point.search_pairs:.0f}" if point.search_pairs else f"{point.fft_pairs:.0f}"
-    work = f"residual {point.residual:.1e}, {pairs} pairs, {seconds:.1f} s"
+    pairs = (
+        f"{point.fft_pairs:.0f} and {point.search_pairs:.0f} in the search"
+        if point.search_pairs
+        else f"{point.fft_pairs:.0f}"
+    )
+    work = f"residual {point.residual:.1e}, FFT pairs {pairs}, {seconds:.1f} s"
     return f"{place}, N {point.load:.4g} E*, {work}, {words(point.status)}"
 
 
@@ -178,12 +182,14 @@ def _whole(analysis: Analysis) -> Sheet:
     ]
     if found is not None:
         ends = "" if found.separated or np.isnan(found.pull_off) else " (path ends under tension: too small)"
+        # The trapezoidal rule leaves a rest of either sign.
+        lost = f"{found.loss:.4g} E* a0" if found.loss > 1e-6 * found.work_of_separation else "none"
         rows += [
             ("peak load N/A0", f"{found.peak_load:.4g} E*"),
             ("largest tension on approach", f"{found.largest_tension:.4g} E*"),
             ("pull-off tension on retraction", f"{found.pull_off:.4g} E*"),
             ("work of separation per A0", f"{found.work_of_separation:.4g} E* a0{ends}"),
-            ("work lost in the cycle per A0", f"{found.loss:.4g} E* a0"),
+            ("work lost in the cycle per A0", lost),
         ]
     return pairs("Theory and adhesion", rows)
 

@@ -297,7 +297,8 @@ def _from_instrument(path: Path, part: str | None) -> _Map:
             msg = f"{path}: SurfaceTopography cannot read it: {reason}"
             raise TopographyError(msg) from error
     names = ", ".join(map(repr, maps)) or "none"
-    msg = f"{path}: holds {len(chosen)} maps {f'named {part!r}' if part else ''}, choose one with --part; maps: {names}"
+    none = f"holds no map named {part!r}" if part else "holds no map"
+    msg = f"{path}: {f'holds {len(chosen)} maps, choose one with --part' if chosen else none}; maps: {names}"
     raise TopographyError(msg)
 
 
