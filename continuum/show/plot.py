@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -50,6 +51,9 @@ SERIES: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 _formats: ContextVar[Sequence[str]] = ContextVar("formats", default=("png", "pdf"))
 # Without dates, so that the same result gives the same files.
 _UNDATED: Any = {"pdf": {"CreationDate": None}, "png": {"Software": None}, "svg": {"Date": None}}
+
+# Of fonts that a PDF embeds, it says that their dates are old.
+logging.getLogger("fontTools").setLevel(logging.ERROR)
 
 styled = mpl.rc_context(STYLE)
 """Decorator of functions that draw: the common style, and nothing global."""

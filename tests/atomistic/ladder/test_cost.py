@@ -19,7 +19,7 @@ QUICK = ("rough", "cylinder", "staircase", "punch")
 
 def told(path: Path) -> tuple[float, float, float]:
     """Core-seconds, evaluations and atoms in the head of an input, as they were measured."""
-    found = re.search(r"# Cost +(\d+) core-seconds?, ([\d ]+) force evaluations of ([\d ]+) atoms", path.read_text())
+    found = re.search(r"# Cost +([\d.]+) core-seconds?, ([\d ]+) force evaluations of ([\d ]+) atoms", path.read_text())
     assert found is not None
     seconds, evaluations, atoms = (float(number.replace(" ", "")) for number in found.groups())
     return seconds, evaluations, atoms
