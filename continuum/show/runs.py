@@ -68,12 +68,8 @@ def words(status: str) -> str:
 def progress_line(point: Point, seconds: float) -> str:
     """What is said of a point when it is done."""
     place = f"mean gap {point.mean_gap:.4g} a0, separation {point.separation:.4g} a0, A_rep {point.area_rep:.4g}"
-    pairs = (
-        f"{point.fft_pairs:.0f} and {point.search_pairs:.0f} in the search"
-        if point.search_pairs
-        else f"{point.fft_pairs:.0f}"
-    )
-    work = f"residual {point.residual:.1e}, FFT pairs {pairs}, {seconds:.1f} s"
+    search = f" and {point.search_pairs:.0f} in the search" if point.search_pairs else ""
+    work = f"residual {point.residual:.1e}, FFT pairs {point.fft_pairs:.0f}{search}, {seconds:.1f} s"
     return f"{place}, N {point.load:.4g} E*, {work}, {words(point.status)}"
 
 
