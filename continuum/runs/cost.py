@@ -25,10 +25,10 @@ _BYTES, _BYTES_PER_POINT = 2.5e8, 115
 # work of adhesion has: by 1 + r, and by 1 + 4 r²; and with the grid beyond 512²: as n^0.24 (docs/benchmarks.md).
 _PAIRS, _PAIRS_OF_AREA = 25, 65
 _GROWTH, _FLAT = 0.24, 512
-_BISECTIONS = 6  # solves for each halving of an interval in which jumps are bracketed: of both sides, for several jumps
+_BISECTIONS = 5  # solves for each halving of an interval in which jumps are bracketed: of both sides, for several jumps
 _DECADES = 6.0  # of tolerance, for which these hold; pairs grow linearly with them
 # An iteration takes this many times its transforms, and more on small grids, where coarser ones cost as much.
-_BESIDE, _SMALL = 1.7, 410
+_BESIDE, _SMALL = 1.7, 0.8
 _POINT_SECONDS, _START_SECONDS = 0.03, 0.1  # to measure and store a point of a small grid; to begin and end
 
 
@@ -47,7 +47,7 @@ class Cost:
 
     def seconds(self, pair: float) -> float:
         """Core-seconds, where a pair of transforms of this grid takes ``pair`` (:func:`pair_seconds`)."""
-        beside = _BESIDE * (1 + _SMALL / np.sqrt(self.size))
+        beside = _BESIDE * (1 + _SMALL * np.sqrt(_FLAT / np.sqrt(self.size)))
         # Outlines, areas and the file of a point are as dear as four iterations.
         return float((self.fft_pairs + 4 * self.points) * pair * beside + self.points * _POINT_SECONDS) + _START_SECONDS
 
