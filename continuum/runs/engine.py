@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import signal
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -16,7 +17,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait as wait_for
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["DIED", "Ended", "Job", "Task", "run_tasks", "timed"]
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-DIED = "its process died: killed, or out of memory"
+DIED = 'its process died: killed, out of memory, or begun by a script without `if __name__ == "__main__":`'
 """Why a task failed whose process did not live to say it."""
 
 
@@ -155,6 +156,7 @@ def _in_parallel(
         pool_of = partial(
             ProcessPoolExecutor, mp_context=context, initializer=_begin, initargs=(free if devices else None,)
         )
+        others = set(active_children())
         with pool_of(min(workers, len(waiting))) as pool:
             running: dict[Future[float], Task] = {}
             alive = True
@@ -181,12 +183,15 @@ def _in_parallel(
                 suspects += running.values()
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
+                for child in set(active_children()) - others:
+                    child.terminate()  # a pool waits for its processes at exit, and these for their solve
                 raise
     return suspects
 
 
 def _begin(free: SimpleQueue[str] | None) -> None:
     """Take a GPU, and end this process when the one that started it has died: it would wait for work for ever."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to all; the one that started this one ends it
     if free is not None:
         os.environ["CUDA_VISIBLE_DEVICES"] = free.get()
     parent = parent_process()

@@ -299,7 +299,7 @@ def test_a_folder_that_cannot_be_written_to_is_one_message(
 
 def driver(path: Path, root: Path, *options: str) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "continuum", "sweep", "run", str(path), "-o", str(root.parent), *options]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
 
 
 def workers_of(process: subprocess.Popen[bytes]) -> list[int]:
@@ -330,6 +330,21 @@ def test_a_kill_loses_nothing(victim: str, undisturbed: Path, tmp_path: Path) ->
     assert {name: (root / "points" / name).stat().st_mtime_ns for name in kept} == kept
     for point in (root / "points").iterdir():
         same(point, undisturbed / point.relative_to(path.parent))
+
+
+def test_ctrl_c_stops_a_sweep_and_its_workers(tmp_path: Path) -> None:
+    path = described(tmp_path, SEEDS.replace("[1, 2, 3]", "{from = 1, to = 400, step = 1}"))
+    root = tmp_path / "out" / "many"
+    process = driver(path, root, "--workers", "2")
+    until_some_are_done(root, process, 2)
+    workers = workers_of(process)
+    os.killpg(process.pid, signal.SIGINT)  # a terminal tells all that it runs
+    said = process.communicate(timeout=60)[0].decode()
+    assert process.returncode == 1
+    assert "the same command goes on from there" in said
+    assert "Traceback" not in said
+    assert not any(psutil.pid_exists(worker) for worker in workers)
+    assert verify(root)[1] == []
 
 
 @pytest.mark.long
