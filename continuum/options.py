@@ -142,10 +142,13 @@ def parser() -> argparse.ArgumentParser:
         "plot",
         help="draw the figures of a stored run, or a figure of the paper from a sweep",
         description="`plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1, "
-        "figure2, figure3, figure4, figure-s1, figure-s2, figure-s3, a further figure, `verdicts` or `page` (all).",
+        "figure2, figure3, figure4, figure-s1, figure-s2, figure-s3, a further figure, `verdicts`, `page` (all) or "
+        "`dispute` (of sweeps over the work of adhesion).",
     )
     plot.add_argument("result", help="file written by `continuum run`, or the name of a figure")
-    plot.add_argument("folders", nargs="*", type=Path, help="folder of a sweep, for a figure; several for `page`")
+    plot.add_argument(
+        "folders", nargs="*", type=Path, help="folder of a sweep, for a figure; several for `page` and `dispute`"
+    )
     plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
     add_format(plot)
 

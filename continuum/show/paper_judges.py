@@ -46,7 +46,7 @@ OFF = 1.5
 """Factor by which a whole cloud of points may lie off a line and still be said to follow it: the spread of Fig. 4."""
 
 
-def _word(good: bool, fair: bool = False) -> Word:
+def _word(good: bool | np.bool_, fair: bool | np.bool_ = False) -> Word:
     return "reproduced" if good else "reproduced with a remark" if fair else "not reproduced"
 
 

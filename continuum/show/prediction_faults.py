@@ -10,6 +10,7 @@ from continuum import units
 from continuum.model.grid import Real
 from continuum.show import plot
 from continuum.sticky.faults import Findings
+from continuum.sticky.linescan import profile_spectrum
 from continuum.sticky.predict import Prediction
 from continuum.sticky.scanlines import line_offsets
 from continuum.sticky.topography import Topography
@@ -65,20 +66,16 @@ def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
 def _spectra(axis: Axes, topography: Topography) -> None:
     """Spectra of profiles along x and y, averaged: they differ where lines are displaced or the surface is grooved."""
     for along in (0, 1):
-        q, c = _profile_spectrum(topography, along)
+        q, c = _profiles(topography, along)
         axis.loglog(q, c, color=plot.SERIES[5 * along], linewidth=1, label=f"profiles along {'xy'[along]}")
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C of profiles (m³)", title="spectra by direction")
     axis.legend(loc="lower left")
 
 
-def _profile_spectrum(topography: Topography, along: int) -> tuple[Real, Real]:
-    """∫ C dq over q > 0 is the mean square of the profiles, which are weighted with a Hann window."""
-    profiles = np.moveaxis(topography.heights, along, 0)
-    n, length = profiles.shape[0], topography.lengths[along]
-    window = np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2
-    weighted = window / np.sqrt(np.mean(window**2)) * (profiles - profiles.mean(axis=0))
-    power = 2 * np.mean(np.abs(np.fft.rfft(weighted, axis=0) / n) ** 2, axis=1)
-    return 2 * np.pi / length * np.arange(1, power.size), power[1:] * length / (2 * np.pi)
+def _profiles(topography: Topography, along: int) -> tuple[Real, Real]:
+    """Spectrum of the profiles in one direction; ∫ C dq over q > 0 is their mean square."""
+    q, c = profile_spectrum(np.moveaxis(topography.heights, along, 1), topography.grid.spacing[along])
+    return q, 2 * c
 
 
 def _heights(axis: Axes, topography: Topography) -> None:
