@@ -141,9 +141,8 @@ def parser() -> argparse.ArgumentParser:
     plot = commands.add_parser(
         "plot",
         help="draw the figures of a stored run, or a figure of the paper from a sweep",
-        description="`plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1, "
-        "figure2, figure3, figure4, figure-s1, figure-s2, figure-s3, a further figure, `verdicts`, `page` (all) or "
-        "`dispute` (of sweeps over the work of adhesion).",
+        description="`plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1 - "
+        "figure4, figure-s1 - figure-s3, a further figure, `verdicts`, `page` (all) or `dispute` (theories beside).",
     )
     plot.add_argument("result", help="file written by `continuum run`, or the name of a figure")
     plot.add_argument(

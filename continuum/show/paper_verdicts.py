@@ -35,7 +35,9 @@ class _Claim:
     text: str
     paper: str
     judge: Callable[[Points], Judged | None]
-    bounds: str = f"mean within {VISIBLE:.0%} and scatter below {2 * VISIBLE:.0%}; mean within a factor of {OFF:g}"
+    bounds: str = (
+        f"geometric mean within {VISIBLE:.0%}, scatter by less than {2 * VISIBLE:.0%}; mean within a factor of {OFF:g}"
+    )
 
 
 def _claims() -> tuple[_Claim, ...]:
