@@ -14,7 +14,7 @@ from continuum.model.grid import Real
 from continuum.runs.collect import Collected
 from continuum.show import plot
 from continuum.show.paper import Drawing, save_drawing
-from continuum.show.paper_points import FigureError
+from continuum.show.paper_points import FigureError, plain_ticks
 from continuum.show.sheet import Sheet
 from continuum.sticky import criteria
 from continuum.sticky.criteria import Estimate, RoughContact
@@ -160,6 +160,7 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
             axis.set_title(rf"$H = {hurst:g}$, $\Delta r = {reach:g}\,h_{{rms}}${turned}", fontsize=8)
             axis.set(xscale="log", yscale="log")
             axis.minorticks_off()
+        plain_ticks(axes[i][0], "y")
         axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_{rms}^2$ at the turn")
     cuts = sorted({_cut(turn) for turn in turns})
     for axis in axes[-1]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -160,10 +160,11 @@ def legend(axis: Axes, points: Points, rows: NDArray[np.int64], **options: Any) 
     axis.legend(**settings)
 
 
-def plain_ticks(axis: Axes) -> None:
+def plain_ticks(axes: Axes, which: Literal["x", "y"] = "x") -> None:
     """1, 2, 5, 10, ... on an axis of about a decade, where powers of ten alone would be one label or none."""
-    low, high = axis.get_xlim()
+    axis: Any = axes.xaxis if which == "x" else axes.yaxis
+    low, high = axis.get_view_interval()
     ticks = [d * 10.0**e for e in range(-3, 5) for d in (1, 2, 5) if low <= d * 10.0**e <= high]
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
-    axis.set_xlim(low, high)
+    axis.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axis.set_ticks([], minor=True)
+    axis.set_view_interval(low, high, ignore=True)
