@@ -118,7 +118,7 @@ def _check_shard(described: Sweep, part: int, parts: int) -> None:
 
 
 def _devices(described: Sweep) -> tuple[str, ...]:
-    """GPUs of this machine that the systems of a sweep run on; none where they run on the CPU."""
+    """GPUs of this machine that the systems of a sweep run on, as the first one does; none where that is the CPU."""
     _, config = next(iter(described.systems()))
     return back_end(config.solver.device).devices()
 

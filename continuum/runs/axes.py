@@ -295,7 +295,7 @@ class Sweep:
         Raises
         ------
         ConfigError
-            If one of them is no input of a run.
+            If one of them is no input of a run, or there is none.
         """
         conditions, seen = [_condition(text) for text in self.keep], set[str]()
         for places in itertools.product(*(axis.values for axis in self.axes)):
@@ -309,6 +309,8 @@ class Sweep:
             if key not in seen:
                 seen.add(key)
                 yield SystemPlan(self.base, tuple(settings.items()), key), config
+        if not seen:
+            raise ConfigError(self.source, [Fault(("sweep", "keep"), "conditions that at least one system meets")])
 
     def _kept(self, source: Source, conditions: Sequence[ast.expr]) -> bool:
         known = _known(source.data)

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from continuum.files import output, store
 from continuum.files.provenance import provenance
 from continuum.files.store import Dataset, StoreError
-from continuum.files.tables import ConfigError, identity, restored
-from continuum.model.grid import Real
+from continuum.files.tables import ConfigError, frozen, identity, restored
+from continuum.model.grid import Grid, Real
 from continuum.runs.config import RunConfig
 from continuum.runs.measured import COLUMNS, numbers_of
 from continuum.runs.sweep import Folder, Listed, System, systems_of
+from continuum.runs.tables import GridTable
 
 __all__ = ["Collected", "Fault", "Progress", "collect", "progress_of", "verify", "write_cube"]
 
@@ -63,6 +64,16 @@ class Collected:
         """The value of a key of the input in a system; NaN if it has none."""
         found = self._settings[key].get(name, self.listed.common.get(name))
         return np.nan if found is None else found
+
+    def given(self, key: str, table: str) -> dict[str, Any]:
+        """The keys of a table of the input that are given in a system, as its model takes them."""
+        values = {**self.listed.common, **self._settings[key]}
+        inside = {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{table}.")}
+        return {name: frozen(value) for name, value in inside.items() if value is not None}
+
+    def grid(self, key: str) -> Grid:
+        """The grid of a system."""
+        return GridTable.model_validate(self.given(key, "grid")).build()
 
     @property
     def _settings(self) -> dict[str, Mapping[str, Any]]:

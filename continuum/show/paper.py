@@ -50,11 +50,11 @@ def _rows(mask: Real | np.ndarray) -> np.ndarray:
     return rows
 
 
-def _line(axis: Axes, slope: float = 1.0, label: str = "", **options: object) -> None:
+def _line(axis: Axes, slope: float = 1.0, label: str = "", linestyle: str = "-") -> None:
     """Y = slope x over what is shown."""
     low, high = axis.get_xlim()
     ends = np.array([low, high])
-    axis.plot(ends, slope * ends, **{"color": "0.5", "linewidth": 0.9, "zorder": 0, "label": label, **options})  # type: ignore[arg-type]
+    axis.plot(ends, slope * ends, linestyle, color="0.5", linewidth=0.9, zorder=0, label=label)
     axis.set_xlim(low, high)
 
 

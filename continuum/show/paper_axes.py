@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from continuum.model.grid import Real
 from continuum.show import plot
@@ -111,7 +113,7 @@ def other_potentials(points: Points) -> Drawing:
     )
 
 
-def _curves(points: Points, x: Real, y: Real, *labels: str) -> tuple[object, object, list[tuple[float, ...]]]:
+def _curves(points: Points, x: Real, y: Real, *labels: str) -> tuple[Figure, Axes, list[tuple[float, ...]]]:
     figure = plot.new_figure(5.0, 3.6)
     axis = figure.subplots()
     body: list[tuple[float, ...]] = []
@@ -131,9 +133,9 @@ def stiffness(points: Points) -> Drawing:
     height = points["rms_height"]
     figure, axis, body = _curves(points, points["load"], points["stiffness"] * height,
                                  r"$N/A_0$ ($E^*$)", r"$k_N h_{rms}/A_0$ ($E^*$)")  # fmt: skip
-    axis.legend(fontsize=7)  # type: ignore[attr-defined]
+    axis.legend(fontsize=7)
     heads = ("l_a (a0)", "seed", "N/A0 (E*)", "k_N h_rms/A0 (E*)")
-    return Drawing(figure, Sheet.of("stiffness", heads, body), "Normal stiffness against load.")  # type: ignore[arg-type]
+    return Drawing(figure, Sheet.of("stiffness", heads, body), "Normal stiffness against load.")
 
 
 @plot.styled

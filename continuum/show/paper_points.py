@@ -54,10 +54,7 @@ class Points:
     @cached_property
     def area(self) -> Real:
         """A0, in a0²."""
-        periods = {key: self.table.setting(key, "grid.period") for key in self.table.keys}
-        sizes = {key: self.table.setting(key, "grid.n") for key in self.table.keys}
-        per_system = [float(np.prod(np.broadcast_to(_or(periods[k], sizes[k]), 2))) for k in self.table.keys]
-        found: Real = np.array(per_system)[self.table.system]
+        found: Real = np.array([self.table.grid(key).area for key in self.table.keys])[self.table.system]
         return found
 
     @cached_property
@@ -117,10 +114,6 @@ class Points:
         for row in rows.tolist():
             found.setdefault(self.surface(row, *but), []).append(row)
         yield from map(np.array, found.values())
-
-
-def _or(value: Any, other: Any) -> Any:
-    return other if value is None or (isinstance(value, float) and np.isnan(value)) else value
 
 
 def colour(length: float) -> str:

@@ -40,6 +40,8 @@ NOTHING = 1e-9
 """Part of a moment below which there is nothing but rounding errors."""
 LINE_ERROR = 0.1
 """Of slope and curvature from a single line, seen on synthetic surfaces; it falls with the root of their number."""
+LINES_ERROR = 0.03
+"""And from many: the largest seen from thirty lines, where more do not help."""
 DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
 
@@ -201,7 +203,7 @@ def _warnings(
             error = LINE_ERROR / np.sqrt(topography.lines)
             found.append(
                 f"{name}: from {topography.lines} line{'s' if topography.lines > 1 else ''}: isotropy and Gaussian "
-                f"heights are assumed, slope and curvature known to {max(error, 0.02):.0%}, faults not looked for"
+                f"heights are assumed, slope and curvature known to {max(error, LINES_ERROR):.0%}, faults not looked for"
             )
         if not topography.periodic:
             found.append(

@@ -174,18 +174,9 @@ def conformal_energies(table: Collected) -> dict[str, float]:
     """Elastic energy per area of full contact of each system's surface, in E* a0: the surfaces are made anew."""
 
     @cache
-    def energy(items: tuple[tuple[str, Any], ...], shape: tuple[int, int], lengths: tuple[float, float]) -> float:
-        grid = Grid(shape, lengths)
-        surface = SelfAffineSurface.model_validate({**dict(items), "kind": "self-affine"})
+    def energy(grid: Grid, surface: SelfAffineSurface) -> float:
         power = np.abs(grid.forward(surface.build(grid))) ** 2 * grid.mode_weights
         return rough.conformal_energy(grid.wavenumber, power)
 
-    names = [name for name in SelfAffineSurface.model_fields if name != "kind"]
-    found = {}
-    for key in table.keys:
-        given = {name: table.setting(key, f"surface.{name}") for name in names}
-        items = tuple((name, value) for name, value in given.items() if value == value)  # NaN: not given
-        shape, period = table.setting(key, "grid.n"), table.setting(key, "grid.period")
-        lengths = shape if isinstance(period, float) else period
-        found[key] = energy(items, tuple(shape), tuple(map(float, lengths)))
-    return found
+    surfaces = {key: SelfAffineSurface.model_validate(table.given(key, "surface")) for key in table.keys}
+    return {key: energy(table.grid(key), surface) for key, surface in surfaces.items()}

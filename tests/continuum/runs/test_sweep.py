@@ -62,6 +62,16 @@ def test_a_key_that_follows_from_an_axis_is_not_taken_from_the_first_system(tmp_
     assert sorted(set(Points(table).area)) == [24 * 30, 48 * 60]
 
 
+def test_a_sweep_of_no_system_is_one_message_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = described(tmp_path, '[sweep]\nkeep = ["seed > 5"]\n' + SEEDS)
+    for action in (["run"], ["slurm"]):
+        assert main(["sweep", *action, str(path), "-o", str(tmp_path / "out")]) == 2
+        assert "at least one system meets" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_sweep_on_a_gpu_that_is_not_there_is_one_message_and_begins_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -58,7 +58,13 @@ def sweep(theory: Theory, *, back: bool) -> Collected:
                          "separation": np.nan, "retracting": retracting})  # fmt: skip
     systems = tuple(System(f"{i:024d}", dict(zip(KEYS, p, strict=True)), 1.0, 1.0) for i, p in enumerate(places))
     axes = tuple(Axis((key,), tuple((v,) for v in a)) for key, a in zip(KEYS, (CUTS, SEEDS, WORKS), strict=True))
-    common = {"surface.hurst": 0.8, "surface.rms_height": HEIGHT, "surface.lambda_L": 32.0, "grid.n": [N, N]}
+    common = {
+        "surface.kind": "self-affine",
+        "surface.hurst": 0.8,
+        "surface.rms_height": HEIGHT,
+        "surface.lambda_L": 32.0,
+        "grid.n": [N, N],
+    }
     values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
     index = np.repeat(np.arange(len(places)), 4 if back else 1)
     return Collected(
