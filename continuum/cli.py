@@ -64,9 +64,13 @@ def _schema(parsed: argparse.Namespace) -> int:
 
 def _check(parsed: argparse.Namespace) -> int:
     from continuum.front.commands import check
+    from continuum.front.sweeps import check_sweep, is_sweep
     from continuum.show.console import OK, show, warn
 
-    found = check(parsed.file)
+    if parsed.reduced or is_sweep(parsed.file):
+        show(check_sweep(parsed.file, settings=dict(parsed.set), reduced=parsed.reduced))
+        return OK
+    found = check(parsed.file, dict(parsed.set))
     show(found.sheet)
     warn(found.warnings)
     return OK

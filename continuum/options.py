@@ -122,9 +122,12 @@ def parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    check = commands.add_parser("check", help="validate an input file and print what it amounts to")
-    check.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
-
+    _add_check(commands.add_parser(
+        "check",
+        help="validate an input file of a run or a sweep, and print what it amounts to and what it will cost",
+        description="Validate an input file: all faults at once, what it amounts to, memory, FFT pairs, core-seconds.  "
+        "Of a sweep, those of all its systems together.",
+    ))  # fmt: skip
     _add_run(commands.add_parser(
         "run",
         help="follow a loading path and store areas, loads, contact maps and jumps",
@@ -138,19 +141,12 @@ def parser() -> argparse.ArgumentParser:
         description="A sweep is an input with a table [sweep]: axes over any of its keys.  Each system is one path, "
         "stored in one file; whatever stops the work, the same command does what is missing.",
     ))  # fmt: skip
-    plot = commands.add_parser(
+    _add_plot(commands.add_parser(
         "plot",
         help="draw the figures of a stored run, or a figure of the paper from a sweep",
         description="`plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1 - "
         "figure4, figure-s1 - figure-s3, a further figure, `verdicts`, `page` (all) or `dispute` (theories beside).",
-    )
-    plot.add_argument("result", help="file written by `continuum run`, or the name of a figure")
-    plot.add_argument(
-        "folders", nargs="*", type=Path, help="folder of a sweep, for a figure; several for `page` and `dispute`"
-    )
-    plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
-    add_format(plot)
-
+    ))  # fmt: skip
     analyse = commands.add_parser(
         "analyse",
         help="measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
@@ -189,6 +185,21 @@ def _add_run(run: argparse.ArgumentParser) -> None:
         "--device", help="what the solver runs on, instead of [solver] device: cpu, or cuda (experimental)"
     )
     _add_settings(run)
+
+
+def _add_check(check: argparse.ArgumentParser) -> None:
+    check.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
+    check.add_argument("--reduced", action="store_true", help="the smaller sizes of the [sweep.reduced] of a sweep")
+    _add_settings(check)
+
+
+def _add_plot(plot: argparse.ArgumentParser) -> None:
+    plot.add_argument("result", help="file written by `continuum run`, or the name of a figure")
+    plot.add_argument(
+        "folders", nargs="*", type=Path, help="folder of a sweep, for a figure; several for `page` and `dispute`"
+    )
+    plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
+    add_format(plot)
 
 
 def _add_settings(parser: argparse.ArgumentParser) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import continuum.runs.analysis
 import continuum.runs.result
@@ -138,15 +138,20 @@ class Checked:
         return self.sheet._repr_html_()
 
 
-def check(file: str | Path) -> Checked:
+def check(file: str | Path, settings: Mapping[str, Any] | None = None) -> Checked:
     """Validate an input file and say what it amounts to: grid, roughness, law, memory, cost.
+
+    Parameters
+    ----------
+    file : of a run; that of a sweep is for :func:`continuum.front.sweeps.check_sweep`.
+    settings : values of keys instead of those of the file.
 
     Raises
     ------
     ConfigError
         With all faults of the file.
     """
-    config = load(file, RunConfig)
+    config = load(file, RunConfig, settings)
     system, cost = build(config), cost_of(config)
     grid, wall, real, expected = system.grid, system.problem.wall, system.realised, system.expected
     rows: list[tuple[str, str, str]] = [

@@ -10,16 +10,17 @@ from typing import Any
 
 import continuum.runs.collect
 from continuum.files import output
-from continuum.files.toml import ConfigError, Fault
+from continuum.files.toml import ConfigError, Fault, Source, find
 from continuum.runs.axes import Sweep
 from continuum.runs.cluster import slurm_script
 from continuum.runs.collect import Collected, Progress, progress_of, write_cube
+from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.engine import Ended
 from continuum.runs.sweep import SystemTask, begin, run_sweep
-from continuum.show.sheet import Sheet
+from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 
-__all__ = ["Swept", "collected", "plot_figure", "slurm", "status", "sweep", "verified"]
+__all__ = ["Swept", "check_sweep", "collected", "is_sweep", "plot_figure", "slurm", "status", "sweep", "verified"]
 
 After = Callable[[Ended, int, int], None]
 """Called after each system with how it ended, how many have, and how many there are."""
@@ -109,6 +110,41 @@ def sweep(
         if progress is not None:
             progress(one, len(ended), len(tasks))
     return _swept(folder, ended)
+
+
+def is_sweep(file: str | Path) -> bool:
+    """Whether an input is that of a sweep.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read.
+    """
+    return "sweep" in Source.read(find(file)).data
+
+
+def check_sweep(file: str | Path, *, settings: Mapping[str, Any] | None = None, reduced: bool = False) -> Sheet:
+    """Validate the input of a sweep, each of its systems, and say what they cost together.
+
+    Raises
+    ------
+    ConfigError
+        With all faults of the file, or of its first faulty system.
+    """
+    described = Sweep.read(file, settings, reduced=reduced)
+    costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
+    pairs = {grid: pair_seconds(grid) for grid in {grid for _, grid in costs}}
+    seconds = [cost.seconds(pairs[grid]) for cost, grid in costs]
+    rows = [
+        ("systems", f"{len(costs)}", ""),
+        ("points of their paths", f"{sum(cost.points for cost, _ in costs)}", ""),
+        ("grids", ", ".join(sorted({f"{nx} x {ny}" for nx, ny in (grid.shape for grid in pairs)})), ""),
+        ("memory of the largest system, about", f"{max(cost.memory for cost, _ in costs) / 2**20:.4g}", "MiB"),
+        ("cost, about", f"{sum(cost.fft_pairs for cost, _ in costs)}", "FFT pairs"),
+        ("", f"{sum(seconds):.2g}", "core-seconds of this machine, as it is now"),
+        ("of them the longest path", f"{max(seconds):.2g}", "core-seconds"),
+    ]  # fmt: skip
+    return Sheet.of(f"{file}: valid", ("quantity", Column("value"), "unit"), rows)
 
 
 def _check_shard(described: Sweep, part: int, parts: int) -> None:

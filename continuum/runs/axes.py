@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import json
 import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,11 +22,10 @@ from continuum.files.inputs import parsed
 from continuum.files.tables import Document, Table, check, identity
 from continuum.files.toml import ConfigError, Fault, Source, find
 from continuum.runs.config import RunConfig
+from continuum.runs.ranges import MOST, listed
 
 __all__ = ["MOST", "Axis", "Sweep", "SweepTable", "SystemPlan"]
 
-MOST = 1_000_000
-"""Systems of a sweep, at most."""
 _Values = dict[str, Any]
 
 
@@ -53,9 +53,9 @@ class SweepTable(Table):
     @property
     def all_axes(self) -> tuple[Axis, ...]:
         """The axes in their order, the zipped ones last."""
-        single = [Axis((name,), tuple((v,) for v in _listed(given))) for name, given in _flat(self.axes)]
+        single = [Axis((name,), tuple((v,) for v in listed(given))) for name, given in _flat(self.axes)]
         columns = [dict(_flat(table)) for table in self.zipped]
-        together = [Axis(tuple(t), tuple(zip(*map(_listed, t.values()), strict=True))) for t in columns]
+        together = [Axis(tuple(t), tuple(zip(*map(listed, t.values()), strict=True))) for t in columns]
         return (*single, *together)
 
     @check
@@ -68,7 +68,7 @@ class SweepTable(Table):
         for place, table in places:
             for name, given in _flat(table):
                 try:
-                    values = _listed(given)
+                    values = listed(given)
                 except ValueError as error:
                     yield Fault((*place, name), f"a list of values, or a range {{from, to, step}}: {error}")
                 else:
@@ -79,7 +79,7 @@ class SweepTable(Table):
 
     def _together(self) -> Iterator[Fault]:
         for i, table in enumerate(self.zipped):
-            lengths = {name: len(_listed(given)) for name, given in _flat(table)}
+            lengths = {name: len(listed(given)) for name, given in _flat(table)}
             if len(set(lengths.values())) > 1:
                 counts = ", ".join(f"{name} has {count}" for name, count in lengths.items())
                 yield Fault(("zipped", i), "lists of one length", f"these change together, but {counts}")
@@ -108,33 +108,6 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
             yield prefix + name, value
 
 
-def _listed(given: Any) -> tuple[Any, ...]:
-    """The values of a list or a range."""
-    if isinstance(given, (tuple, list)):
-        return tuple(given)
-    if not isinstance(given, Mapping):
-        msg = f"not {given!r}"
-        raise ValueError(msg)
-    steps = [name for name in ("step", "factor", "count") if name in given]
-    numbers: list[Any] = [given.get(name) for name in ("from", "to", *steps)]
-    if len(steps) != 1 or len(given) != 3 or not all(type(n) in (int, float) and math.isfinite(n) for n in numbers):
-        msg = "from and to, and one of step, factor and count, all of them numbers"
-        raise ValueError(msg)
-    first, last, by = numbers
-    if steps == ["count"]:
-        if type(by) is not int or by < 2:
-            msg = "count is a whole number from 2 on"
-            raise ValueError(msg)
-        return tuple(first + (last - first) * i / (by - 1) for i in range(by))
-    # Rounded up a little: a decimal step may miss its end by the last digit.
-    if steps == ["step"] and by * (last - first) > 0:
-        return tuple(first + i * by for i in range(min(MOST, int((last - first) / by + 1e-9)) + 1))
-    if steps == ["factor"] and by > 0 and first * last > 0 and by != 1 and math.log(last / first) / math.log(by) >= 0:
-        return tuple(first * by**i for i in range(int(math.log(last / first) / math.log(by) + 1e-9) + 1))
-    msg = "a step or factor that leads from the one to the other"
-    raise ValueError(msg)
-
-
 def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
     """An axis with other values; of keys that change together, all must be given, or one for a single place."""
     if not changes.keys() & set(axis.keys):
@@ -142,7 +115,7 @@ def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
     columns = []
     for i, key in enumerate(axis.keys):
         given = changes.get(key, tuple(values[i] for values in axis.values))
-        columns.append(_listed(given) if isinstance(given, (tuple, list, Mapping)) else (given,))
+        columns.append(listed(given) if isinstance(given, (tuple, list, Mapping)) else (given,))
     return Axis(axis.keys, tuple(zip(*columns, strict=True)))
 
 
@@ -232,12 +205,20 @@ class SystemPlan:
     @property
     def label(self) -> str:
         """The system in words."""
-        return ", ".join(f"{name.rpartition('.')[2]} {value}" for name, value in self.settings) or "the one system"
+        named = (f"{name.rpartition('.')[2]} {_words(value)}" for name, value in self.settings)
+        return ", ".join(named) or "the one system"
 
     @property
     def config(self) -> RunConfig:
         """The input of its run."""
         return parsed(self.source.changed(dict(self.settings)), RunConfig)
+
+
+def _words(value: Any) -> str:
+    """A value of a key; tables and ranges as they are written in the input."""
+    if not isinstance(value, Mapping):
+        return str(value)
+    return "{" + ", ".join(f"{name} = {json.dumps(part)}" for name, part in value.items()) + "}"
 
 
 class _Sweeps(Document):

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
-from typing import Annotated, ClassVar, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
+from pydantic_core import PydanticCustomError
 
 from continuum.errors import InputError
 from continuum.files.tables import Document, Table, check
 from continuum.files.toml import Fault
 from continuum.path.state import Control, Search
+from continuum.runs.ranges import listed
 from continuum.runs.surfaces import SelfAffineSurface, SineSurface, SurfaceTable
 from continuum.runs.tables import GridTable, SolverTable, SubstrateTable, Unit
 from continuum.runs.walls import WallTable
@@ -19,7 +21,18 @@ from continuum.runs.walls import WallTable
 __all__ = ["LoadingTable", "OutputTable", "RetractionTable", "RunConfig"]
 
 _ROUNDING = 1e-12  # a value written in decimal may miss its bound by this fraction
-_Targets = Annotated[tuple[float, ...], Field(min_length=1, max_length=100_000)]
+
+
+def _spread(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        return given
+    try:
+        return tuple(map(float, listed(given)))
+    except ValueError as error:
+        raise PydanticCustomError("range", "a list, or a range: {cause}", {"cause": str(error)}) from None
+
+
+_Targets = Annotated[tuple[float, ...], BeforeValidator(_spread), Field(min_length=1, max_length=100_000)]
 
 
 def _unordered(control: Control, targets: tuple[float, ...], *, nearer: bool) -> Iterator[Fault]:
@@ -40,7 +53,7 @@ class RetractionTable(Table):
     control: Control
     """what is given at each point of the way back"""
     targets: _Targets
-    """its values: separation and mean gap increasing, mean pressure and repulsive area decreasing"""
+    """its values, a list or a range: separation and mean gap increasing, mean pressure and repulsive area decreasing"""
 
     @check
     def _retracting(self) -> Iterator[Fault]:
@@ -53,8 +66,8 @@ class LoadingTable(Table):
     control: Control
     """what is given at each point"""
     targets: _Targets
-    """its values on approach: separation and mean gap in a0, decreasing; mean pressure in E* and repulsive area as a
-    fraction of A0, increasing"""
+    """its values on approach, a list or a range {from, to, step | factor | count}: separation and mean gap in a0,
+    decreasing; mean pressure in E* and repulsive area as a fraction of A0, increasing"""
     retract: bool = False
     """whether to go back through the same values"""
     retraction: RetractionTable | None = None

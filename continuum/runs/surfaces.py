@@ -81,6 +81,18 @@ class SelfAffineSurface(SelfAffineTable):
             cause = "both are given" if self.rms_slope is not None else "neither is given"
             yield Fault(("rms_slope",), "exactly one of rms_slope and rms_height", cause)
 
+    @property
+    def expected_slope(self) -> float:
+        """h'rms; where h_rms is given, that of a spectrum of all waves between the two, not of those of a grid."""
+        if self.rms_slope is not None:
+            return self.rms_slope
+        assert self.rms_height is not None
+        low, high = 2 * np.pi / self.lambda_L, 2 * np.pi / self.lambda_s
+        hurst = self.hurst
+        heights = (low ** (-2 * hurst) - high ** (-2 * hurst)) / (2 * hurst)
+        slopes = (high ** (2 - 2 * hurst) - low ** (2 - 2 * hurst)) / (2 - 2 * hurst)
+        return float(self.rms_height * np.sqrt(slopes / heights))
+
     def _slope(self, grid: Grid) -> float:
         """Of the ensemble."""
         if self.rms_height is None:

@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from continuum.measure.curve import Curve, adhesion
 from continuum.model.grid import Real
 from continuum.show import plot
 from continuum.show.paper import Drawing
-from continuum.show.paper_points import FigureError, Points, colour, plain_ticks
+from continuum.show.paper_points import FigureError, Points, colour, draw, legend
 from continuum.show.sheet import Sheet
 
 __all__ = ["AXES"]
@@ -138,34 +139,82 @@ def stiffness(points: Points) -> Drawing:
     return Drawing(figure, Sheet.of("stiffness", heads, body), "Normal stiffness against load.")
 
 
+def _cycles(points: Points) -> tuple[list[tuple[float, ...]], dict[tuple[float, float], np.ndarray]]:
+    """Numbers of each path with a way back; and of each adhesion length and surface the rows of its deepest one."""
+    body, deepest = list[tuple[float, ...]](), dict[tuple[float, float], np.ndarray]()
+    for path in points.paths():
+        if not points["retracting"][path].any():
+            continue
+        case = float(points.length[path[0]]), float(points["surface.seed"][path[0]])
+        mean_gap, separation, load = (points[name][path] for name in ("mean_gap", "separation", "load"))
+        found = adhesion(Curve(mean_gap, separation, load, points["retracting"][path] == 1))
+        area, w = float(points["area_rep"][path].max()), case[0] if case[0] > 0 else np.nan
+        works = found.work_of_separation / w, found.loss / w
+        body.append((*case, area, found.peak_load, found.largest_tension, found.pull_off, *works))
+        if case not in deepest or area > points["area_rep"][deepest[case]].max():
+            deepest[case] = path
+    return body, deepest
+
+
 @plot.styled
 def pull_off(points: Points) -> Drawing:
-    """Largest tension on retraction against how far the contact was pressed before."""
-    body: list[tuple[float, ...]] = []
-    for path in points.paths():
-        back = path[points["retracting"][path] == 1]
-        if back.size:
-            first, force = path[0], float(max(0.0, -points["load"][back].min()))
-            peaks = float(points["area_rep"][path].max()), float(points["load"][path].max())
-            body.append((float(points.length[first]), float(points["surface.seed"][first]), *peaks, force))
+    """Cycles of load against mean gap, and the pull-off against how far the contact was pressed before."""
+    body, deepest = _cycles(points)
     if not body:
         msg = "this figure needs paths with a way back: retract = true"
         raise FigureError(msg)
-    figure = plot.new_figure(5.0, 3.6)
-    axis = figure.subplots()
+    figure = plot.new_figure(8.8, 3.6)
+    left, right = figure.subplots(1, 2)
+    for (length, _), path in deepest.items():
+        for way, marker, fill in ((0, ".", colour(length)), (1, "s", "none")):
+            some = path[points["retracting"][path] == way]
+            # Points only: between many of them the contact jumps.
+            left.plot(points["mean_gap"][some], points["load"][some] / points["rms_slope"][some], marker,
+                      color=colour(length), markerfacecolor=fill, markersize=3)  # fmt: skip
     for length in sorted({row[0] for row in body}):
         for i, seed in enumerate(sorted({row[1] for row in body if row[0] == length})):
-            mine = sorted((row[2], row[4]) for row in body if row[:2] == (length, seed) and row[4] > 0)
+            mine = sorted((row[2], row[5]) for row in body if row[:2] == (length, seed) and row[5] > 0)
             name = rf"$\ell_a/a_0 = {length:g}$, each line a surface" if i == 0 else None
             if mine:
-                axis.plot(*zip(*mine, strict=True), "o-", color=colour(length), linewidth=0.8, label=name)
-    axis.set(xscale="log", yscale="log", ylabel="pull-off, $-N/A_0$ ($E^*$)",
-             xlabel="largest repulsive area before, $A_{rep}/A_0$")  # fmt: skip
-    plain_ticks(axis)
-    axis.legend(fontsize=7)
-    heads = ("l_a (a0)", "seed", "peak A_rep/A0", "peak load (E*)", "pull-off (E*)")
-    text = "Pull-off force against how far the contact was pressed before; the peak loads are in the table."
+                right.plot(*zip(*mine, strict=True), "o-", color=colour(length), linewidth=0.8, label=name)
+    left.plot([], [], ".", color="0.3", label="approach")
+    left.plot([], [], "s", color="0.3", markerfacecolor="none", label="retraction")
+    left.axhline(0, color="0.7", linewidth=0.6)
+    tension = max(-float((points["load"] / points["rms_slope"]).min()), 1e-6)
+    left.set(xlabel="mean gap ($a_0$)", ylabel=r"$N/(h'_{rms} E^* A_0)$", ylim=(-1.3 * tension, 1.3 * tension))
+    left.set_title("the deepest cycle of each surface")
+    right.set(yscale="log", ylabel="pull-off, $-N/A_0$ ($E^*$)", xlabel="largest repulsive area before, $A_{rep}/A_0$")
+    for axis in (left, right):
+        axis.legend(fontsize=7)
+    heads = ("l_a (a0)", "seed", "peak A_rep/A0", "peak load (E*)", "tension on approach (E*)", "pull-off (E*)",
+             "work of separation/w", "loss/w")  # fmt: skip
+    text = "Cycles of load, and pull-off against how far the contact was pressed; peak loads and work are in the table."
     return Drawing(figure, Sheet.of("pull-off", heads, body), text)
+
+
+@plot.styled
+def diameter(points: Points) -> Drawing:
+    """Mean diameter of the patches over 4h'/h'' against the area, a line for each path."""
+    rows = np.flatnonzero((points["retracting"] == 0) & (points["area_rep"] > 0) & (points["diameter"] > 0))
+    paths = [rows[points.table.system[rows] == system] for system in np.unique(points.table.system[rows])]
+    paths = [path for path in paths if path.size > 2]
+    if not paths:
+        msg = "this figure needs paths of three areas at least, as those of figure3"
+        raise FigureError(msg)
+    rows, ratio, area = np.concatenate(paths), points["diameter"] / points.diameter, points["area_rep"]
+    figure = plot.new_figure(5.4, 4.0)
+    axis = figure.subplots()
+    axis.axhspan(0.5, 2, color="0.94", zorder=0, label="within a factor of two")
+    for path in paths:
+        axis.plot(area[path], ratio[path], "-", color=colour(float(points.length[path[0]])), linewidth=0.5)
+    draw(axis, points, area[rows], ratio[rows], rows)
+    axis.set(xscale="log", ylim=(0, 2.4), xlabel=r"$A_{rep}/A_0$", ylabel=r"$d_{rep}/(4h'_{rms}/h''_{rms})$")
+    legend(axis, points, rows, fontsize=6, ncols=3, loc="lower right")
+    columns = (points["surface.hurst"], points["surface.rms_slope"], points.lambda_s, points.length,
+               points["surface.seed"], area, points["diameter"], points.diameter, ratio)  # fmt: skip
+    body = [tuple(float(column[row]) for column in columns) for row in rows]
+    heads = ("H", "h'rms", "lambda_s (a0)", "l_a (a0)", "seed", "A_rep/A0", "d_rep (a0)", "4h'/h'' (a0)", "ratio")
+    return Drawing(figure, Sheet.of("diameter", heads, body), "Mean diameter of contact patches against the area.")
 
 
 AXES: Mapping[str, Callable[[Points], Drawing]] = {
@@ -175,5 +224,6 @@ AXES: Mapping[str, Callable[[Points], Drawing]] = {
     "other-potentials": other_potentials,
     "stiffness": stiffness,
     "pull-off": pull_off,
+    "diameter": diameter,
 }
 """Figures of further inputs."""

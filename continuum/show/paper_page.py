@@ -13,13 +13,14 @@ from continuum.runs.collect import Collected, collect
 from continuum.show.dispute import write_dispute
 from continuum.show.paper import FIGURES, Drawing, points_of, save_drawing
 from continuum.show.paper_axes import AXES
+from continuum.show.paper_gaps import gap_profiles
 from continuum.show.paper_maps import contact_maps, patch_cells
 from continuum.show.paper_points import FigureError, Points
 from continuum.show.paper_verdicts import verdict_sheet, verdicts
 
 __all__ = ["NAMES", "draw_figure", "write_page"]
 
-_MAPS = {"figure1": contact_maps, "figure-s1": patch_cells}
+_MAPS = {"figure1": contact_maps, "figure-s1": patch_cells, "gap-profile": gap_profiles}
 NAMES = (*_MAPS, *FIGURES, *AXES, "verdicts", "page", "dispute")
 """What ``continuum plot`` can make of a sweep."""
 
@@ -99,10 +100,12 @@ def _meant(table: Collected, points: Points) -> Iterator[str]:
     own = table.listed.name.removesuffix("-reduced")
     if own in (*_MAPS, *FIGURES, *AXES):
         yield own
-    if table.listed.common.get("output.fields"):
-        yield from (name for name in _MAPS if name != own)
+    if own == "figure1":
+        yield "figure-s1"  # a patch of the same maps
+    elif own not in _MAPS and table.listed.common.get("output.fields"):
+        yield from _MAPS
     if points["step"].max() > 0 and own not in AXES:
-        yield from (name for name in FIGURES if name != own)
+        yield from (name for name in (*FIGURES, "diameter") if name != own)
 
 
 def _provenance(table: Collected) -> str:

@@ -200,10 +200,10 @@ def _warnings(
     for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
         name = topography.source
         if topography.lines:
-            error = LINE_ERROR / np.sqrt(topography.lines)
+            error = max(LINE_ERROR / np.sqrt(topography.lines), LINES_ERROR)
             found.append(
                 f"{name}: from {topography.lines} line{'s' if topography.lines > 1 else ''}: isotropy and Gaussian "
-                f"heights are assumed, slope and curvature known to {max(error, LINES_ERROR):.0%}, faults not looked for"
+                f"heights are assumed, slope and curvature known to {error:.0%}, faults not looked for"
             )
         if not topography.periodic:
             found.append(

@@ -12,39 +12,51 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from tests.problems import Rough
-from tests.studies.contacts import contacts
-from tests.studies.geometry import AREAS, perimeter_ratio, profile_of, ratio
+import continuum
+from continuum.show.paper_gaps import gap_profiles
+from continuum.show.paper_points import Points
 
 pytestmark = pytest.mark.long
+
+
+INPUTS = Path(__file__).parents[3] / "inputs" / "sweep"
+
+
+def points_of_sweep(name: str, into: Path, **settings: object) -> Points:
+    """Points of a sweep of this repository, with other values of some keys."""
+    swept = continuum.sweep(
+        INPUTS / f"{name}.toml", into, settings={k.replace("__", "."): v for k, v in settings.items()}
+    )
+    assert swept.ok
+    return Points(swept.collect())
 
 
 # --- perimeter, chord and diameter ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("adhesion_length", [0.0005, 0.05])
-@pytest.mark.parametrize("hurst", [0.3, 0.8])
-def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_below(
-    hurst: float, adhesion_length: float
-) -> None:
-    found = []
-    for lambda_s in (4, 8, 16, 32):
-        (contact,) = contacts(Rough(512 if lambda_s < 16 else 1024, adhesion_length, lambda_s, hurst=hurst), [0.01])
-        found.append((contact.numbers.chord, perimeter_ratio(contact)))
-        if contact.numbers.chord > 10:
-            assert found[-1][1] == pytest.approx(1, abs=0.1)  # Fig. S-2
-    chord, values = np.array(found).T
-    assert (np.diff(chord) > 0).all()
-    assert values[0] < values[-1] - 0.05  # the drop: a cell with several edges counts once
-    assert values[0] < 0.95
+def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_below(tmp_path: Path) -> None:
+    points = points_of_sweep(
+        "figure-s2", tmp_path, grid__n=1024, surface__lambda_L=512.0, surface__hurst=[0.3, 0.8],
+        surface__rms_slope=[0.1], surface__lambda_s=[4.0, 8.0, 16.0, 32.0], wall__adhesion_length=[0.0005, 0.05],
+    )  # fmt: skip
+    ratio = points["perimeter"] * points["chord"] / (np.pi * points["area_rep"] * points.area)
+    assert (np.abs(ratio[points["chord"] > 10] - 1) < 0.1).all()  # Fig. S-2
+    for rows in points.groups(np.arange(ratio.size), "surface.lambda_s"):
+        rows = rows[np.argsort(points.lambda_s[rows])]
+        assert (np.diff(points["chord"][rows]) > 0).all()
+        assert ratio[rows[0]] < ratio[rows[-1]] - 0.05  # the drop: a cell with several edges counts once
+        assert ratio[rows[0]] < 0.95
 
 
-def test_the_diameter_hardly_depends_on_the_area() -> None:
-    measured = list(contacts(Rough(2048, 0.0, 16), AREAS))
-    d = np.array([c.numbers.diameter for c in measured])
-    area = np.array([c.numbers.area_rep for c in measured])
-    assert area[-1] > 80 * area[0]
-    assert ((d > 0.5 * measured[0].expected_diameter) & (d < 2 * measured[0].expected_diameter)).all()
+def test_the_diameter_hardly_depends_on_the_area(tmp_path: Path) -> None:
+    points = points_of_sweep(
+        "figure3", tmp_path, grid__n=2048, surface__lambda_L=1024.0, surface__hurst=[0.8], surface__rms_slope=[0.1],
+        surface__lambda_s=[16.0], wall__adhesion_length=[0.0], loading__targets=[0.001, 0.003, 0.01, 0.03, 0.1],
+        loading__area_tolerance=0.05,
+    )  # fmt: skip
+    d, area, expected = points["diameter"], points["area_rep"], points.diameter
+    assert area.max() > 80 * area.min()
+    assert ((d > 0.5 * expected) & (d < 2 * expected)).all()
     assert d[area > 0.005].max() < 1.25 * d[area > 0.005].min()
     # The exception: below 0.5 % area only the highest asperities touch, and their patches still grow: 75 % over two
     # decades here, where the paper says 25 %.
@@ -54,21 +66,22 @@ def test_the_diameter_hardly_depends_on_the_area() -> None:
 # --- the gap -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("lambda_s", [32, 64])
-def test_the_gap_outside_a_hard_contact_follows_the_paper(lambda_s: int) -> None:
-    (contact,) = contacts(Rough(2048, 0.0, lambda_s, hard=True), [0.01])
-    low, high = ratio(contact, profile_of(contact), centres=False)
-    assert low > 0.8
-    assert high < 1.3
-
-
-@pytest.mark.parametrize(("adhesion_length", "centres"), [(0.0, True), (0.0005, True), (0.005, False)])
-def test_and_that_outside_a_soft_one(adhesion_length: float, centres: bool) -> None:
-    # A soft wall opens the gap earlier, as if the edge were that of the perimeter cells; adhesion closes it again.
-    (contact,) = contacts(Rough(2048, adhesion_length, 32), [0.01])
-    low, high = ratio(contact, profile_of(contact), centres=centres)
-    assert low > 0.8
-    assert high < 1.3
+def test_the_gap_outside_the_contact_follows_the_paper(tmp_path: Path) -> None:
+    walls = [{"law": "hard"}, *({"law": "lennard-jones-spline", "adhesion_length": w} for w in (0.0, 0.0005, 0.005))]
+    points = points_of_sweep("gap-profile", tmp_path, wall=walls, surface__seed=[1])
+    sheet = gap_profiles(points.table, tmp_path / "gap-profile").sheet
+    heads = [column.name for column in sheet.columns]
+    edge, cells = (
+        heads.index("gap over S-1, least, from the edge"),
+        heads.index("gap over S-1, least, from perimeter cells"),
+    )
+    assert len(sheet.rows) == 2 * len(walls)
+    for row in sheet.rows:
+        # A soft wall opens the gap earlier, as if the edge were that of the perimeter cells; adhesion closes it again.
+        near = edge if row[1] == "hard" or row[2] == 0.005 else cells
+        if row[0] == 32.0 or row[1] == "hard":
+            assert row[near] > 0.8
+            assert row[near + 1] < 1.3
 
 
 # --- cost ----------------------------------------------------------------------------------------------------

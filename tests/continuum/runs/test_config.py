@@ -57,6 +57,7 @@ def faults(path: Path) -> str:
         ('mean = "clamped"', "", 18, "substrate.mean", "required"),
         ('mean = "clamped"', 'mean = "clampd"', 20, 'substrate.mean = "clampd"', '"clamped", "free"'),
         ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n 1.8]", 24, "loading.targets", "decreasing"),
+        ("targets = [1.6, 1.4,\n           1.2]", "targets = {from = 1.6, to = 1.2}", 24, "targets", "a range: from"),
         ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n nan]", 25, "targets[1] = nan", "finite"),
         ("retract = true", 'retract = "yes"', 26, 'loading.retract = "yes"', "true or false"),
         ("fields = true", "[output.fields]", 29, "output.fields", "true or false"),
@@ -70,6 +71,17 @@ def test_a_fault_is_named_with_its_place(small: Path, old: str, new: str, line: 
     assert key in message
     assert words in message
     assert "allowed:" in message
+
+
+def test_a_range_of_targets_is_the_list_of_its_values(tmp_path: Path) -> None:
+    """The same run by identity, integers or not."""
+    found, ways = [], ("[2, 1.75, 1.5]", "{from = 2, to = 1.5, count = 3}", "{from = 2.0, to = 1.5, step = -0.25}")
+    for i, targets in enumerate(ways):
+        path = tmp_path / f"{i}.toml"
+        path.write_text(SMALL.replace("[1.6, 1.4,\n           1.2]", targets))
+        found.append(load(path, RunConfig))
+    assert {config.loading.targets for config in found} == {(2.0, 1.75, 1.5)}
+    assert len({identity(config) for config in found}) == 1
 
 
 def test_a_key_of_another_table_is_sent_there(small: Path) -> None:

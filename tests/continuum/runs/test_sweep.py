@@ -27,7 +27,9 @@ from continuum.errors import InputError, OutputError
 from continuum.files.tables import ConfigError
 from continuum.runs.axes import Sweep
 from continuum.runs.collect import collect, progress_of, verify
+from continuum.runs.cost import cost_of
 from continuum.runs.measured import numbers_of
+from continuum.runs.ranges import listed
 from continuum.runs.sweep import begin, run_sweep, solve_system, systems_of
 from continuum.show.paper_points import Points
 from continuum.solve.backend import back_end
@@ -72,6 +74,21 @@ def test_a_sweep_of_no_system_is_one_message_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
+def test_check_sums_the_cost_of_all_systems_before_any_is_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = described(tmp_path, SEEDS + '[sweep.reduced]\n"surface.seed" = [1, 2]\n')
+    one = cost_of(next(Sweep.read(path).systems())[1])
+    for options, systems in ((), 3), (("--reduced",), 2), (("--set", "surface.seed=[4]"), 1):
+        assert main(["check", str(path), *options]) == 0
+        shown = {line[:36].strip(): line[36:].split() for line in capsys.readouterr().out.splitlines() if line[36:]}
+        assert shown["systems"] == [str(systems)]
+        assert shown["cost, about"] == [str(systems * one.fft_pairs), "FFT", "pairs"]
+    assert sorted(tmp_path.iterdir()) == [path]
+    assert main(["check", str(path), "--set", "surface.seed=[-4]"]) == 2
+    assert "surface.seed = -4" in capsys.readouterr().err
+
+
 def test_a_sweep_on_a_gpu_that_is_not_there_is_one_message_and_begins_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -106,14 +123,12 @@ surface.seed = {from = 1, to = 3, step = 1}
 
 @given(st.integers(-50, 50), st.integers(1, 7), st.integers(0, 30))
 def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) -> None:
-    from continuum.runs.axes import _listed
-
-    assert _listed({"from": first, "to": first + step * count, "step": step} if count else (first,)) == tuple(
+    assert listed({"from": first, "to": first + step * count, "step": step} if count else (first,)) == tuple(
         range(first, first + step * count + 1, step)
     )
-    decimal = _listed({"from": first / 10, "to": (first + step * (count + 1)) / 10, "step": step / 10})
+    decimal = listed({"from": first / 10, "to": (first + step * (count + 1)) / 10, "step": step / 10})
     assert len(decimal) == count + 2
-    powers = _listed({"from": 0.5, "to": 0.5 * 2.0**count, "factor": 2.0})
+    powers = listed({"from": 0.5, "to": 0.5 * 2.0**count, "factor": 2.0})
     np.testing.assert_allclose(powers, 0.5 * 2.0 ** np.arange(count + 1), rtol=1e-12)
 
 
@@ -126,6 +141,8 @@ def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) 
         ('[sweep.axes]\n"surface.seed" = [1, 1]\n', "the same one twice"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9}\n', "one of step, factor and count"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, step = -1}\n', "leads from the one to the other"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, count = 10000000000000}\n', "at most 1000000 values"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, factor = 1.0000000001}\n', "at most 1000000 values"),
         ('[sweep.axes]\n"surface.sed" = [1, 2]\n', "did you mean seed?"),
         ('[sweep.axes]\n"surface.seed" = [1, -2]\n', "surface.seed = -2"),
         ('[[sweep.zipped]]\n"surface.seed" = [1, 2]\n"grid.n" = [8]\n', "lists of one length"),
@@ -135,7 +152,12 @@ def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) 
         (f'[sweep]\nkeep = ["sed < 3"]\n{SEEDS}', "sed is no key"),
         (f'[sweep]\nkeep = ["seed / 0 < 3"]\n{SEEDS}', "a condition that holds or not"),
         (f"[sweep]\nkep = []\n{SEEDS}", "did you mean keep?"),
-        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9999999, step = 1}\n', "at most 1000000 systems"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9999999, step = 1}\n', "at most 1000000 values"),
+        (
+            '[sweep.axes]\n"surface.seed" = {from = 1, to = 2000, step = 1}\n'
+            '"surface.lambda_s" = {from = 4.0, to = 5.0, count = 1000}\n',
+            "at most 1000000 systems",
+        ),
     ],
 )
 def test_a_faulty_description_is_one_message_and_nothing_is_written(

@@ -1,0 +1,94 @@
+"""Figures of the further inputs: what they show is what the files of a small sweep say by another way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import continuum
+from continuum.measure.curve import Curve, adhesion
+from continuum.runs.analysis import analyse
+from continuum.runs.collect import collect
+from continuum.runs.result import Result
+from continuum.runs.sweep import Folder
+from continuum.show.paper_axes import AXES
+from continuum.show.paper_gaps import gap_profiles
+from continuum.show.paper_page import draw_figure
+from continuum.show.paper_points import FigureError, Points
+from continuum.show.sheet import Sheet
+from tests.problems import SMALL
+
+DEPTHS = '[sweep.axes]\n"loading.targets" = [{from = 1.8, to = 1.4, step = -0.1}, {from = 1.8, to = 1.0, count = 9}]\n'
+WALLS = """
+[sweep.axes]
+"wall" = [{law = "hard"}, {law = "lennard-jones-spline", adhesion_length = 0.005}]
+"surface.seed" = [1, 2]
+"""
+
+
+def swept(folder: Path, text: str) -> tuple[Points, Path]:
+    path = folder / "many.toml"
+    path.write_text(text)
+    done = continuum.sweep(path, folder)
+    assert done.ok
+    return Points(done.collect()), done.folder
+
+
+def columns(sheet: Sheet) -> dict[str, np.ndarray]:
+    cells = zip(*sheet.rows, strict=True)
+    return {column.name: np.array(values) for column, values in zip(sheet.columns, cells, strict=True)}
+
+
+def test_pull_off_and_work_are_those_of_each_cycle(tmp_path: Path) -> None:
+    points, folder = swept(tmp_path, SMALL + DEPTHS)
+    drawing = AXES["pull-off"](points)
+    shown = columns(drawing.sheet)
+    for i, key in enumerate(points.table.keys):
+        found = adhesion(Curve.of(Result.read(Folder(folder).point(key)).points))
+        assert shown["pull-off (E*)"][i] == found.pull_off
+        assert shown["tension on approach (E*)"][i] == found.largest_tension
+        assert shown["work of separation/w"][i] == pytest.approx(found.work_of_separation / 0.005, rel=1e-12)
+        assert shown["peak load (E*)"][i] == found.peak_load
+    assert shown["peak A_rep/A0"][0] < shown["peak A_rep/A0"][1]
+    assert all(axis.get_legend() is not None for axis in drawing.figure.axes)
+
+
+def test_a_sweep_without_a_way_back_has_no_pull_off(tmp_path: Path) -> None:
+    text = SMALL.replace("retract = true\n", "") + '[sweep.axes]\n"surface.seed" = [1]\n'
+    points, folder = swept(tmp_path, text)
+    with pytest.raises(FigureError, match="a way back"):
+        AXES["pull-off"](points)
+    # Three areas make a line of d_rep; what the figure shows is the table's own column.
+    shown = columns(AXES["diameter"](points).sheet)
+    np.testing.assert_allclose(shown["ratio"] * shown["4h'/h'' (a0)"], points["diameter"][points["diameter"] > 0])
+    assert {path.suffix for path in draw_figure("diameter", [folder])} == {".png", ".csv"}
+
+
+def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
+    text = (
+        SMALL.replace("[1.6, 1.4,\n           1.2]", "[0.1]")
+        .replace("mean-gap", "repulsive-area")
+        .replace("retract = true\n", "")
+    )
+    # Patches wide enough that points lie between 2 a0 and d_rep/4 of their edge.
+    text = text.replace("24, 30", "96, 80").replace("lambda_s = 6.0", "lambda_s = 30.0").replace("12.0", "40.0")
+    points, folder = swept(tmp_path, text + WALLS)
+    drawing = gap_profiles(points.table, folder)
+    shown = columns(drawing.sheet)
+    assert [axis.get_title() for axis in drawing.figure.axes] == ["hard wall", "wall with a law"]
+    for i, key in enumerate(points.table.keys):
+        (point,) = analyse(Folder(folder).point(key)).points
+        assert point.fields is not None
+        assert shown["d_rep (a0)"][i] == point.numbers.diameter
+        low, high = shown["gap over S-1, least, from the edge"][i], shown["largest, from the edge"][i]
+        np.testing.assert_array_equal((low, high), point.fields.gap_ratio)
+        assert low > 0
+    assert np.isnan(shown["d_att (a0)"][shown["wall"] == "hard"]).all()
+
+
+def test_gap_profiles_of_a_sweep_without_gaps_say_what_is_missing(tmp_path: Path) -> None:
+    _, folder = swept(tmp_path, SMALL.replace("fields = true", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
+    with pytest.raises(FigureError, match="fields = true"):
+        gap_profiles(collect(folder), folder)
