@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -235,11 +235,11 @@ def _predict(parsed: argparse.Namespace) -> int:
     return NOT_CONVERGED if found.unsolved else OK
 
 
-def _predicted(parsed: argparse.Namespace, files: Sequence[Path]) -> Prediction:
+def _predicted(parsed: argparse.Namespace, files: Sequence[Path], part: Sequence[str] | None = None) -> Prediction:
     from continuum.front.commands import predict
 
     return predict(
-        *files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=parsed.part,
+        *files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=part or parsed.part,
         periodic=parsed.periodic, override_size=parsed.override_size,
         detrend=parsed.detrend, fill=parsed.fill, crop=parsed.crop, cutoff=parsed.cutoff,
         material=parsed.material, modulus=parsed.modulus,
@@ -269,20 +269,34 @@ def _predict_each(parsed: argparse.Namespace) -> int:
 
     output.distinct(parsed.csv, parsed.files)
     rows: list[dict[str, str | float | None]] = []
-    for path in parsed.files:
+    for path, part in _contacts(parsed):
+        named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
         try:
-            found = _predicted(parsed, [path])
+            found = _predicted(parsed, [path], parsed.part if part is None else [part])
             found = found.solved(parsed.threads) if parsed.solve else found
         except InterfaceError:
             raise  # the same for all
         except InputError as error:
-            rows.append({"map": str(path), "error": str(error)})
+            rows.append({**named, "error": str(error)})
         else:
-            rows.append({**found.row(), "map": str(path)})
-        print(f"{path}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
+            rows.append({**found.row(), **named})
+        print(f"{': '.join(named.values())}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
     output.folder(parsed.csv.parent)
     print(output.save(parsed.csv, as_csv(rows)))
     return BAD_INPUT if any("error" in row for row in rows) else OK
+
+
+def _contacts(parsed: argparse.Namespace) -> Iterator[tuple[Path, str | None]]:
+    """Each file, and of a container each measurement, unless one is chosen."""
+    from continuum.errors import InputError
+    from continuum.sticky.reading import measurements
+
+    for path in parsed.files:
+        try:
+            names = () if parsed.part else measurements(path)
+        except InputError:
+            names = ()  # said again, and written down, when it is read
+        yield from ((path, name) for name in names or [None])
 
 
 def _examples(parsed: argparse.Namespace) -> int:

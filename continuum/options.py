@@ -262,7 +262,8 @@ def _add_predict(predict: argparse.ArgumentParser) -> None:
                       "the last; one number: square pixels; only if the file does not say")  # fmt: skip
     maps.add_argument("--unit", action="append", help="unit of the heights; only if the file does not say")
     maps.add_argument("--dataset", action="append", help="dataset of an HDF5 file")
-    maps.add_argument("--part", action="append", help="map of a container, or channel of a file, if it has several")
+    maps.add_argument("--part", action="append", help="map of a container, or channel of a file, if it has several; "
+                      "all: the measurements of a container joined into one spectrum")  # fmt: skip
     maps.add_argument(
         "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
     )
@@ -293,4 +294,5 @@ def _add_predict(predict: argparse.ArgumentParser) -> None:
                          help="folder of report and figures (default: results)")  # fmt: skip
     predict.add_argument("--json", type=Path, metavar="FILE", help="write everything, with the spectrum, in SI units")
     predict.add_argument("--csv", type=Path, metavar="FILE",
-                         help="write one row for each of many files, each a contact by itself; no pages")  # fmt: skip
+                         help="write one row for each of many files, and for each measurement of a container, "
+                         "each a contact by itself; no pages")  # fmt: skip

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_origin
 
@@ -59,6 +60,12 @@ def check(method: _Method) -> _Method:
     return method
 
 
+@cache  # of every system of a sweep this was half the time
+def _checks_of(table: type) -> tuple[Callable[[Any], Iterator[Fault]], ...]:
+    members = (method for base in reversed(table.__mro__) for method in vars(base).values())
+    return tuple(method for method in members if getattr(method, "_is_check", False))
+
+
 class Table(BaseModel):
     """A table of an input file: unknown keys, loose types, infinities and NaN are faults.
 
@@ -72,9 +79,8 @@ class Table(BaseModel):
     """Keys that came after results were stored: they belong to the identity only where they are given."""
 
     @classmethod
-    def _checks(cls) -> Iterator[Callable[[Self], Iterator[Fault]]]:
-        for base in reversed(cls.__mro__):
-            yield from (method for method in vars(base).values() if getattr(method, "_is_check", False))
+    def _checks(cls) -> tuple[Callable[[Self], Iterator[Fault]], ...]:
+        return _checks_of(cls)
 
     @property
     def origin(self) -> str:

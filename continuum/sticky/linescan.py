@@ -8,6 +8,8 @@ random surface of that spectrum stands for the one that was scanned: Gaussian an
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import nnls
 from scipy.signal import detrend, welch
@@ -15,7 +17,16 @@ from scipy.signal import detrend, welch
 from continuum.model.grid import Grid, Real
 from continuum.sticky.topography import Topography, TopographyError
 
-__all__ = ["LARGEST", "SHORTEST", "Bands", "isotropic_surface", "profile_spectrum", "surface_bands"]
+__all__ = [
+    "BANDS_PER_DECADE",
+    "LARGEST",
+    "SHORTEST",
+    "Bands",
+    "isotropic_surface",
+    "profile_spectrum",
+    "random_surface",
+    "surface_bands",
+]
 
 LARGEST = 1024
 """Points a side of the surface, at most: of a longer scan, waves longer than so many points are left out."""
@@ -78,6 +89,29 @@ def surface_bands(wavenumber: Real, profile: Real) -> Bands:
     return edges * units[0], found * (units[1] / units[0])
 
 
+def random_surface(density: Callable[[Real], Real], spacing: float, n: int, seed: int) -> tuple[Grid, Real]:
+    """An isotropic surface of spectral density C(|q|) on n x n points: its grid, and its heights.
+
+    Only phases are drawn: the moments are those of the spectrum.
+    """
+    grid = Grid.square(n, spacing)
+    power = density(grid.wavenumber) * (2 * np.pi) ** 2 / grid.area
+    noise = grid.forward(np.random.default_rng(seed).standard_normal(grid.shape))
+    return grid, grid.inverse(noise / np.abs(noise) * np.sqrt(power))
+
+
+def constant_in(bands: Bands) -> Callable[[Real], Real]:
+    """C(|q|) of bands, zero outside."""
+    edges, density = bands
+    edges = edges * (1 - 1e-9)  # a mode that lies on an edge, as (1, 1) on that of the first band, belongs above it
+
+    def value(q: Real) -> Real:
+        ring = np.clip(np.searchsorted(edges, q, side="right") - 1, 0, density.size - 1)
+        return np.where((q >= edges[0]) & (q < edges[-1]), density[ring], 0.0)
+
+    return value
+
+
 def isotropic_surface(
     lines: Real,
     length: float,
@@ -111,16 +145,9 @@ def isotropic_surface(
         )
         raise TopographyError(msg)
     spacing = length / points
-    edges, density = surface_bands(*profile_spectrum(lines, spacing, periodic=periodic))
+    bands = surface_bands(*profile_spectrum(lines, spacing, periodic=periodic))
     n = min(points, LARGEST)
-    grid = Grid.square(n, spacing)
-    q = grid.wavenumber
-    edges = edges * (1 - 1e-9)  # a mode that lies on an edge, as (1, 1) on that of the first band, belongs above it
-    ring = np.clip(np.searchsorted(edges, q, side="right") - 1, 0, density.size - 1)
-    power = np.where((q >= edges[0]) & (q < edges[-1]), density[ring], 0.0) * (2 * np.pi) ** 2 / grid.area
-    # Phases only are drawn: moments are those of the spectrum.
-    noise = grid.forward(np.random.default_rng(seed).standard_normal(grid.shape))
-    heights = grid.inverse(noise / np.abs(noise) * np.sqrt(power))
+    grid, heights = random_surface(constant_in(bands), spacing, n, seed)
     count = f"{len(lines)} line{'s' if len(lines) > 1 else ''} of {points} points"
     left = f", waves longer than {n} points left out" if n < points else ""
     told = f"{count}: an isotropic Gaussian surface of that spectrum, {n} x {n} points{left}"

@@ -7,7 +7,7 @@ put together.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -158,7 +158,7 @@ def _predicted(topographies: Sequence[Topography], interface: Interface, finding
     analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
     # What bands of lines leave of a spectrum gives moments, but no exponent that deserves the name.
-    fits = tuple(None if one.lines else fit_self_affine(*spectrum(one)) for one in topographies)
+    fits = tuple(None if one.lines or one.measurements else fit_self_affine(*spectrum(one)) for one in topographies)
     # Of two bodies the longer waves carry the heights; a map without roll-off has at least its own size.
     roll_off = max(
         (fit.roll_off if fit is not None and fit.roll_off else min(topography.lengths))
@@ -188,6 +188,22 @@ def _shown(cut: Cut, roughness: Roughness) -> bool:
     return all(one > NOTHING * whole for one, whole in zip(cut.moments, roughness.whole.moments, strict=True))
 
 
+def _stands_for(topography: Topography) -> Iterator[str]:
+    """What to doubt of a random surface that stands for lines or for several measurements."""
+    if topography.lines:
+        error = max(LINE_ERROR / np.sqrt(topography.lines), LINES_ERROR)
+        yield (
+            f"from {topography.lines} line{'s' if topography.lines > 1 else ''}: isotropy and Gaussian "
+            f"heights are assumed, slope and curvature known to {error:.0%}, faults not looked for"
+        )
+    if topography.measurements:
+        agree = next((step for step in topography.steps if "densities differ" in step), "none has waves of another")
+        yield (
+            f"from {topography.measurements} measurements: isotropy and Gaussian heights are assumed, "
+            f"faults looked for in their joined spectrum only; {agree}"
+        )
+
+
 def _warnings(
     topographies: Sequence[Topography],
     analysed: Sequence[Roughness],
@@ -199,12 +215,7 @@ def _warnings(
     found = []
     for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
         name = topography.source
-        if topography.lines:
-            error = max(LINE_ERROR / np.sqrt(topography.lines), LINES_ERROR)
-            found.append(
-                f"{name}: from {topography.lines} line{'s' if topography.lines > 1 else ''}: isotropy and Gaussian "
-                f"heights are assumed, slope and curvature known to {error:.0%}, faults not looked for"
-            )
+        found += [f"{name}: {doubt}" for doubt in _stands_for(topography)]
         if not topography.periodic:
             found.append(
                 f"{name}: not periodic: spectrum through a Hann window, slope and curvature from neighbouring points"

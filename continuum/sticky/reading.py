@@ -22,12 +22,15 @@ import numpy as np
 from continuum import units
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.model.grid import Real
+from continuum.sticky.joined import joined
 from continuum.sticky.linescan import isotropic_surface
 from continuum.sticky.mending import crop, harmonic
 from continuum.sticky.topography import Topography, TopographyError
 
-__all__ = ["read", "read_all", "share"]
+__all__ = ["ALL", "measurements", "read", "read_all", "share"]
 
+ALL = "all"
+"""Instead of the name of a part: all measurements of a container, joined."""
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 
 
@@ -53,7 +56,7 @@ def read(
     unit : of the heights, in m; only if the file does not say.
     periodic : whether the map continues at its edges; None believes the file, else no.
     dataset : in an HDF5 file.
-    part : name of a map in a container, or of a channel, if there are several.
+    part : name of a map in a container, or of a channel, if there are several; :data:`ALL` joins those of a container.
     corners : (x0, x1, y0, y1) of the part that counts, in m; None for all.
     fill : largest share of missing heights that is filled (:func:`continuum.sticky.mending.harmonic`).
     override : whether a given size or unit overrules what the file says.
@@ -66,6 +69,17 @@ def read(
     if not path.is_file():
         msg = f"{path}: there is no such file"
         raise TopographyError(msg)
+    if part == ALL and _is_container(path):
+        each = {
+            "size": size,
+            "unit": unit,
+            "periodic": periodic,
+            "corners": corners,
+            "fill": fill,
+            "override": override,
+        }
+        parts = [read(path, part=name, **each) for name in measurements(path)]  # type: ignore[arg-type]
+        return joined(parts, f"{path.name}: all measurements")
     suffix, told = path.suffix.lower(), dataset or size is not None or unit is not None
     # Other than npy, plain files may name their units in a header, which only SurfaceTopography reads.
     if suffix == ".npy" or (suffix in _PLAIN and (told or util.find_spec("SurfaceTopography") is None)):
@@ -78,6 +92,26 @@ def read(
     else:
         found = _from_instrument(path, part)
     return _whole(_with_units(found, size, unit, periodic, override), corners, fill)
+
+
+def measurements(path: Path) -> tuple[str, ...]:
+    """Names of the measurements of a container; none of any other file.
+
+    Raises
+    ------
+    TopographyError
+        If it is a container that cannot be read.
+    """
+    if not (path.is_file() and _is_container(path)):
+        return ()
+    _need_reader(path)
+    with warnings.catch_warnings(), ExitStack() as stack:
+        warnings.simplefilter("ignore")
+        try:
+            return tuple(_maps(path, stack))
+        except Exception as error:
+            msg = f"{path}: SurfaceTopography cannot read it: {error or type(error).__name__}"
+            raise TopographyError(msg) from error
 
 
 def read_all(
@@ -274,12 +308,7 @@ def _two(size: tuple[float, ...] | None) -> tuple[float, float]:
 
 def _from_instrument(path: Path, part: str | None) -> _Map:
     """A map by SurfaceTopography: heights as they are in the file, size and unit in m if it says them."""
-    if util.find_spec("SurfaceTopography") is None:
-        msg = (
-            f"{path}: to read this format install SurfaceTopography (pip install 'stickiness[topography]'), "
-            "or save the map as .npy or text"
-        )
-        raise TopographyError(msg)
+    _need_reader(path)
     with warnings.catch_warnings(), ExitStack() as stack:
         warnings.simplefilter("ignore")  # of imports, and of formats that are guessed
         try:
@@ -298,8 +327,18 @@ def _from_instrument(path: Path, part: str | None) -> _Map:
             raise TopographyError(msg) from error
     names = ", ".join(map(repr, maps)) or "none"
     none = f"holds no map named {part!r}" if part else "holds no map"
-    msg = f"{path}: {f'holds {len(chosen)} maps, choose one with --part' if chosen else none}; maps: {names}"
+    several = f"holds {len(chosen)} maps, choose one with --part, or --part all"
+    msg = f"{path}: {several if chosen else none}; maps: {names}"
     raise TopographyError(msg)
+
+
+def _need_reader(path: Path) -> None:
+    if util.find_spec("SurfaceTopography") is None:
+        msg = (
+            f"{path}: to read this format install SurfaceTopography (pip install 'stickiness[topography]'), "
+            "or save the map as .npy or text"
+        )
+        raise TopographyError(msg)
 
 
 def _is_container(path: Path) -> bool:

@@ -44,6 +44,7 @@ class Topography:
     steps : what has been done to it, in words.
     cutoff : wavelength below which waves were left out on purpose, in m.
     lines : of a scan that it stands for (:mod:`continuum.sticky.linescan`); 0 for a map.
+    measurements : that it stands for together (:mod:`continuum.sticky.joined`); 0 for a map.
 
     Raises
     ------
@@ -58,6 +59,7 @@ class Topography:
     steps: tuple[str, ...] = ()
     cutoff: float | None = None
     lines: int = 0
+    measurements: int = 0
 
     def __post_init__(self) -> None:
         """Refuse what is no map of heights."""
