@@ -19,6 +19,9 @@ from continuum.show.sheet import Column, Entry, Sheet, pairs
 
 __all__ = ["draw_run", "run_sheets", "write_run"]
 
+_JUMP = 0.25
+"""Change of the contact, repulsive and attracted, from one step to the next that is drawn as a jump."""
+
 
 def run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> list[Sheet]:
     """The last step in detail; with a protocol all steps; the continuum beside them."""
@@ -123,17 +126,26 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
 @styled
 def draw_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     """Load and areas against separation, in the order of the steps, and the contact where A_rep is largest."""
-    figure = new_figure(PAGE, 2.6)
+    figure = new_figure(PAGE, 2.9)
     load, area, contact = figure.subplots(1, 3)
     along = _along(run)
     x = np.array([getattr(step, f"offset_{along}" if along else "separation") for step in run.steps])
     real = run.description.real_units
     scale = 1.0 if real is None else real.si("pressure") / scipy.constants.giga
 
+    turn = len(x) if along else int(np.argmin(x)) + 1
+    jumped = np.abs(np.diff([step.area_rep + step.area_att for step in run.steps])) > _JUMP
+
     def draw(axes: Axes, name: str, factor: float, label: str, colour: str) -> None:
-        values = [factor * getattr(step, name) for step in run.steps]
-        errors = [factor * getattr(step, f"{name}_error") for step in run.steps]
-        axes.errorbar(x, values, errors if any(errors) else None, fmt="o-", color=colour, label=label)
+        values = np.array([factor * getattr(step, name) for step in run.steps])
+        errors = np.array([factor * getattr(step, f"{name}_error") for step in run.steps])
+        for some, fill, way in ((slice(0, turn), colour, label), (slice(turn, None), "white", None)):
+            if values[some].size:
+                axes.errorbar(x[some], values[some], errors[some] if errors.any() else None, fmt="o", color=colour,
+                              markerfacecolor=fill, label=way, zorder=3)  # fmt: skip
+        # What happens between two steps on either side of a jump was not looked at.
+        for i, jump in enumerate(jumped):
+            axes.plot(x[i : i + 2], values[i : i + 2], ":" if jump else "-", color="0.6" if jump else colour, lw=0.9)
 
     draw(load, "load", scale, "load" if along else "atoms", SERIES[0])
     if along:
@@ -142,15 +154,20 @@ def draw_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     draw(area, "area_att", 1.0, "attracted", SERIES[0])
     if beside:
         for name, colour in (("area_rep", SERIES[5]), ("area_att", SERIES[0])):
-            area.plot(x, [getattr(step, name) for step in beside], "x:", color=colour)
-        load.plot(x, [scale * step.load for step in beside], "x:", color=SERIES[1], label="continuum")
-    if beside or along:
-        load.legend()
+            area.plot(x, [getattr(step, name) for step in beside], "x", color=colour, zorder=4)
+        area.plot([], [], "x", color="0.3", label="continuum")
+        load.plot(x, [scale * step.load for step in beside], "x", color=SERIES[1], label="continuum", zorder=4)
+    if turn < len(x):
+        load.plot([], [], "o", color=SERIES[0], markerfacecolor="white", label="on the way back")
+    if jumped.any():
+        load.plot([], [], ":", color="0.6", label="jump")
+    if beside or along or turn < len(x):
+        load.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     load.axhline(0, color="grey", linewidth=0.6)
     place = f"offset along {along} ($a_0$)" if along else "separation ($a_0$)"
     load.set(xlabel=place, ylabel="$N/A_0$ (GPa)" if real is not None else "$N/A_0$ ($E^*$)")
     area.set(xlabel=place, ylabel="$A/A_0$", ylim=(-0.03, 1.03))
-    area.legend()
+    area.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     grid = run.last.slab.grid
     widest = int(np.argmax([step.area_rep for step in run.steps]))
     contact_image(contact, contact_map(run.wall, run.gaps[widest]), grid.lengths)

@@ -240,7 +240,7 @@ def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     q = 2 * np.pi / found.wavelength
     # 0 along <110>, 1 along <100>.
     turn = (1 - np.cos(4 * found.angle)) / 2
-    for low, high, colour, label in ((0.0, 0.1, SERIES[0], "<110>"), (0.9, 1.0, SERIES[5], "<100>")):
+    for low, high, colour, label in ((0.0, 0.1, SERIES[0], "[110]"), (0.9, 1.0, SERIES[5], "[100]")):
         near = (turn >= low) & (turn <= high)
         axis.plot(q[near], 100 * found.difference[near], ".", color=colour, markersize=2.5, label=f"near {label}")
     between = (turn > 0.1) & (turn < 0.9)
@@ -256,5 +256,7 @@ def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     lengths = (64, 16, 8, 4, 3, 2)
     above.set_xticks([2 * np.pi / length for length in lengths], [str(length) for length in lengths])
     above.set_xlabel("wavelength ($a_0$)")
-    axis.legend(title=title, markerscale=3, loc="best")
+    axis.text(0.03, 0.97, title, transform=axis.transAxes, va="top")
+    axis.set_ylim(bottom=min(axis.get_ylim()[0], -0.6 * axis.get_ylim()[1]))  # room below for what the points are
+    axis.legend(markerscale=3, loc="lower left")
     return save(figure, stem)
