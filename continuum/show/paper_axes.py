@@ -17,6 +17,9 @@ from continuum.show.sheet import Sheet
 
 __all__ = ["AXES"]
 
+_LINES = 12
+"""Paths up to which their points are joined; of more, lines hide the points."""
+
 
 def _axis_keys(points: Points) -> set[str]:
     return {key for axis in points.table.listed.axes for key in axis.keys}
@@ -205,7 +208,7 @@ def diameter(points: Points) -> Drawing:
     figure = plot.new_figure(5.4, 4.0)
     axis = figure.subplots()
     axis.axhspan(0.5, 2, color="0.94", zorder=0, label="within a factor of two")
-    for path in paths:
+    for path in paths if len(paths) <= _LINES else ():
         axis.plot(area[path], ratio[path], "-", color=colour(float(points.length[path[0]])), linewidth=0.5)
     draw(axis, points, area[rows], ratio[rows], rows)
     axis.set(xscale="log", ylim=(0, 2.4), xlabel=r"$A_{rep}/A_0$", ylabel=r"$d_{rep}/(4h'_{rms}/h''_{rms})$")

@@ -18,7 +18,7 @@ from continuum.sticky.criteria import Estimate, RoughContact
 from continuum.sticky.predict import Prediction
 from continuum.sticky.record import Support, Surface, support
 
-__all__ = ["SURE", "WIDE", "Answer", "Verdict", "Vote", "count", "judge", "votes"]
+__all__ = ["RECORDED", "SURE", "WIDE", "Answer", "Verdict", "Vote", "count", "judge", "votes"]
 
 Answer = Literal["sticky", "not sticky", "undecided"]
 
@@ -28,7 +28,7 @@ WIDE = 10.0
 """Margin, or its inverse, beyond which a fault without remedy changes no verdict: moments of synthetic maps with such
 faults are off by factors of up to 4, and the margin goes with their powers of up to 5/3."""
 
-_RECORDED = {
+RECORDED = {
     "Pastewka-Robbins": criteria.pastewka_robbins,
     "Fuller-Tabor": criteria.fuller_tabor,
     "Maugis (DMT asperities)": criteria.dmt_asperities,
@@ -36,6 +36,7 @@ _RECORDED = {
     "half conformal energy": criteria.half_conformal_energy,
     "bearing area (BAM)": criteria.bearing_area,
 }
+"""Criteria that have a measured record."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def votes(contact: RoughContact, without: Callable[[Surface], bool] | None = Non
     without : see :func:`continuum.sticky.record.support`.
     """
     return tuple(
-        Vote(one, support(_RECORDED[one.name], contact, without) if one.name in _RECORDED else None)
+        Vote(one, support(RECORDED[one.name], contact, without) if one.name in RECORDED else None)
         for one in criteria.verdicts(contact)
     )
 

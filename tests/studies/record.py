@@ -2,7 +2,8 @@
 
 Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
 (``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
-(``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.
+(``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.  Without a folder: the
+table of docs/predict.md, of the record as it is.
 """
 
 from __future__ import annotations
@@ -10,7 +11,10 @@ from __future__ import annotations
 import argparse
 import csv
 import io
+import sys
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +22,11 @@ import numpy as np
 from continuum.files import output
 from continuum.runs.collect import Collected, collect
 from continuum.show.paper_points import Points
+from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import RoughContact
+from continuum.sticky.record import recorded
 from continuum.sticky.turns import conformal_energies, load_turns
+from continuum.sticky.verdict import RECORDED, count, votes
 
 COLUMNS = (
     "source", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature", "conformal_energy",
@@ -64,12 +71,58 @@ def _key(row: dict[str, str]) -> tuple[str, ...]:
     return (*numbers, f"{float(row['work']):.4g}" if row["source"] == "state" else "")
 
 
+def record_sheet() -> Sheet:
+    """Each criterion on the record: its margins at the turns in its range, and how often it is right on the states."""
+    turns = [surface for surface in recorded() if surface.sticky is None]
+    others = [surface for surface in recorded() if surface.sticky is not None]
+    rows = []
+    for name, criterion in RECORDED.items():
+        found = [criterion(surface.contact) for surface in turns]
+        valid = np.array([estimate.valid for estimate in found])
+        margins = np.array([estimate.margin for estimate in found], dtype=float)
+        said = [criterion(surface.contact) for surface in others]
+        right = np.array([estimate.sticky == surface.sticky for estimate, surface in zip(said, others, strict=True)])
+        heard = np.array([estimate.valid for estimate in said])
+        middle = ", ".join(f"{m:.2f}" for m in np.percentile(margins[valid], [10, 50, 90])) if valid.any() else "none"
+        scatter = float(np.exp(np.log(margins[valid] if valid.any() else margins).std()))
+        rows.append((name, f"{middle} ({valid.sum()} in range)", f"{scatter:.2f}", f"{right.sum()} of {right.size}",
+                     f"{(right & heard).sum()} of {heard.sum()}"))  # fmt: skip
+    heads = ("criterion", "margin at the turn: 10, 50, 90 %", "scatter", "right on the states", "in its range")
+    return Sheet.of(f"{len(turns)} turns, {len(others)} states", heads, rows)
+
+
+def vote_sheet() -> Sheet:
+    """What the vote says of surfaces that the record has not seen, beside what they do."""
+    turns = [surface for surface in recorded() if surface.sticky is None]
+    others = [surface for surface in recorded() if surface.sticky is not None]
+    said: dict[str, Counter[str]] = {}
+    for surface in others:
+        answer = count(votes(surface.contact, lambda other: other.sticky is not None)).answer
+        truth = "sticky" if surface.sticky else "not sticky"
+        said.setdefault("states, by the turns", Counter())[_outcome(answer, truth)] += 1
+    for factor, truth in ((0.2, "not sticky"), (0.5, "not sticky"), (2.0, "sticky"), (5.0, "sticky")):
+        for surface in turns:
+            contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
+            curvature = surface.contact.rms_curvature
+            answer = count(votes(contact, lambda other, c=curvature: other.contact.rms_curvature == c)).answer  # type: ignore[misc]
+            said.setdefault(f"{factor:g} times the work of the turn", Counter())[_outcome(answer, truth)] += 1
+    rows = [(name, found["right"], found["undecided"], found["wrong"]) for name, found in said.items()]
+    return Sheet.of("the vote", ("surfaces", "right", "undecided", "wrong"), rows)
+
+
+def _outcome(answer: str, truth: str) -> str:
+    return "undecided" if answer == "undecided" else "right" if answer == truth else "wrong"
+
+
 def main() -> None:
-    """Write the record."""
+    """Write the record, or show what it comes to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folders", nargs="+", type=Path, help="of sweeps")
+    parser.add_argument("folders", nargs="*", type=Path, help="of sweeps")
     parser.add_argument("--record", type=Path, default=Path("continuum/sticky/record.csv"))
     given = parser.parse_args()
+    if not given.folders:
+        sys.stdout.write("\n\n".join(sheet.markdown() for sheet in (record_sheet(), vote_sheet())) + "\n")
+        return
     known = {_key(row): row for row in csv.DictReader(given.record.read_text().splitlines())}
     for table in map(collect, given.folders):
         held = table.setting(table.keys[0], "surface.rms_height")  # NaN where slopes are held instead

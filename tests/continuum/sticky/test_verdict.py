@@ -23,10 +23,11 @@ def same(one: Surface, other: Surface) -> bool:
     return one.contact.rms_curvature == other.contact.rms_curvature
 
 
-def test_the_record_holds_the_states_of_its_page() -> None:
-    # Of the page that stood in docs/stickiness.md: 9 + 2 sticky ones and 54 others.
-    assert Counter(surface.sticky for surface in STATES) == {True: 11, False: 54}
-    assert len(TURNS) > 70
+def test_the_record_is_whole() -> None:
+    # The 90 systems on 512² (two surfaces) and 1024², 65 older states; turns of four ranges and two laws.
+    assert len(STATES) > 300
+    assert sum(surface.sticky is True for surface in STATES) > 60
+    assert len(TURNS) > 140
     for surface in recorded():
         assert surface.contact.conformal_energy is not None
 
@@ -38,12 +39,16 @@ def test_the_vote_is_right_on_the_states_that_the_turns_have_not_seen() -> None:
         said[{"sticky": True, "not sticky": False}.get(answer), surface.sticky] += 1
     wrong = said[True, False] + said[False, True]
     right = said[True, True] + said[False, False]
-    # Ten surfaces that agree support 95 %: one of twenty may differ.
-    assert wrong <= 3
-    assert right >= 55
-    # The paper's criterion alone, with kappa_rep = 2, is right on 58 of 65 and misses 7 of the 11 that are sticky.
-    alone = [criteria.pastewka_robbins(surface.contact).sticky for surface in STATES]
-    assert sum(a == s.sticky for a, s in zip(alone, STATES, strict=True)) == 58
+    # Ten surfaces that agree support 95 %: one of twenty that are decided may differ.
+    assert wrong <= (right + wrong) / 20
+    assert right >= 0.84 * len(STATES)
+
+
+def test_the_paper_alone_misses_sticky_surfaces_and_calls_none_sticky_that_is_not() -> None:
+    """With κ_rep = 2, which these walls do not reach."""
+    said = Counter((criteria.pastewka_robbins(surface.contact).sticky, surface.sticky) for surface in STATES)
+    assert said[True, False] == 0
+    assert said[False, True] > 0.4 * (said[False, True] + said[True, True])
 
 
 @pytest.mark.parametrize(("factor", "answer", "decided"), [(0.2, "not sticky", 0.8), (5.0, "sticky", 0.6)])
@@ -84,10 +89,10 @@ def test_a_stretched_surface_has_the_same_record(surface: Surface, stretch: floa
 
 
 def test_between_the_certain_ones_the_answer_is_undecided() -> None:
-    surface = TURNS[len(TURNS) // 2]
-    at_the_turn = support(criteria.half_conformal_energy, surface.contact)
-    assert 1 - SURE < at_the_turn.probability < SURE
-    steep = replace(surface.contact, rms_slope=0.5)
+    chances = np.array([support(criteria.half_conformal_energy, surface.contact).probability for surface in TURNS])
+    # That is what a probability means: eight of ten surfaces turn between 10 and 90 %.
+    assert np.mean((chances > 1 - SURE) & (chances < SURE)) >= 0.8
+    steep = replace(TURNS[0].contact, rms_slope=0.5)
     assert not support(criteria.half_conformal_energy, steep).similar
     assert count(votes(steep)).answer == "undecided"
     assert "no theory is in its range" in count(votes(steep)).why
