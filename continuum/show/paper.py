@@ -87,7 +87,8 @@ def area_against_load(points: Points) -> Drawing:
                 axis.plot(load[some], points["area_rep"][some], "o", color=colour(length), markerfacecolor=fill)
     high = axis.get_ylim()[1]
     axis.plot([0, high / 2], [0, high], "--", color="0.4", label=r"$\kappa = 2$, the paper's value without adhesion")
-    axis.plot([], [], "o", color="0.3", markerfacecolor="none", label=r"$A_{rep} < 10\lambda_s^2$")
+    if not points.valid[rows].all():
+        axis.plot([], [], "o", color="0.3", markerfacecolor="none", label=r"$A_{rep} < 10\lambda_s^2$")
     axis.axvline(0, color="0.7", linewidth=0.6)
     axis.set_xlabel(r"$N/(h'_{rms} E^* A_0)$")
     axis.set_ylabel(r"$A_{rep}/A_0$")

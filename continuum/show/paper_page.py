@@ -96,16 +96,16 @@ def write_page(sweeps: Sequence[tuple[Collected, Path]], path: Path) -> list[Pat
 
 
 def _meant(table: Collected, points: Points) -> Iterator[str]:
-    """The figures that a sweep is for: maps where fields are stored, the paper's where there are paths."""
+    """The figures that a sweep is for: its own by its name; else, as of figure4, all that there are points for."""
     own = table.listed.name.removesuffix("-reduced")
-    if own in (*_MAPS, *FIGURES, *AXES):
+    if own in (*_MAPS, *FIGURES, *AXES) and own != "figure4":
         yield own
-    if own == "figure1":
-        yield "figure-s1"  # a patch of the same maps
-    elif own not in _MAPS and table.listed.common.get("output.fields"):
+        yield from {"figure1": ("figure-s1",), "figure3": ("diameter",)}.get(own, ())
+        return
+    if table.listed.common.get("output.fields"):
         yield from _MAPS
-    if points["step"].max() > 0 and own not in AXES:
-        yield from (name for name in (*FIGURES, "diameter") if name != own)
+    if points["step"].max() > 0:
+        yield from (*FIGURES, "diameter")
 
 
 def _provenance(table: Collected) -> str:
