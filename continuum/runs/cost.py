@@ -35,7 +35,7 @@ _ROUGH, _FINENESS, _STEEPNESS, _REACH, _ROUGH_GROWTH = 51, 0.17, 0.81, (1.63, 1.
 # the attraction is so stiff, w/range², that single points snap; four of five lie within a factor of two.
 _APART, _SNAP = 4.5, (0.245, 3)
 # As far as they were seen; beyond, they are taken to stay.
-_STIFFEST, _GENTLEST = 3.0, 0.03
+_STIFFEST, _GENTLEST, _FARTHEST = 3.0, 0.03, 3.0
 _BISECTIONS = 5  # solves for each halving of an interval in which jumps are bracketed: of both sides, for several jumps
 _DECADES = 6.0  # of tolerance, for which these hold; pairs grow linearly with them
 # An iteration takes this many times its transforms, and more on small grids, where coarser ones cost as much.
@@ -96,8 +96,8 @@ def _pairs_of_area(config: RunConfig, larger: float) -> float:
         pull = min(24 * wall.adhesion_length / wall.effective_range**2, _STIFFEST)
         return float(rough * _APART * (1 + _SNAP[0] * pull ** _SNAP[1]))
     slope = surface.expected_slope
-    near = (wall.equivalent_range / (slope * surface.lambda_s)) ** _REACH[1]
-    return float(rough * (max(slope, _GENTLEST) / 0.1) ** _STEEPNESS * (1 + _REACH[0] * near))
+    near = min(wall.equivalent_range / (slope * surface.lambda_s), _FARTHEST)
+    return float(rough * (max(slope, _GENTLEST) / 0.1) ** _STEEPNESS * (1 + _REACH[0] * near ** _REACH[1]))
 
 
 def _most(config: RunConfig, area: bool) -> float:

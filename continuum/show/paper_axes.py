@@ -146,7 +146,8 @@ def _cycles(points: Points) -> tuple[list[tuple[float, ...]], dict[tuple[float, 
     """Numbers of each path with a way back; and of each adhesion length and surface the rows of its deepest one."""
     body, deepest = list[tuple[float, ...]](), dict[tuple[float, float], np.ndarray]()
     for path in points.paths():
-        if not points["retracting"][path].any():
+        whole = np.array_equal(points["step"][path], np.arange(path.size))
+        if not points["retracting"][path].any() or not whole:  # work over a missing point would be a guess
             continue
         case = float(points.length[path[0]]), float(points["surface.seed"][path[0]])
         mean_gap, separation, load = (points[name][path] for name in ("mean_gap", "separation", "load"))
@@ -164,7 +165,7 @@ def pull_off(points: Points) -> Drawing:
     """Cycles of load against mean gap, and the pull-off against how far the contact was pressed before."""
     body, deepest = _cycles(points)
     if not body:
-        msg = "this figure needs paths with a way back: retract = true"
+        msg = "this figure needs paths with a way back (retract = true) of which every point converged"
         raise FigureError(msg)
     figure = plot.new_figure(8.8, 3.6)
     left, right = figure.subplots(1, 2)

@@ -64,12 +64,15 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
     Raises
     ------
     TopographyError
-        If there is none.
+        If there is none, or their waves fill less than two bands.
     """
     if not topographies:
         msg = f"{source}: no measurement to join"
         raise TopographyError(msg)
     q, c, scatter = joined_spectrum(topographies)
+    if q.size < 2:
+        msg = f"{source}: too few waves to join: a map of at least 16 x 16 points has enough"
+        raise TopographyError(msg)
     steps = np.log(q), np.log(c)
 
     def density(wavenumber: Real) -> Real:

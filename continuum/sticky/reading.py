@@ -70,15 +70,10 @@ def read(
         msg = f"{path}: there is no such file"
         raise TopographyError(msg)
     if part == ALL and _is_container(path):
-        each = {
-            "size": size,
-            "unit": unit,
-            "periodic": periodic,
-            "corners": corners,
-            "fill": fill,
-            "override": override,
-        }
-        parts = [read(path, part=name, **each) for name in measurements(path)]  # type: ignore[arg-type]
+        one = partial(
+            read, path, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill, override=override
+        )
+        parts = [one(part=name) for name in measurements(path)]
         return joined(parts, f"{path.name}: all measurements")
     suffix, told = path.suffix.lower(), dataset or size is not None or unit is not None
     # Other than npy, plain files may name their units in a header, which only SurfaceTopography reads.
