@@ -272,7 +272,7 @@ def _predict_each(parsed: argparse.Namespace) -> int:
     for path, part in _contacts(parsed):
         named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
         try:
-            found = _predicted(parsed, [path], parsed.part if part is None else [part])
+            found = _predicted(parsed, [path], None if part is None else [part])
             found = found.solved(parsed.threads) if parsed.solve else found
         except InterfaceError:
             raise  # the same for all

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 
 from continuum.files.inputs import load
 from continuum.files.tables import Document, Table, is_kind
-from continuum.files.toml import find
+from continuum.files.toml import find, text_of
 
 __all__ = ["Entry", "TableEntry", "entries", "markdown", "schema", "template"]
 
@@ -114,13 +114,7 @@ def _tables(annotation: Any) -> Iterator[type[Table]]:
 
 
 def _toml(value: Any) -> str:
-    if value is None:
-        return "not given"
-    if isinstance(value, Path):
-        value = value.name
-    if isinstance(value, tuple):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    return json.dumps(value, ensure_ascii=False)
+    return "not given" if value is None else text_of(value)
 
 
 def markdown(model: type[Document], title: str) -> str:

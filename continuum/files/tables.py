@@ -60,12 +60,6 @@ def check(method: _Method) -> _Method:
     return method
 
 
-@cache  # of every system of a sweep this was half the time
-def _checks_of(table: type) -> tuple[Callable[[Any], Iterator[Fault]], ...]:
-    members = (method for base in reversed(table.__mro__) for method in vars(base).values())
-    return tuple(method for method in members if getattr(method, "_is_check", False))
-
-
 class Table(BaseModel):
     """A table of an input file: unknown keys, loose types, infinities and NaN are faults.
 
@@ -79,8 +73,10 @@ class Table(BaseModel):
     """Keys that came after results were stored: they belong to the identity only where they are given."""
 
     @classmethod
-    def _checks(cls) -> tuple[Callable[[Self], Iterator[Fault]], ...]:
-        return _checks_of(cls)
+    @cache  # of every system of a sweep this was half the time
+    def _checks(cls) -> tuple[Callable[[Any], Iterator[Fault]], ...]:
+        members = (method for base in reversed(cls.__mro__) for method in vars(base).values())
+        return tuple(method for method in members if getattr(method, "_is_check", False))
 
     @property
     def origin(self) -> str:

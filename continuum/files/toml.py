@@ -10,6 +10,7 @@ import stat
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import date, time
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ Key = tuple[str | int, ...]
 _LARGEST = 8_000_000  # bytes: two paths of 100 000 targets with all their digits have 5 million; more is something else
 _DEEPEST = 32  # levels of nesting; no table of ours has more than four
 _MOST_FAULTS = 20  # that a message describes
+_PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # keys without quotes
 
 
 @dataclass(frozen=True)
@@ -181,13 +183,33 @@ def _lookup(data: Any, key: Key) -> tuple[bool, Any]:
     return True, data
 
 
+def text_of(value: Any) -> str:
+    """A value as an input file has it; a path by its name.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none that an input file has, or a number of thousands of digits.
+    """
+    if isinstance(value, Mapping):
+        inner = (f"{name if _PLAIN.fullmatch(name) else json.dumps(name)} = {text_of(v)}" for name, v in value.items())
+        return "{" + ", ".join(inner) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(text_of, value)) + "]"
+    if isinstance(value, Path):
+        value = value.name
+    elif isinstance(value, date | time):
+        return value.isoformat()
+    text = json.dumps(value, ensure_ascii=False)
+    return {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
+
+
 def _toml(value: Any) -> str:
     """A value as in the file, shortened."""
     try:
-        text = json.dumps(value, ensure_ascii=False, default=str)
+        text = text_of(value)
     except (TypeError, ValueError):
         text = "(too large to print)"
-    text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
     return text if len(text) <= 60 else text[:57] + "..."
 
 

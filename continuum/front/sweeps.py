@@ -10,7 +10,7 @@ from typing import Any
 
 import continuum.runs.collect
 from continuum.files import output
-from continuum.files.toml import ConfigError, Fault, Source, find
+from continuum.files.toml import ConfigError, Fault, Source, find, text_of
 from continuum.runs.axes import Sweep
 from continuum.runs.cluster import slurm_script
 from continuum.runs.collect import Collected, Progress, progress_of, write_cube
@@ -227,21 +227,13 @@ def slurm(
     ConfigError
         If a system is no input of a run.
     """
-    from continuum.runs.cost import cost_of
-
     described = Sweep.read(file, settings, reduced=reduced)
     memory = max(cost_of(config).memory for _, config in described.systems())
     words = ["continuum", "sweep", "run", str(file), "--output", str(output), *(["--reduced"] if reduced else [])]
-    words += [word for name, value in (settings or {}).items() for word in ("--set", f"{name}={_toml(value)}")]
+    words += [word for name, value in (settings or {}).items() for word in ("--set", f"{name}={text_of(value)}")]
     return slurm_script(
         shlex.join(words), nodes=nodes, time=time, workers=workers, memory=memory, name=described.name, shards=shards
     )
-
-
-def _toml(value: Any) -> str:
-    import json
-
-    return value if isinstance(value, str) else json.dumps(value)
 
 
 def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None) -> list[Path]:

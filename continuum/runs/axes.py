@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import itertools
-import json
 import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,7 +19,7 @@ from pydantic import Field
 
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document, Table, check, identity
-from continuum.files.toml import ConfigError, Fault, Source, find
+from continuum.files.toml import ConfigError, Fault, Source, find, text_of
 from continuum.runs.config import RunConfig
 from continuum.runs.ranges import MOST, listed
 
@@ -87,6 +86,9 @@ class SweepTable(Table):
         names = [name for table in (self.axes, *self.zipped) for name, _ in _flat(table)]
         for name in sorted({name for name in names if names.count(name) > 1}):
             yield Fault((), f"each key on one axis only: {name} is on several")
+        for one, other in itertools.combinations(sorted(set(names)), 2):
+            if _overlap(one, other):
+                yield Fault((), f"axes that are apart: {one} holds {other}")
         count = math.prod(len(axis.values) for axis in self.all_axes)
         if count > MOST:
             yield Fault((), f"at most {MOST} systems, not {count}")
@@ -115,8 +117,14 @@ def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
     columns = []
     for i, key in enumerate(axis.keys):
         given = changes.get(key, tuple(values[i] for values in axis.values))
-        columns.append(listed(given) if isinstance(given, (tuple, list, Mapping)) else (given,))
+        several = isinstance(given, (tuple, list)) or (isinstance(given, Mapping) and "from" in given)
+        columns.append(listed(given) if several else (given,))
     return Axis(axis.keys, tuple(zip(*columns, strict=True)))
+
+
+def _overlap(one: str, other: str) -> bool:
+    """Whether one of two keys is a table that holds the other."""
+    return one != other and (f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}."))
 
 
 # --- conditions ----------------------------------------------------------------------------------------------
@@ -205,20 +213,16 @@ class SystemPlan:
     @property
     def label(self) -> str:
         """The system in words."""
-        named = (f"{name.rpartition('.')[2]} {_words(value)}" for name, value in self.settings)
+        named = (
+            f"{name.rpartition('.')[2]} {value if isinstance(value, str) else text_of(value)}"
+            for name, value in self.settings
+        )
         return ", ".join(named) or "the one system"
 
     @property
     def config(self) -> RunConfig:
         """The input of its run."""
         return parsed(self.source.changed(dict(self.settings)), RunConfig)
-
-
-def _words(value: Any) -> str:
-    """A value of a key; tables and ranges as they are written in the input."""
-    if not isinstance(value, Mapping):
-        return str(value)
-    return "{" + ", ".join(f"{name} = {json.dumps(part)}" for name, part in value.items()) + "}"
 
 
 class _Sweeps(Document):
@@ -263,9 +267,16 @@ class Sweep:
             raise ConfigError(source, [Fault(("sweep",), "a table [sweep] with the axes", cause)])
         found = parsed(replace(source, data={"sweep": table}), _Sweeps).sweep
         changes = {**(dict(_flat(found.reduced)) if reduced else {}), **(settings or {})}
-        axes = tuple(_changed(axis, changes) for axis in found.all_axes)
+        try:
+            axes = tuple(_changed(axis, changes) for axis in found.all_axes)
+        except ValueError as error:
+            fault = Fault(("sweep",), f"lists or ranges on its axes, of one length where keys change together: {error}")
+            raise ConfigError(source, [fault]) from None
         on_axes = {key for axis in axes for key in axis.keys}
         plain = {key: value for key, value in changes.items() if key not in on_axes}
+        for key, axis in itertools.product(plain, on_axes):
+            if _overlap(key, axis):  # it would be set, and then replaced
+                raise ConfigError(source, [Fault(("sweep",), f"values for the axis {axis} as it is, not for {key}")])
         base = replace(source, data=data)
         name = f"{source.path.stem}-reduced" if reduced else source.path.stem
         return cls(name, source, base.changed(plain) if plain else base, axes, found.keep)

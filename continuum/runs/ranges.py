@@ -10,6 +10,7 @@ __all__ = ["MOST", "listed"]
 
 MOST = 1_000_000
 """Values of a range, and systems of a sweep, at most."""
+_HUGE = 1e150  # numbers whose differences and ratios are numbers, too
 
 
 def listed(given: Any) -> tuple[Any, ...]:
@@ -27,7 +28,7 @@ def listed(given: Any) -> tuple[Any, ...]:
         raise ValueError(msg)
     steps = [name for name in ("step", "factor", "count") if name in given]
     numbers: list[Any] = [given.get(name) for name in ("from", "to", *steps)]
-    if len(steps) != 1 or len(given) != 3 or not all(type(n) in (int, float) and math.isfinite(n) for n in numbers):
+    if len(steps) != 1 or len(given) != 3 or not all(type(n) in (int, float) and abs(n) < _HUGE for n in numbers):
         msg = "from and to, and one of step, factor and count, all of them numbers"
         raise ValueError(msg)
     first, last, by = numbers

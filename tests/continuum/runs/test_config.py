@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from continuum.cli import main
 from continuum.files.inputs import load
 from continuum.files.tables import ConfigError, identity, resolved
-from continuum.files.toml import find
+from continuum.files.toml import find, text_of, value_of
 from continuum.runs.config import RunConfig
 from tests.problems import SMALL
 
@@ -82,6 +82,23 @@ def test_a_range_of_targets_is_the_list_of_its_values(tmp_path: Path) -> None:
         found.append(load(path, RunConfig))
     assert {config.loading.targets for config in found} == {(2.0, 1.75, 1.5)}
     assert len({identity(config) for config in found}) == 1
+
+
+VALUES = st.recursive(
+    st.booleans()
+    | st.integers(-(2**63), 2**63 - 1)
+    | st.floats(allow_nan=False)
+    | st.text("aZ 1\"'\\\n\té²", max_size=6),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text('ab ."é', min_size=1, max_size=3), inner, max_size=3)
+    ),
+    max_leaves=8,
+)
+
+
+@given(VALUES)
+def test_a_value_written_as_an_input_has_it_is_read_back(value: object) -> None:
+    assert value_of(text_of(value)) == value
 
 
 def test_a_key_of_another_table_is_sent_there(small: Path) -> None:

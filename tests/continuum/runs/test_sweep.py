@@ -6,6 +6,7 @@ import json
 import os
 import random
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -72,6 +73,57 @@ def test_a_sweep_of_no_system_is_one_message_and_nothing_is_written(
         assert main(["sweep", *action, str(path), "-o", str(tmp_path / "out")]) == 2
         assert "at least one system meets" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("sweep", "given", "says"),
+    [
+        ('"wall" = [{law = "hard"}]', "wall.law=hard", "values for the axis wall as it is, not for wall.law"),
+        (
+            '"surface.seed" = [1, 2]',
+            'surface={kind="sphere",radius=9.0}',
+            "the axis surface.seed as it is, not for surface",
+        ),
+        ('"surface.seed" = [1, 2]', "surface.seed={from=1,to=2}", "one of step, factor and count"),
+        (
+            '"surface.seed" = [1, 2]',
+            "surface.seed={from=" + "1" * 400 + ",to=2,step=1}",
+            "one of step, factor and count",
+        ),
+    ],
+)
+def test_a_setting_that_does_not_suit_an_axis_is_one_message(
+    tmp_path: Path, sweep: str, given: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = described(tmp_path, f"[sweep.axes]\n{sweep}\n")
+    assert main(["check", str(path), "--set", given]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_keys_that_change_together_are_set_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = described(tmp_path, '[[sweep.zipped]]\n"surface.seed" = [1, 2, 3]\n"surface.hurst" = [0.3, 0.5, 0.8]\n')
+    assert main(["check", str(path), "--set", "surface.seed=[1, 2]"]) == 2
+    assert "of one length where keys change together" in capsys.readouterr().err
+    assert main(["check", str(path), "--set", "surface.seed=[1, 2]", "--set", "surface.hurst=[0.3, 0.5]"]) == 0
+
+
+def test_a_table_can_be_an_axis_and_is_set_as_a_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = described(
+        tmp_path, '[sweep.axes]\n"wall" = [{law = "hard"}, {law = "lennard-jones-9-3", adhesion_length = 0.005}]\n'
+    )
+    (one, _), (other, _) = Sweep.read(path).systems()
+    assert (one.label, other.label) == (
+        'wall {law = "hard"}', 'wall {law = "lennard-jones-9-3", adhesion_length = 0.005}'
+    )  # fmt: skip
+    assert settings(path, settings={"wall": {"law": "hard"}}) == [{"wall": {"law": "hard"}}]
+    given = ["--set", 'wall={law = "hard"}', "--set", "loading.targets={from = 1.6, to = 1.4, count = 2}"]
+    assert main(["sweep", "slurm", str(path), *given]) == 0
+    # What the script sets is what was set.
+    line = next(line for line in capsys.readouterr().out.splitlines() if "--set" in line)
+    assert [word for word in shlex.split(line) if "=" in word and word.startswith(("wall", "load"))] == given[1::2]
+    path.write_text(PLAIN + '[sweep.axes]\n"wall" = [{law = "hard"}]\n"wall.law" = ["hard"]\n')
+    assert main(["check", str(path)]) == 2
+    assert "axes that are apart: wall holds wall.law" in capsys.readouterr().err
 
 
 def test_check_sums_the_cost_of_all_systems_before_any_is_run(
