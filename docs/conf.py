@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from matplotlib import pyplot as plt
+from sphinx.application import Sphinx
 
 import atomistic
 import continuum
@@ -128,6 +129,6 @@ def _generate(_: object) -> None:
             path.write_text(text)
 
 
-def setup(app: object) -> None:
+def setup(app: Sphinx) -> None:
     """Make the reference before the pages are read."""
-    app.connect("builder-inited", _generate)  # type: ignore[attr-defined]
+    app.connect("builder-inited", _generate)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.ndimage import grey_dilation
 
@@ -22,9 +24,9 @@ def cut_out(
     return SelfAffine(hurst, slope, lambda_s, lambda_L).synthesise(grid, np.random.default_rng(seed))[:n, :n]
 
 
-def clean(seed: int = 1, **options: float) -> Topography:
+def clean(seed: int = 1, **options: Any) -> Topography:
     """The surface itself."""
-    heights = cut_out(seed=seed, **options) * PIXEL  # type: ignore[arg-type]
+    heights = cut_out(seed=seed, **options) * PIXEL
     return Topography(heights, (heights.shape[0] * PIXEL, heights.shape[1] * PIXEL), source="map")
 
 

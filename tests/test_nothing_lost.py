@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -38,11 +39,11 @@ VALIDATE = (ROOT / "inputs" / "validate" / "quick.toml").read_text()
 DECK = (ROOT / "inputs" / "lammps" / "rough.toml").read_text()
 
 
-def start(*command: str, folder: Path, **given: object) -> subprocess.CompletedProcess[str]:
+def start(*command: str, folder: Path, **given: Any) -> subprocess.CompletedProcess[str]:
     """A command in a process of its own, as a user starts it."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT)} | dict(given.pop("environment", {}))  # type: ignore[call-overload]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | given.pop("environment", {})
     whole = [sys.executable, "-m", *command]
-    return subprocess.run(  # type: ignore[call-overload]
+    return subprocess.run(
         whole, cwd=folder, env=environment, text=True, timeout=600, check=False, capture_output=True, **given
     )
 

@@ -5,6 +5,7 @@ The file is rewritten after each finished path, so that a validation that was st
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -144,7 +145,7 @@ def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset
         ("load_att", "E*", "N_att/A0"),
         ("smallest_gap", "a0", "smallest gap"),
     ):
-        data[name] = table(lambda r, name=name: getattr(r.totals, name), units, what)  # type: ignore[misc]
+        data[name] = table(operator.attrgetter(f"totals.{name}"), units, what)
     return data
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import tempfile
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -95,7 +96,7 @@ class Cell:
         """Run LAMMPS commands."""
         with contextlib.chdir(self.directory):
             for line in lines:
-                guard(lambda line=line: self._lammps.command(line), self.directory)  # type: ignore[misc]
+                guard(partial(self._lammps.command, line), self.directory)
 
     def deform(self, periods: Real) -> None:
         """Give the box other periods; the atoms stay where they are."""

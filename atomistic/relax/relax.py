@@ -96,10 +96,13 @@ def _heights(config: DeckConfig, specimen: Specimen) -> tuple[Real, tuple[str, .
     surface, real = config.surface, specimen.model.real_units
     if not isinstance(surface, TopographySurface):
         return surface.build(specimen.slab.grid), ()
-    if (surface.spacing is None) == (real is None):
+    if real is None and surface.spacing is not None:
+        a0 = parse(surface.spacing, "length")
+    elif real is not None and surface.spacing is None:
+        a0 = real.a0
+    else:
         allowed = 'a0, as "0.3nm": this crystal has no size' if real is None else "left out: the crystal has its own a0"
         raise refuse(config, Fault(("surface", "spacing"), allowed))
-    a0 = parse(surface.spacing, "length") if surface.spacing is not None else real.a0  # type: ignore[union-attr]
     wall = surface.read(config.slab.n, a0)
     return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
 

@@ -6,7 +6,7 @@ Lengths are in a0, pressures in E* (see :mod:`continuum`).  The base classes and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -40,7 +40,7 @@ LARGEST_N = 65536
 """Points or atoms along a side, at most."""
 
 
-def pair(kind: type[int] | type[float], low: float, high: float, allowed: str) -> Callable[[Any], Any]:
+def pair(kind: type[int] | type[float], low: float, high: float, allowed: str) -> BeforeValidator:
     """Validator: one number, meant for both directions, or two, along x and y."""
 
     def both(value: Any) -> Any:
@@ -51,7 +51,7 @@ def pair(kind: type[int] | type[float], low: float, high: float, allowed: str) -
             raise PydanticCustomError("pair", "{allowed}", {"allowed": allowed})
         return tuple(kind(v) for v in values)
 
-    return BeforeValidator(both)  # type: ignore[return-value]
+    return BeforeValidator(both)
 
 
 def _mean_mode(value: Any) -> Any:

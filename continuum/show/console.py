@@ -152,7 +152,7 @@ def _duration(seconds: float) -> str:
 def warn(messages: Sequence[str]) -> None:
     """Say on the error stream what does not stop the work but matters for its result."""
     for message in messages:
-        print(f"warning: {message}", file=sys.stderr)  # noqa: T201
+        sys.stderr.write(f"warning: {message}\n")
 
 
 def show(sheet: Sheet) -> None:
@@ -220,7 +220,7 @@ def _complain(message: object, code: int) -> int:
     with contextlib.suppress(OSError):
         if _voice.get() == "verbose":
             traceback.print_exc()
-        print(message, file=sys.stderr)  # noqa: T201 - the one place
+        sys.stderr.write(f"{message}\n")
     return code
 
 

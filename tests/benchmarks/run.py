@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import product
 from pathlib import Path
@@ -303,7 +304,7 @@ def main(arguments: list[str] | None = None) -> None:
         if "adhesion_length" in point and name != "atoms":
             with suppress(Missing):
                 results.search(**point)
-        results.measure(name, point, lambda: measured(results), f"{i}/{len(plan)}")  # noqa: B023
+        results.measure(name, point, partial(measured, results), f"{i}/{len(plan)}")
     options.results.write_text(json.dumps(results.content, indent=1) + "\n")
     sys.stdout.write(report.write(results.content, options.docs))
 

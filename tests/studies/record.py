@@ -15,6 +15,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from continuum.runs.collect import Collected, collect
 from continuum.show.paper_points import Points
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import RoughContact
-from continuum.sticky.record import recorded
+from continuum.sticky.record import Surface, recorded
 from continuum.sticky.turns import conformal_energies, load_turns
 from continuum.sticky.verdict import RECORDED, count, votes
 
@@ -73,8 +74,7 @@ def _key(row: dict[str, str]) -> tuple[str, ...]:
 
 def record_sheet() -> Sheet:
     """Each criterion on the record: its margins at the turns in its range, and how often it is right on the states."""
-    turns = [surface for surface in recorded() if surface.sticky is None]
-    others = [surface for surface in recorded() if surface.sticky is not None]
+    turns, others = _kinds()
     rows = []
     for name, criterion in RECORDED.items():
         found = [criterion(surface.contact) for surface in turns]
@@ -93,8 +93,7 @@ def record_sheet() -> Sheet:
 
 def vote_sheet() -> Sheet:
     """What the vote says of surfaces that the record has not seen, beside what they do."""
-    turns = [surface for surface in recorded() if surface.sticky is None]
-    others = [surface for surface in recorded() if surface.sticky is not None]
+    turns, others = _kinds()
     said: dict[str, Counter[str]] = {}
     for surface in others:
         answer = count(votes(surface.contact, lambda other: other.sticky is not None)).answer
@@ -103,11 +102,20 @@ def vote_sheet() -> Sheet:
     for factor, truth in ((0.2, "not sticky"), (0.5, "not sticky"), (2.0, "sticky"), (5.0, "sticky")):
         for surface in turns:
             contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
-            curvature = surface.contact.rms_curvature
-            answer = count(votes(contact, lambda other, c=curvature: other.contact.rms_curvature == c)).answer  # type: ignore[misc]
+            answer = count(votes(contact, partial(_same, surface))).answer
             said.setdefault(f"{factor:g} times the work of the turn", Counter())[_outcome(answer, truth)] += 1
     rows = [(name, found["right"], found["undecided"], found["wrong"]) for name, found in said.items()]
     return Sheet.of("the vote", ("surfaces", "right", "undecided", "wrong"), rows)
+
+
+def _kinds() -> tuple[list[Surface], list[Surface]]:
+    """Surfaces with the work at which they turn, and surfaces with one work and what was found at it."""
+    turns = [surface for surface in recorded() if surface.sticky is None]
+    return turns, [surface for surface in recorded() if surface.sticky is not None]
+
+
+def _same(one: Surface, other: Surface) -> bool:
+    return one.contact.rms_curvature == other.contact.rms_curvature
 
 
 def _outcome(answer: str, truth: str) -> str:

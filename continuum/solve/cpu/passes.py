@@ -148,8 +148,8 @@ if hasattr(os, "register_at_fork"):
 
 def memory(values: Real | Complex) -> Real:
     """The whole memory of a field or spectrum with padded rows, as real numbers."""
-    whole: Real = values.base.view(np.float64)  # type: ignore[union-attr]
-    return whole
+    assert values.base is not None  # it is a part of that memory
+    return values.base.view(np.float64)
 
 
 def lent(whole: Real, *shape: int) -> Real:

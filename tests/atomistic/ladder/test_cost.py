@@ -41,7 +41,9 @@ def test_the_cost_of_a_deck_is_what_its_input_says_that_it_took(path: Path) -> N
 
 @pytest.mark.parametrize("path", sorted(Path("inputs/validate").glob("*.toml")), ids=lambda path: path.stem)
 def test_the_atoms_and_equilibria_of_a_validation_are_those_of_its_input(path: Path) -> None:
-    atoms, states = re.search(r"([\d ]+) atoms, (\d+) equilibria", path.read_text()).groups()  # type: ignore[union-attr]
+    said = re.search(r"([\d ]+) atoms, (\d+) equilibria", path.read_text())
+    assert said is not None
+    atoms, states = said.groups()
     cost = cost_of_validation(load(path, ValidateConfig))
     assert within(cost.atoms, float(atoms.replace(" ", "")), 1.1)
     assert cost.equilibria == int(states)

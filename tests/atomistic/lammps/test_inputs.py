@@ -1,6 +1,5 @@
 """Decks from end to end, as a person runs them: every input that comes with the package, and measured topographies."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +8,9 @@ import pytest
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
+from tests.measured import MEASURED
 
 ROOT = Path(__file__).parents[3]
-MEASURED = Path(os.environ.get("STICKINESS_TOPOGRAPHIES", "nowhere")) / "container-2.zip"
 CRYSTALS = {
     "springs": ('kind = "springs"', 'spacing = "0.3nm"'),
     "copper": ('kind = "eam"\nfile = "Cu_mishin1.eam.alloy"', ""),
@@ -33,8 +32,9 @@ def test_every_input_runs_and_is_read(path: Path, tmp_path: Path) -> None:
 
 def topography(folder: Path) -> str:
     """Lines of the diamond film where it is at hand, else of a rough map of ours that is not periodic."""
-    if MEASURED.is_file():
-        return f'path = "{MEASURED}"'
+    film = MEASURED / "container-2.zip"
+    if film.is_file():
+        return f'path = "{film}"'
     rough = c.SelfAffine(0.8, 0.1, 8, 64).synthesise(c.Grid.square(128), np.random.default_rng(3))
     np.save(folder / "map.npy", 0.2 * rough[:100, :100])
     return 'path = "map.npy"\nsize = "20nm"\nunit = "nm"'

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -31,6 +32,7 @@ from continuum.runs.collect import collect, progress_of, verify
 from continuum.runs.cost import cost_of
 from continuum.runs.measured import numbers_of
 from continuum.runs.ranges import listed
+from continuum.runs.surfaces import SelfAffineSurface
 from continuum.runs.sweep import begin, run_sweep, solve_system, systems_of
 from continuum.show.paper_points import Points
 from continuum.solve.backend import back_end
@@ -46,8 +48,8 @@ def described(folder: Path, sweep: str, text: str = PLAIN) -> Path:
     return path
 
 
-def settings(path: Path, **options: object) -> list[dict[str, object]]:
-    return [dict(plan.settings) for plan, _ in Sweep.read(path, **options).systems()]  # type: ignore[arg-type]
+def settings(path: Path, **options: Any) -> list[dict[str, object]]:
+    return [dict(plan.settings) for plan, _ in Sweep.read(path, **options).systems()]
 
 
 SEEDS = '[sweep.axes]\n"surface.seed" = [1, 2, 3]\n'
@@ -227,7 +229,8 @@ def test_values_may_be_given_elsewhere(tmp_path: Path) -> None:
     assert settings(path, reduced=True) == [{"surface.seed": 7}]
     assert settings(path, settings={"surface.seed": (4, 5)}) == [{"surface.seed": 4}, {"surface.seed": 5}]
     ((_, config),) = Sweep.read(path, reduced=True).systems()
-    assert config.surface.hurst == 0.5  # type: ignore[union-attr]
+    assert isinstance(config.surface, SelfAffineSurface)
+    assert config.surface.hurst == 0.5
 
 
 def test_a_run_takes_values_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ import inspect
 import os
 import subprocess
 import sys
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -91,9 +92,9 @@ def test_a_device_that_there_is_not_is_said_and_none_is_imported_early() -> None
 
 
 @pytest.mark.parametrize("module", [smooth, hard])
-def test_the_mathematics_sees_scalars_only(module: object) -> None:
+def test_the_mathematics_sees_scalars_only(module: ModuleType) -> None:
     """Of NumPy it uses what a scalar needs, a field without memory, and the test of six sums."""
-    source = inspect.getsource(module)  # type: ignore[arg-type]
+    source = inspect.getsource(module)
     used = {
         node.attr
         for node in ast.walk(ast.parse(source))

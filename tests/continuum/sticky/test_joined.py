@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +15,10 @@ from continuum.sticky.joined import joined, joined_spectrum
 from continuum.sticky.linescan import isotropic_surface
 from continuum.sticky.reading import measurements, read
 from continuum.sticky.topography import Topography, TopographyError
+from tests.measured import MEASURED, needs_files, needs_reader
 
 NM = 1e-9
 GRID = Grid.square(1024)
-MEASURED = os.environ.get("STICKINESS_TOPOGRAPHIES")
-needs_files = pytest.mark.skipif(
-    MEASURED is None or not Path(MEASURED).is_dir(), reason="STICKINESS_TOPOGRAPHIES is not the folder of the maps"
-)
 
 
 def measured(hurst: float, seed: int) -> tuple[Real, Topography, Topography]:
@@ -84,10 +80,10 @@ def test_nothing_to_join_is_said() -> None:
     assert measurements(Path("no such file")) == ()
 
 
+@needs_reader
 @needs_files
 def test_a_container_as_a_whole_and_each_of_its_measurements(tmp_path: Path) -> None:
-    path = Path(MEASURED or "") / "container-2.zip"
-    pytest.importorskip("SurfaceTopography")
+    path = MEASURED / "container-2.zip"
     names = measurements(path)
     assert len(names) == 3
     whole = read(path, part="all")

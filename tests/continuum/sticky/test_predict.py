@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import re
-from importlib import util
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,8 +27,8 @@ from continuum.sticky.predict import Prediction, predict, turning_modulus, turni
 from continuum.sticky.reading import read, read_all
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
 from continuum.sticky.topography import Topography
+from tests.measured import MEASURED, needs_files, needs_reader
 
-MEASURED = os.environ.get("STICKINESS_TOPOGRAPHIES")
 ROOT = Path(__file__).parents[3]
 
 
@@ -242,10 +241,10 @@ def test_two_bodies_have_their_compliances_added() -> None:
     ],
 )
 def test_a_contact_that_is_not_described_is_refused_with_all_faults(
-    options: dict[str, object], expected: list[str]
+    options: dict[str, Any], expected: list[str]
 ) -> None:
     with pytest.raises(InterfaceError) as error:
-        materials.read_interface(**options)  # type: ignore[arg-type]
+        materials.read_interface(**options)
     for text in expected:
         assert text in str(error.value)
 
@@ -369,11 +368,8 @@ def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
     assert len(verdicts.rows) == 7
 
 
-@pytest.mark.skipif(util.find_spec("SurfaceTopography") is None, reason="SurfaceTopography not installed")
-@pytest.mark.skipif(
-    MEASURED is None or not Path(MEASURED).is_dir(),
-    reason="STICKINESS_TOPOGRAPHIES names no folder with the two measured maps",
-)
+@needs_reader
+@needs_files
 @pytest.mark.parametrize(
     ("name", "material", "slope", "sticky"),
     [
@@ -386,9 +382,7 @@ def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
 def test_measured_maps_have_their_published_slope_and_a_verdict(
     name: str, material: str, slope: float, sticky: bool
 ) -> None:
-    found: Prediction = predict(
-        [detrend(read(Path(MEASURED or "") / name))], interface([Body(material=MATERIALS[material])])
-    )
+    found: Prediction = predict([detrend(read(MEASURED / name))], interface([Body(material=MATERIALS[material])]))
     assert found.roughness.moments.rms_slope == pytest.approx(slope, rel=0.01)  # as many digits as are published
     assert found.paper.sticky is sticky
     # Far from the turn: no choice of window, stencil or resolution of the map changes it.

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
 import warnings
-from importlib import util
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +15,8 @@ from continuum.cli import main
 from continuum.sticky.mending import detrend
 from continuum.sticky.reading import read, read_all
 from continuum.sticky.topography import Topography, TopographyError, mirror, opposed
+from tests.measured import MEASURED, needs_files, needs_reader
 
-MEASURED = os.environ.get("STICKINESS_TOPOGRAPHIES")
-needs_reader = pytest.mark.skipif(util.find_spec("SurfaceTopography") is None, reason="SurfaceTopography not installed")
-needs_files = pytest.mark.skipif(
-    MEASURED is None or not Path(MEASURED).is_dir(),
-    reason="STICKINESS_TOPOGRAPHIES names no folder with the two measured maps",
-)
 CONTACT = ["--material", "silicon"]
 UNITS = ["--size", "100nm", "--unit", "nm"]
 
@@ -242,8 +235,8 @@ def test_a_size_is_overruled_only_knowingly(tmp_path: Path, rng: np.random.Gener
 @needs_files
 def test_units_of_an_instrument_cannot_be_overruled() -> None:
     with pytest.raises(TopographyError, match="the file itself says the size"):
-        read(Path(MEASURED or "") / "mi-1.mi", size=(1e-6,))
-    knowingly = read(Path(MEASURED or "") / "mi-1.mi", size=(1e-6,), override=True)
+        read(MEASURED / "mi-1.mi", size=(1e-6,))
+    knowingly = read(MEASURED / "mi-1.mi", size=(1e-6,), override=True)
     assert knowingly.lengths == (1e-6, 1e-6)
     assert any("overruled" in step for step in knowingly.steps)
 
@@ -255,7 +248,7 @@ def test_units_of_an_instrument_cannot_be_overruled() -> None:
     [("mi-1.mi", 256, 20e-6, 3.43e-9), ("container-2.zip", 512, 100e-9, 0.525e-9)],
 )
 def test_the_measured_maps_are_what_their_makers_say(name: str, points: int, size: float, height: float) -> None:
-    found = detrend(read(Path(MEASURED or "") / name))
+    found = detrend(read(MEASURED / name))
     assert found.heights.shape == (points, points)
     assert found.lengths == pytest.approx((size, size))
     assert found.heights.std() == pytest.approx(height, rel=2e-3)  # three digits are given
@@ -265,6 +258,6 @@ def test_the_measured_maps_are_what_their_makers_say(name: str, points: int, siz
 @needs_reader
 @needs_files
 def test_a_map_of_a_container_is_chosen_by_name() -> None:
-    path = Path(MEASURED or "") / "container-2.zip"
+    path = MEASURED / "container-2.zip"
     with pytest.raises(TopographyError, match=re.escape("maps: 'gain_control_uncd_35.001'")):
         read(path, part="no such map")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -58,7 +59,7 @@ def test_far_from_its_turn_a_surface_has_its_verdict_and_hardly_ever_another(
     said = Counter()
     for surface in TURNS:
         contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
-        said[count(votes(contact, lambda other, surface=surface: same(surface, other))).answer] += 1  # type: ignore[misc]
+        said[count(votes(contact, partial(same, surface))).answer] += 1
     assert set(said) <= {answer, "undecided"}
     assert said[answer] > decided * len(TURNS)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from continuum.sticky import criteria
-from continuum.sticky.criteria import RoughContact
+from continuum.sticky.criteria import Estimate, RoughContact
 from continuum.theory import dispute
 
 
@@ -21,9 +23,9 @@ def ideal(hurst: float, lambda_s: float, range: float = 1e-3) -> RoughContact:
     )
 
 
-def fitted(criterion: object, hurst: float) -> float:
+def fitted(criterion: Callable[[RoughContact], Estimate], hurst: float) -> float:
     """Exponent between two cut-offs four decades below λ_L."""
-    turns = [1 / (criterion(ideal(hurst, cut)).margin or np.nan) for cut in (1e-5, 1e-4)]  # type: ignore[operator]
+    turns = [1 / (criterion(ideal(hurst, cut)).margin or np.nan) for cut in (1e-5, 1e-4)]
     return float(np.log(turns[1] / turns[0]) / np.log(10))
 
 

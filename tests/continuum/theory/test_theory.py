@@ -215,10 +215,10 @@ def _functions() -> list[Callable[..., Any]]:
     for module in (paper, smooth, rough):
         for name in module.__all__:
             thing = getattr(module, name)
-            if dataclasses.is_dataclass(thing):
+            if isinstance(thing, type) and dataclasses.is_dataclass(thing):
                 fields = {field.name for field in dataclasses.fields(thing)}
                 found += [
-                    _member(thing, member)  # type: ignore[arg-type]
+                    _member(thing, member)
                     for member in vars(thing)
                     if not member.startswith("_") and member not in fields
                 ]
@@ -238,7 +238,8 @@ def _member(cls: type, name: str) -> Callable[..., Any]:
         return value(**{key: values[key] for key in own}) if own else value
 
     call.__name__, call.__qualname__ = name, f"{cls.__name__}.{name}"
-    call.__signature__ = inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in {**init, **own}.values()])  # type: ignore[attr-defined]
+    named = [p.replace(kind=p.KEYWORD_ONLY) for p in {**init, **own}.values()]
+    vars(call)["__signature__"] = inspect.Signature(named)
     return call
 
 
@@ -265,7 +266,7 @@ def test_units_do_not_matter(function: Callable[..., Any], data: st.DataObject) 
     base, scaled = np.atleast_1d(called(1.0, 1.0)), np.atleast_1d(called(length, modulus))
     assert np.isfinite(base).all()
     assert (base != 0).all()
-    for before, after, (one, two) in zip(base, scaled, powers, strict=True):  # type: ignore[arg-type]
+    for before, after, (one, two) in zip(base, scaled, powers, strict=True):
         # The minimum by which a pull-off is found is known to 1e-7; where it lies, to the root of that.
         rel = 3e-4 if function.__name__ == "pull_off_radius" else 1e-6
         assert after / (length**one * modulus**two) == pytest.approx(before, rel=rel)
@@ -297,7 +298,8 @@ def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: R
             assert verdicts(at)[index].sticky == (factor > 1), estimate.name
             # Softer by as much does the same.
             soft = contact.contact_modulus * estimate.margin / factor
-            energy = contact.conformal_energy * estimate.margin / factor  # type: ignore[operator]
+            assert contact.conformal_energy is not None
+            energy = contact.conformal_energy * estimate.margin / factor
             at = dataclasses.replace(contact, contact_modulus=soft, conformal_energy=energy)
             assert verdicts(at)[index].sticky == (factor > 1), estimate.name
     assert (criteria.inverse_kappa(contact).value < 0) == estimates[0].sticky
@@ -306,7 +308,7 @@ def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: R
 @given(contacts, st.floats(1e-9, 1e3), st.floats(1e-6, 1e12))
 @settings(max_examples=10)
 def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: float) -> None:
-    values = {
+    values: dict[str, Any] = {
         name: None if value is None else value * length ** ARGUMENTS[name][0][0] * modulus ** ARGUMENTS[name][0][1]
         for name, value in vars(contact).items()
     }
@@ -314,7 +316,7 @@ def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: f
     estimates = every_estimate(contact)
     assert len({estimate.name for estimate in estimates}) == len(estimates) == 18
     assert estimates[:6] == verdicts(contact)
-    for one, other in zip(estimates, every_estimate(RoughContact(**values)), strict=True):  # type: ignore[arg-type]
+    for one, other in zip(estimates, every_estimate(RoughContact(**values)), strict=True):
         # Pull-off forces that vanish are known to rounding only.
         assert other.value / unit[other.unit] == pytest.approx(one.value, rel=1e-6, abs=1e-12)
         assert other.valid == one.valid == (not one.why)
@@ -364,6 +366,8 @@ def test_missing_and_meaningless_inputs_are_refused() -> None:
     for estimate in (criteria.persson_tosatti, criteria.half_conformal_energy, criteria.necessary_adhesion):
         with pytest.raises(ValueError, match="needs the"):
             estimate(contact)
-    for name, value in (("rms_slope", 0.0), ("range", -1.0), ("work_of_adhesion", np.nan), ("spacing", np.inf)):
+    meaningless = {"rms_slope": 0.0, "range": -1.0, "work_of_adhesion": np.nan, "spacing": np.inf}
+    for name, value in meaningless.items():
+        changed: dict[str, Any] = {name: value}
         with pytest.raises(ValueError, match="positive finite"):
-            dataclasses.replace(contact, **{name: value})  # type: ignore[arg-type]
+            dataclasses.replace(contact, **changed)

@@ -1,0 +1,17 @@
+"""The two measured maps: no files of ours; tests read them where STICKINESS_TOPOGRAPHIES names their folder."""
+
+from __future__ import annotations
+
+import os
+from importlib import util
+from pathlib import Path
+
+import pytest
+
+__all__ = ["MEASURED", "needs_files", "needs_reader"]
+
+MEASURED = Path(os.environ.get("STICKINESS_TOPOGRAPHIES", "nowhere"))
+needs_reader = pytest.mark.skipif(util.find_spec("SurfaceTopography") is None, reason="SurfaceTopography not installed")
+needs_files = pytest.mark.skipif(
+    not MEASURED.is_dir(), reason="STICKINESS_TOPOGRAPHIES names no folder with the two measured maps"
+)
