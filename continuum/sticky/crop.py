@@ -16,6 +16,8 @@ __all__ = ["Edges", "wall_of"]
 
 Edges = Literal["mirror", "window"]
 
+_FEWEST = 4
+"""Pixels across a part: within fewer a cubic spline is one polynomial, whatever was measured."""
 _TAPER = 0.5
 """Part of a side over which a window goes to zero, both ends together."""
 
@@ -45,7 +47,7 @@ def wall_of(
     Raises
     ------
     TopographyError
-        If the part does not lie within the map, or is a plane.
+        If the part does not lie within the map, has too few of its pixels, or is a plane.
     """
     if edges == "mirror" and n % 2:
         msg = f"{topography.source}: mirrors need an even number of atoms along a side, got {n}"
@@ -60,6 +62,13 @@ def wall_of(
         msg = (
             f"{topography.source}: a part {readable(side, 'length')} wide about {centre} does not lie within the map, "
             f"{size}: fewer atoms, another centre, or another map"
+        )
+        raise TopographyError(msg)
+    if any(side < _FEWEST * pixel[1] for pixel in pixels):
+        widest = readable(max(pixel[1] for pixel in pixels), "length")
+        msg = (
+            f"{topography.source}: a part {readable(side, 'length')} wide has fewer than {_FEWEST} pixels of {widest}: "
+            "it holds no roughness that was measured; more atoms, or a finer map"
         )
         raise TopographyError(msg)
     heights = RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])

@@ -8,7 +8,7 @@ import pytest
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
-from tests.measured import MEASURED
+from tests.measured import AFM, MEASURED
 
 ROOT = Path(__file__).parents[3]
 CRYSTALS = {
@@ -34,7 +34,7 @@ def topography(folder: Path) -> str:
     """Lines of the diamond film where it is at hand, else of a rough map of ours that is not periodic."""
     film = MEASURED / "container-2.zip"
     if film.is_file():
-        return f'path = "{film}"'
+        return f'path = "{film}"\npart = "{AFM}"'
     rough = c.SelfAffine(0.8, 0.1, 8, 64).synthesise(c.Grid.square(128), np.random.default_rng(3))
     np.save(folder / "map.npy", 0.2 * rough[:100, :100])
     return 'path = "map.npy"\nsize = "20nm"\nunit = "nm"'

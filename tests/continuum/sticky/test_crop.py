@@ -49,6 +49,7 @@ def test_the_sampled_heights_are_those_of_the_map():
     [
         (32, 3 * NM, "window", (0.5, 0.5), "does not lie within the map"),
         (32, 0.3 * NM, "window", (0.02, 0.5), "does not lie within the map"),
+        (32, 0.05 * NM, "window", (0.5, 0.5), "fewer than 4 pixels of 500 pm"),
         (31, 0.3 * NM, "mirror", (0.5, 0.5), "even number"),
     ],
 )

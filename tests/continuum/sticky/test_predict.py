@@ -27,7 +27,7 @@ from continuum.sticky.predict import Prediction, predict, turning_modulus, turni
 from continuum.sticky.reading import read, read_all
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
 from continuum.sticky.topography import Topography
-from tests.measured import MEASURED, needs_files, needs_reader
+from tests.measured import AFM, MEASURED, needs_files, needs_reader
 
 ROOT = Path(__file__).parents[3]
 
@@ -371,18 +371,20 @@ def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
 @needs_reader
 @needs_files
 @pytest.mark.parametrize(
-    ("name", "material", "slope", "sticky"),
+    ("name", "part", "material", "slope", "sticky"),
     [
-        ("mi-1.mi", "silicon", 0.022, False),
-        ("mi-1.mi", "pdms", 0.022, True),
-        ("container-2.zip", "diamond", 0.2485, False),
-        ("container-2.zip", "pdms", 0.2485, True),
+        ("mi-1.mi", None, "silicon", 0.022, False),
+        ("mi-1.mi", None, "pdms", 0.022, True),
+        ("container-2.zip", AFM, "diamond", 0.2485, False),
+        ("container-2.zip", AFM, "pdms", 0.2485, True),
     ],
 )
 def test_measured_maps_have_their_published_slope_and_a_verdict(
-    name: str, material: str, slope: float, sticky: bool
+    name: str, part: str | None, material: str, slope: float, sticky: bool
 ) -> None:
-    found: Prediction = predict([detrend(read(MEASURED / name))], interface([Body(material=MATERIALS[material])]))
+    found: Prediction = predict(
+        [detrend(read(MEASURED / name, part=part))], interface([Body(material=MATERIALS[material])])
+    )
     assert found.roughness.moments.rms_slope == pytest.approx(slope, rel=0.01)  # as many digits as are published
     assert found.paper.sticky is sticky
     # Far from the turn: no choice of window, stencil or resolution of the map changes it.
