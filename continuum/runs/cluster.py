@@ -113,6 +113,7 @@ def slurm_script(
         f"  --nworkers {workers} --memory-limit 0 --dashboard-address 127.0.0.1:0 \\",
         '  --local-directory "${TMPDIR:-/tmp}" &',
         f'{command} --scheduler-file "$scheduler"',
+        'echo "This job ends its workers now: what srun calls an error below is that."',
         "",
     ]
     return "\n".join([*head, *body])
