@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from continuum.options import add_common, add_format, add_init, at_least_one, completion, exit_codes
+from continuum.options import add_common, add_format, add_init, at_least_one, completion, exit_codes, until_stopped
 
 if TYPE_CHECKING:
     from atomistic.front.commands import DeckRun
@@ -102,11 +102,7 @@ def _deck_parsers(commands: argparse._SubParsersAction[argparse.ArgumentParser])
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    try:
-        return _main(arguments)
-    except KeyboardInterrupt:  # before the work began, which has its own message
-        print("stopped; nothing was done", file=sys.stderr)
-        return 1
+    return until_stopped(partial(_main, arguments))
 
 
 def _main(arguments: Sequence[str] | None) -> int:

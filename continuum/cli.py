@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from continuum.options import completion, parser
+from continuum.options import completion, parser, until_stopped
 
 if TYPE_CHECKING:
     from continuum.front.commands import Prediction
@@ -19,11 +19,7 @@ __all__ = ["main"]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    try:
-        return _main(arguments)
-    except KeyboardInterrupt:  # before the work began, which has its own message
-        print("stopped; nothing was done", file=sys.stderr)
-        return 1
+    return until_stopped(partial(_main, arguments))
 
 
 def _main(arguments: Sequence[str] | None) -> int:
@@ -250,7 +246,8 @@ def _predicted(parsed: argparse.Namespace, files: Sequence[Path], part: Sequence
 
 def _planned(found: Prediction) -> str:
     """What will be solved, or why nothing can be."""
-    from continuum.sticky.simulate import UnresolvedError, facing, resolvable
+    from continuum.sticky.predict import facing
+    from continuum.sticky.simulate import UnresolvedError, resolvable
 
     try:
         instead = resolvable(facing(found), found.interface)[1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from continuum.errors import EXIT_CODES, InputError
 
 __all__ = [
     "FORMATS", "KINDS", "add_common", "add_format", "add_init", "at_least_one", "completion", "exit_codes", "parser",
+    "until_stopped",
 ]  # fmt: skip
 
 FORMATS = ("png", "pdf", "svg")
@@ -21,6 +22,15 @@ SHELLS = ("bash", "zsh", "tcsh")
 
 KINDS = ("run",)
 """Inputs of which there is a template."""
+
+
+def until_stopped(command: Callable[[], int]) -> int:
+    """Exit code of a command; stopped before its work began, which has its own message, it says so."""
+    try:
+        return command()
+    except KeyboardInterrupt:
+        sys.stderr.write("stopped; nothing was done\n")
+        return 1
 
 
 def add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser], kinds: Sequence[str]) -> None:

@@ -20,7 +20,8 @@ from continuum.errors import StickinessError
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Attribute, Dataset, StoreError
 from continuum.files.tables import Fault, refuse
-from continuum.runs.engine import Ended, Task, run_tasks
+from continuum.runs.engine import run_tasks
+from continuum.runs.tasks import Ended, Task
 
 __all__ = ["Progress", "Validation", "ValidationError", "validate"]
 

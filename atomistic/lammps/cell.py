@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import tempfile
-from functools import partial
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 
 from atomistic.crystal.interatomic import Potential
-from atomistic.lammps.engine import LammpsError, guard, open_library
+from atomistic.lammps.engine import LammpsError
+from atomistic.lammps.opened import Opened
 from continuum.model.grid import Real
 
 __all__ = ["Cell"]
 
 
-class Cell:
-    """LAMMPS open in this process on a few atoms in an orthogonal box, in the units of their potential; close it, or
-    use it with ``with``.
+class Cell(Opened):
+    """LAMMPS open in this process on a few atoms in an orthogonal box, in the units of their potential.
 
     Parameters
     ----------
@@ -38,14 +34,13 @@ class Cell:
 
     def __init__(self, potential: Potential, positions: Real, periods: Real, surface: bool = False) -> None:
         self._scratch = tempfile.TemporaryDirectory()
-        self.directory = Path(self._scratch.name)  # where LAMMPS runs; gone when closed
+        super().__init__(Path(self._scratch.name))  # gone when closed
         self._free = surface
         # Room for displacements: nothing leaves a box that ends at its outermost atoms.
         bottom, top = float(positions[:, 2].min()), float(positions[:, 2].max())
         self._low = bottom - potential.cutoff if surface else 0.0
         high = top + potential.cutoff if surface else float(periods[2])
         bonds = potential.atom_style == "bond"
-        self._lammps = open_library()
         try:
             for name, content in potential.files.items():
                 (self.directory / name).write_bytes(content)
@@ -79,24 +74,10 @@ class Cell:
             self.close()
             raise
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def close(self) -> None:
         """End this LAMMPS."""
-        self._lammps.close()
+        super().close()
         self._scratch.cleanup()
-
-    def command(self, *lines: str) -> None:
-        """Run LAMMPS commands."""
-        with contextlib.chdir(self.directory):
-            for line in lines:
-                guard(partial(self._lammps.command, line), self.directory)
 
     def deform(self, periods: Real) -> None:
         """Give the box other periods; the atoms stay where they are."""

@@ -5,23 +5,23 @@ from __future__ import annotations
 import contextlib
 import ctypes
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.lammps.directory import read_slab
-from atomistic.lammps.engine import guard, open_library
+from atomistic.lammps.engine import guard
+from atomistic.lammps.opened import Opened
 from continuum.model.grid import Real
 
 __all__ = ["Session"]
 
 
-class Session:
-    """LAMMPS open in this process on the atoms of a deck, without its wall; close it, or use it with
-    ``with``.
+class Session(Opened):
+    """LAMMPS open in this process on the atoms of a deck, without its wall.
 
     Parameters
     ----------
@@ -34,10 +34,9 @@ class Session:
     """
 
     def __init__(self, directory: Path) -> None:
-        self._directory = Path(directory).absolute()
-        self.slab = read_slab(self._directory / "slab.data")
+        self.slab = read_slab(Path(directory) / "slab.data")
         self._failure: BaseException | None = None
-        self._lammps = open_library()
+        super().__init__(Path(directory))
         try:
             self.run("in.slab")
             self.length, self.energy = self.variable("length_unit"), self.variable("energy_unit")
@@ -46,28 +45,15 @@ class Session:
             self.close()
             raise
 
-    def __enter__(self) -> Session:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End this LAMMPS."""
-        self._lammps.close()
-
     def run(self, script: str) -> None:
         """Run a script of the deck."""
-        with contextlib.chdir(self._directory):
-            guard(lambda: self._lammps.file(script), self._directory)
+        with contextlib.chdir(self.directory):
+            guard(partial(self._lammps.file, script), self.directory)
         self._raise_failure()
 
-    def command(self, text: str) -> None:
-        """Run one LAMMPS command."""
-        with contextlib.chdir(self._directory):
-            guard(lambda: self._lammps.command(text), self._directory)
+    def command(self, *lines: str) -> None:
+        """Run LAMMPS commands."""
+        super().command(*lines)
         self._raise_failure()
 
     def variable(self, name: str) -> float:

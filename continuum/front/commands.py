@@ -88,8 +88,8 @@ class Prediction(continuum.sticky.predict.Prediction):
         return sentence(self)
 
     def solved(self, threads: int = 1) -> Prediction:
-        """The same with the contact of its map, solved; see :func:`continuum.sticky.simulate.solved`."""
-        from continuum.sticky.simulate import solved
+        """The same with the contact of its map, solved; see :func:`continuum.sticky.predict.solved`."""
+        from continuum.sticky.predict import solved
 
         return Prediction(**vars(solved(self, threads)))
 

@@ -15,8 +15,8 @@ from continuum.runs.axes import Sweep
 from continuum.runs.cluster import slurm_script
 from continuum.runs.collect import Collected, Progress, progress_of, write_cube
 from continuum.runs.cost import cost_of, pair_seconds
-from continuum.runs.engine import Ended
 from continuum.runs.sweep import SystemTask, begin, run_sweep
+from continuum.runs.tasks import Ended
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from continuum.errors import InputError
-from continuum.runs.engine import DIED, Ended, Job, Task, timed
+from continuum.runs.tasks import DIED, Ended, Job, Task, timed
 
 if TYPE_CHECKING:
     from distributed import Client

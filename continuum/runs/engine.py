@@ -7,15 +7,12 @@ computes, and what is in its file, this module does not know.
 from __future__ import annotations
 
 import os
-import pickle
 import signal
 import threading
-import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait as wait_for
@@ -25,61 +22,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.errors import StickinessError
+from continuum.runs.tasks import DIED, Ended, Job, Task, timed
 
 if TYPE_CHECKING:
     from multiprocessing.queues import SimpleQueue
 
-__all__ = ["DIED", "Ended", "Job", "Task", "run_tasks", "timed"]
+__all__ = ["run_tasks"]
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-DIED = 'its process died: killed, out of memory, or begun by a script without `if __name__ == "__main__":`'
-"""Why a task failed whose process did not live to say it."""
-
-
-@dataclass(frozen=True)
-class Task:
-    """One piece of work.
-
-    Parameters
-    ----------
-    path : the file that it writes, whole or not at all.
-    label : of it, for people.
-    cost : in any unit; the longest are begun first.
-    memory : that it needs, in bytes.
-    """
-
-    path: Path
-    label: str
-    cost: float = 1.0
-    memory: float = 0.0
-
-
-@dataclass(frozen=True)
-class Ended:
-    """How a task ended."""
-
-    task: Task
-    seconds: float
-    """0 where its file was there already."""
-    reason: str = ""
-    """Why it failed; empty where it did not."""
-    error: Exception | None = None
-    """What it raised, if it raised."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether its file is there."""
-        return not self.reason
-
-    @property
-    def found(self) -> bool:
-        """Whether its file was there already."""
-        return self.ok and self.seconds == 0
-
-
-Job = Callable[[Task], None]
-"""What a task does: a function of a module, or a partial one, since it travels to another process."""
 
 
 def run_tasks(
@@ -197,27 +147,6 @@ def _begin(free: SimpleQueue[str] | None) -> None:
     parent = parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
-
-
-def timed(work: Job, task: Task) -> float:
-    """Do a task; returns the seconds that it took."""
-    began = time.perf_counter()
-    try:
-        work(task)
-    except Exception as error:
-        if _travels(error):
-            raise
-        raise StickinessError(f"{type(error).__name__}: {error}") from None
-    return time.perf_counter() - began
-
-
-def _travels(error: Exception) -> bool:
-    """Whether another process can read an exception; one that it cannot would break the pool."""
-    try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:
-        return False
-    return True
 
 
 @contextmanager

@@ -23,9 +23,10 @@ from continuum.runs.axes import Axis, Sweep, SystemPlan
 from continuum.runs.build import physical_memory
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
-from continuum.runs.engine import Ended, Task, run_tasks
+from continuum.runs.engine import run_tasks
 from continuum.runs.measured import finish
 from continuum.runs.run import run
+from continuum.runs.tasks import Ended, Task
 
 __all__ = ["Folder", "Listed", "SweepError", "System", "begin", "run_sweep", "solve_system", "systems_of"]
 

@@ -6,7 +6,7 @@ import math
 
 from continuum.files.output import Held
 from continuum.runs.collect import Collected, Progress
-from continuum.runs.engine import Ended
+from continuum.runs.tasks import Ended
 from continuum.show.sheet import Sheet, pairs
 
 __all__ = ["collected_sheet", "ended_line", "failed_sheet", "progress_sheet"]

@@ -16,6 +16,7 @@ from continuum.theory import paper, rough
 from continuum.theory.smooth import JKR, tabor_parameter
 
 __all__ = [
+    "AREA",
     "Estimate",
     "RoughContact",
     "adhesive_pressure",
@@ -41,6 +42,8 @@ __all__ = [
     "verdicts",
 ]
 
+AREA = 0.01
+"""Repulsive area at which a surface is called sticky if its load is negative."""
 GW_LIMIT = 3.0
 """h_rms/δ_c beyond which asperity theories call the pull-off force negligible, as the paper quotes them."""
 LARGEST_SLOPE = 0.3

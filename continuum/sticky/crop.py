@@ -53,6 +53,18 @@ def wall_of(
         msg = f"{topography.source}: mirrors need an even number of atoms along a side, got {n}"
         raise TopographyError(msg)
     points = n // 2 if edges == "mirror" else n
+    level = detrend(_cut(topography, points, spacing, centre))
+    if edges == "mirror":
+        made = mirror(level)
+    else:
+        taper = tukey(points + 1, _TAPER)[:-1]
+        step = "brought to its mean at the edges by a Tukey window"
+        made = detrend(level.after(level.heights * np.outer(taper, taper), step, periodic=True))
+    return made.after(-made.heights, "turned over: what stands out of the body comes lowest")
+
+
+def _cut(topography: Topography, points: int, spacing: float, centre: tuple[float, float]) -> Topography:
+    """The part of a map, sampled above the atoms."""
     side = points * spacing
     pixels = [np.arange(m) * length / m for m, length in zip(topography.heights.shape, topography.lengths, strict=True)]
     start = [c * length - side / 2 for c, length in zip(centre, topography.lengths, strict=True)]
@@ -77,12 +89,4 @@ def wall_of(
         heights, f"{readable(side, 'length')} cut out about the fractions {centre[0]:g}, {centre[1]:g}",
         lengths=(side, side), periodic=False,
     )  # fmt: skip
-    cut = cut.after(heights, f"sampled every {readable(spacing, 'length')} by cubic splines through pixels of {pixel}")
-    level = detrend(cut)
-    if edges == "mirror":
-        made = mirror(level)
-    else:
-        taper = tukey(points + 1, _TAPER)[:-1]
-        step = "brought to its mean at the edges by a Tukey window"
-        made = detrend(level.after(level.heights * np.outer(taper, taper), step, periodic=True))
-    return made.after(-made.heights, "turned over: what stands out of the body comes lowest")
+    return cut.after(heights, f"sampled every {readable(spacing, 'length')} by cubic splines through pixels of {pixel}")

@@ -14,20 +14,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from continuum import units
-from continuum.sticky.criteria import Estimate, RoughContact, every_estimate, verdicts
+from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.faults import Fault, Findings, find_faults
 from continuum.sticky.materials import Interface
 from continuum.sticky.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
-from continuum.sticky.topography import Topography
+from continuum.sticky.topography import Topography, opposed
 from continuum.theory import paper
 
 if TYPE_CHECKING:
     from continuum.sticky.simulate import Simulation
 
-__all__ = ["AREA", "Prediction", "distinct", "predict", "rough_contact", "turning_modulus", "turning_work"]
+__all__ = [
+    "Prediction",
+    "distinct",
+    "facing",
+    "predict",
+    "rough_contact",
+    "solved",
+    "turning_modulus",
+    "turning_work",
+]
 
-AREA = 0.01
-"""Repulsive area at which a surface is called sticky if its load is negative."""
 RESOLVED = 8.0
 """Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
 GROWTH = 0.1
@@ -269,3 +276,36 @@ def distinct(prediction: Prediction) -> list[int]:
     """Places of the criteria whose margins differ: asperity theories share one."""
     margins = [estimate.margin for estimate in prediction.verdicts]
     return [i for i, margin in enumerate(margins) if margin not in margins[:i]]
+
+
+def facing(prediction: Prediction) -> Topography:
+    """The map of a prediction, or its two maps put face to face.
+
+    Raises
+    ------
+    TopographyError
+        If that cannot be done.
+    """
+    maps = prediction.topographies
+    return maps[0] if len(maps) == 1 else opposed(*maps)
+
+
+def solved(prediction: Prediction, threads: int = 1) -> Prediction:
+    """A prediction with the contact of its map, solved, beside it; or with the reason why that cannot be solved.
+
+    Parameters
+    ----------
+    threads : of the solver.
+
+    Raises
+    ------
+    TopographyError
+        If two maps cannot be put face to face.
+    """
+    from continuum.solve.solution import NotConvergedError
+    from continuum.sticky.simulate import UnresolvedError, simulate  # compiled, and rarely asked for
+
+    try:
+        return replace(prediction, simulation=simulate(facing(prediction), prediction.interface, threads))
+    except (UnresolvedError, NotConvergedError) as error:
+        return replace(prediction, unsolved=str(error))

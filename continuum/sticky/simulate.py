@@ -21,11 +21,11 @@ from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.path.loading import solve
 from continuum.path.state import Outcome
 from continuum.solve.solution import NotConvergedError, Settings
+from continuum.sticky.criteria import AREA
 from continuum.sticky.materials import Interface
-from continuum.sticky.predict import AREA, Prediction
-from continuum.sticky.topography import Topography, mirror, opposed
+from continuum.sticky.topography import Topography, mirror
 
-__all__ = ["Simulation", "UnresolvedError", "facing", "resolvable", "simulate", "solved"]
+__all__ = ["Simulation", "UnresolvedError", "resolvable", "simulate"]
 
 SNAPPING, SAFE = 1.0, 2.0
 """Pixels from which waves may snap for a contact to be solved as it is, and in the limit that is solved instead."""
@@ -155,33 +155,3 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
         lengths=topography.lengths,
         warnings=tuple(doubts),
     )
-
-
-def facing(prediction: Prediction) -> Topography:
-    """The map of a prediction, or its two maps put face to face.
-
-    Raises
-    ------
-    TopographyError
-        If that cannot be done.
-    """
-    maps = prediction.topographies
-    return maps[0] if len(maps) == 1 else opposed(*maps)
-
-
-def solved(prediction: Prediction, threads: int = 1) -> Prediction:
-    """A prediction with the contact of its map, solved, beside it; or with the reason why that cannot be solved.
-
-    Parameters
-    ----------
-    threads : of the solver.
-
-    Raises
-    ------
-    TopographyError
-        If two maps cannot be put face to face.
-    """
-    try:
-        return replace(prediction, simulation=simulate(facing(prediction), prediction.interface, threads))
-    except (UnresolvedError, NotConvergedError) as error:
-        return replace(prediction, unsolved=str(error))

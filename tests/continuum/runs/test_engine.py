@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from continuum.arguments import ArgumentError
-from continuum.runs.engine import DIED, Task, run_tasks
+from continuum.runs.engine import run_tasks
+from continuum.runs.tasks import DIED, Task
 
 
 def work(log: Path, task: Task) -> None:

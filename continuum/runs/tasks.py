@@ -1,0 +1,82 @@
+"""One piece of work of many, what does it, and how it ended: on this machine or on a cluster."""
+
+from __future__ import annotations
+
+import pickle
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from continuum.errors import StickinessError
+
+__all__ = ["DIED", "Ended", "Job", "Task", "timed"]
+
+DIED = 'its process died: killed, out of memory, or begun by a script without `if __name__ == "__main__":`'
+"""Why a task failed whose process did not live to say it."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One piece of work.
+
+    Parameters
+    ----------
+    path : the file that it writes, whole or not at all.
+    label : of it, for people.
+    cost : in any unit; the longest are begun first.
+    memory : that it needs, in bytes.
+    """
+
+    path: Path
+    label: str
+    cost: float = 1.0
+    memory: float = 0.0
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a task ended."""
+
+    task: Task
+    seconds: float
+    """0 where its file was there already."""
+    reason: str = ""
+    """Why it failed; empty where it did not."""
+    error: Exception | None = None
+    """What it raised, if it raised."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether its file is there."""
+        return not self.reason
+
+    @property
+    def found(self) -> bool:
+        """Whether its file was there already."""
+        return self.ok and self.seconds == 0
+
+
+Job = Callable[[Task], None]
+"""What a task does: a function of a module, or a partial one, since it travels to another process."""
+
+
+def timed(work: Job, task: Task) -> float:
+    """Do a task; returns the seconds that it took."""
+    began = time.perf_counter()
+    try:
+        work(task)
+    except Exception as error:
+        if _travels(error):
+            raise
+        raise StickinessError(f"{type(error).__name__}: {error}") from None
+    return time.perf_counter() - began
+
+
+def _travels(error: Exception) -> bool:
+    """Whether another process can read an exception; one that it cannot would break the pool."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return False
+    return True
