@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from continuum.sticky.criteria import Estimate, RoughContact
 from continuum.sticky.turns import Turn, exponent, load_turns, pull_off_turns
 from continuum.theory import dispute, paper
 
-__all__ = ["THEORIES", "Theory", "dispute_sheets", "draw_turns", "write_dispute"]
+__all__ = ["MANY", "THEORIES", "Theory", "dispute_sheets", "draw_turns", "many_contacts", "write_dispute"]
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,8 @@ THEORIES = (
     Theory("Fuller-Tabor", criteria.fuller_tabor, dispute.fuller_tabor_exponent, "#009e73"),
     Theory("bearing area (BAM)", criteria.bearing_area, dispute.long_wave_exponent, "#cc79a7"),
 )
+MANY = 10.0
+"""Squares of λ_s in the repulsive area below which single summits decide, and the paper shows nothing."""
 _MARKS = {"spline": "o", "exponential": "s"}
 _Cell = str | float | int
 _Group = dict[tuple[str, ...], list[Turn]]
@@ -163,6 +165,12 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
         plain_ticks(axes[i][0], "y")
         axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_{rms}^2$ at the turn")
     cuts = sorted({_cut(turn) for turn in turns})
+    few = max(_cut(turn) * float(np.sqrt(turn.contacts / MANY)) for turn in turns)
+    shaded = []
+    for axis in axes.flat if few < cuts[-1] else ():
+        left, right = axis.get_xlim()
+        shaded.append(axis.axvspan(few, right, color="0.93", zorder=-1))
+        axis.set_xlim(left, right)
     for axis in axes[-1]:
         axis.set_xticks(cuts, [f"{cut:g}" for cut in cuts])
         axis.set_xlabel(r"$\lambda_s$ ($a_0$)")
@@ -171,6 +179,8 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
     for shape in sorted({_shape(turn) for turn in turns}):
         axes[0][0].plot([], [], _MARKS[shape], color="0.2", markerfacecolor="0.2" if shape == "spline" else "none",
                         label=f"computed, {shape} law")  # fmt: skip
+    for span in shaded[:1]:
+        span.set_label(rf"fewer than {MANY:g} $\lambda_s^2$ in 1 % of the map")
     figure.legend(loc="outside lower center", ncols=3)
     head = ("range/h_rms", "law", "H", "lambda_s (a0)", "surfaces", "l_a lambda_L/h_rms^2", "scatter (factor)",
             *(theory.name for theory in THEORIES))  # fmt: skip
@@ -218,7 +228,7 @@ def write_dispute(sweeps: Sequence[tuple[str, Collected]], path: Path) -> list[P
         back = bool((table["retracting"] == 1).any())
         title = "Pull-off equal to the load before" if back else "Attraction equal to repulsion at 1 % area"
         turns = pull_off_turns(table) if back else load_turns(table)
-        sheets = dispute_sheets(turns)
+        sheets = [*dispute_sheets(turns), *many_contacts(turns)]
         drawing = draw_turns(turns, title)
         stem = path.with_name(f"dispute-{'pull-off' if back else 'load'}")
         written += save_drawing(drawing, stem)
@@ -229,6 +239,18 @@ def write_dispute(sweeps: Sequence[tuple[str, Collected]], path: Path) -> list[P
         parts += [f"**{sheet.title}**\n\n{sheet.markdown()}\n" for sheet in sheets]
         parts += [_losses(turns)] if back else [_diameters(table)]
     return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
+
+
+def many_contacts(turns: Sequence[Turn]) -> list[Sheet]:
+    """The exponents of those λ_s only of which there are many in 1 % of the map."""
+    many = [turn for turn in turns if turn.contacts >= MANY]
+    if len(many) in (0, len(turns)):
+        return []
+    try:
+        first, _ = dispute_sheets(many)
+    except FigureError:
+        return []
+    return [replace(first, title=f"{first.title}, of those only of which {MANY:g} λ_s² or more make 1 % of the map")]
 
 
 def _losses(turns: Sequence[Turn]) -> str:

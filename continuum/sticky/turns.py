@@ -19,7 +19,7 @@ from continuum.measure.curve import Curve, adhesion
 from continuum.model.grid import Grid, Real
 from continuum.runs.collect import Collected
 from continuum.runs.surfaces import SelfAffineSurface
-from continuum.sticky.criteria import RoughContact
+from continuum.sticky.criteria import AREA, RoughContact
 from continuum.theory import rough
 
 __all__ = [
@@ -38,7 +38,7 @@ NEAR = 1.1
 """Ratio within which the largest or smallest work counts as the turn itself: attraction is nearly proportional to w, so
 that the turn is then known to a few per cent."""
 WORK = "wall.adhesion_length"
-_TOLD = ("surface.hurst", "surface.lambda_s", "surface.lambda_L", "surface.seed", "grid.n")
+_TOLD = ("surface.hurst", "surface.lambda_s", "surface.lambda_L", "surface.seed", "grid.n", "grid.period")
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,11 @@ class Turn:
         """l_a λ_L/h_rms² at the turn, a pure number: the bearing-area model's."""
         assert self.contact.roll_off is not None
         return self.contact.adhesion_length * self.contact.roll_off / self.contact.rms_height**2
+
+    @property
+    def contacts(self) -> float:
+        """Squares of λ_s in 1 % of the map: the paper shows no surface of fewer than ten."""
+        return float(AREA * np.prod(self.settings["grid.period"]) / self.settings["surface.lambda_s"] ** 2)
 
 
 def exponent(cuts: Real, works: Real) -> float:

@@ -17,7 +17,7 @@ from continuum.runs.collect import Collected
 from continuum.runs.measured import COLUMNS
 from continuum.runs.surfaces import SelfAffineSurface
 from continuum.runs.sweep import Listed, System
-from continuum.show.dispute import THEORIES, Theory, dispute_sheets, draw_turns, write_dispute
+from continuum.show.dispute import THEORIES, Theory, dispute_sheets, draw_turns, many_contacts, write_dispute
 from continuum.show.paper_points import FigureError
 from continuum.sticky.criteria import RoughContact
 from continuum.sticky.turns import conformal_energies, exponent, load_turns, pull_off_turns
@@ -64,6 +64,7 @@ def sweep(theory: Theory, *, back: bool) -> Collected:
         "surface.rms_height": HEIGHT,
         "surface.lambda_L": 32.0,
         "grid.n": [N, N],
+        "grid.period": [float(N), float(N)],
     }
     values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
     index = np.repeat(np.arange(len(places)), 4 if back else 1)
@@ -136,3 +137,16 @@ def test_page_and_figures_are_written(tmp_path) -> None:
     assert all((tmp_path / name).stat().st_size > 5000 for name in ("dispute-load.png", "dispute-pull-off.pdf"))
     drawing = draw_turns(load_turns(sweep(THEORIES[0], back=False)), "title")
     assert len(drawing.sheet.rows) == len(CUTS)
+
+
+def test_exponents_are_told_again_without_the_waves_of_which_few_touch() -> None:
+    """Where 1 % of the map is less than 10 λ_s², single summits decide: λ_s = 16 is the longest on 506² points."""
+    turns = [
+        replace(t, settings={**t.settings, "grid.period": [506.0, 506.0]})
+        for t in load_turns(sweep(THEORIES[0], back=False))
+    ]
+    long = [replace(turn, settings={**turn.settings, "surface.lambda_s": 32.0}) for turn in turns]
+    assert min(turn.contacts for turn in turns) == pytest.approx(10, rel=1e-3)
+    assert many_contacts(turns) == []
+    (again,) = many_contacts([*turns, *long])
+    assert again.rows == dispute_sheets(turns)[0].rows
