@@ -53,8 +53,9 @@ class Session(Opened):
 
     def command(self, *lines: str) -> None:
         """Run LAMMPS commands."""
-        super().command(*lines)
-        self._raise_failure()
+        for line in lines:
+            super().command(line)
+            self._raise_failure()
 
     def variable(self, name: str) -> float:
         """Value of an equal-style variable."""

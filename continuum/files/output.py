@@ -74,7 +74,7 @@ def whole(path: str | Path) -> Iterator[BinaryIO]:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(temporary, path)  # noqa: PTH105 - the name says what happens
+            temporary.replace(path)
             _sync(path.parent)
         finally:
             temporary.unlink(missing_ok=True)
@@ -133,7 +133,7 @@ def placed(path: str | Path, final: str | Path) -> Path:
     """
     final = Path(final)
     try:
-        os.replace(path, final)  # noqa: PTH105 - the name says what happens
+        Path(path).replace(final)
         _sync(final.parent)
     except OSError as error:
         msg = f"{final}: cannot be written: {reason(error)}"

@@ -14,14 +14,14 @@ from continuum.model.grid import Real
 from continuum.runs.collect import Collected
 from continuum.show import plot
 from continuum.show.paper import Drawing, save_drawing
-from continuum.show.paper_points import FigureError, plain_ticks
+from continuum.show.paper_points import ENOUGH, FigureError, plain_ticks
 from continuum.show.sheet import Sheet
 from continuum.sticky import criteria
 from continuum.sticky.criteria import Estimate, RoughContact
 from continuum.sticky.turns import Turn, exponent, load_turns, pull_off_turns
 from continuum.theory import dispute, paper
 
-__all__ = ["MANY", "THEORIES", "Theory", "dispute_sheets", "draw_turns", "many_contacts", "write_dispute"]
+__all__ = ["THEORIES", "Theory", "dispute_sheets", "draw_turns", "many_contacts", "write_dispute"]
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,6 @@ THEORIES = (
     Theory("Fuller-Tabor", criteria.fuller_tabor, dispute.fuller_tabor_exponent, "#009e73"),
     Theory("bearing area (BAM)", criteria.bearing_area, dispute.long_wave_exponent, "#cc79a7"),
 )
-MANY = 10.0
-"""Squares of λ_s in the repulsive area below which single summits decide, and the paper shows nothing."""
 _MARKS = {"spline": "o", "exponential": "s"}
 _Cell = str | float | int
 _Group = dict[tuple[str, ...], list[Turn]]
@@ -165,7 +163,7 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
         plain_ticks(axes[i][0], "y")
         axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_{rms}^2$ at the turn")
     cuts = sorted({_cut(turn) for turn in turns})
-    few = max(_cut(turn) * float(np.sqrt(turn.contacts / MANY)) for turn in turns)
+    few = max(_cut(turn) * float(np.sqrt(turn.contacts / ENOUGH)) for turn in turns)
     shaded = []
     for axis in axes.flat if few < cuts[-1] else ():
         left, right = axis.get_xlim()
@@ -180,7 +178,7 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
         axes[0][0].plot([], [], _MARKS[shape], color="0.2", markerfacecolor="0.2" if shape == "spline" else "none",
                         label=f"computed, {shape} law")  # fmt: skip
     for span in shaded[:1]:
-        span.set_label(rf"fewer than {MANY:g} $\lambda_s^2$ in 1 % of the map")
+        span.set_label(rf"fewer than {ENOUGH:g} $\lambda_s^2$ in 1 % of the map")
     figure.legend(loc="outside lower center", ncols=3)
     head = ("range/h_rms", "law", "H", "lambda_s (a0)", "surfaces", "l_a lambda_L/h_rms^2", "scatter (factor)",
             *(theory.name for theory in THEORIES))  # fmt: skip
@@ -243,14 +241,14 @@ def write_dispute(sweeps: Sequence[tuple[str, Collected]], path: Path) -> list[P
 
 def many_contacts(turns: Sequence[Turn]) -> list[Sheet]:
     """The exponents of those λ_s only of which there are many in 1 % of the map."""
-    many = [turn for turn in turns if turn.contacts >= MANY]
+    many = [turn for turn in turns if turn.contacts >= ENOUGH]
     if len(many) in (0, len(turns)):
         return []
     try:
         first, _ = dispute_sheets(many)
     except FigureError:
         return []
-    return [replace(first, title=f"{first.title}, of those only of which {MANY:g} λ_s² or more make 1 % of the map")]
+    return [replace(first, title=f"{first.title}, of those only of which {ENOUGH:g} λ_s² or more make 1 % of the map")]
 
 
 def _losses(turns: Sequence[Turn]) -> str:

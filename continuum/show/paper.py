@@ -186,7 +186,11 @@ def perimeter(points: Points) -> Drawing:
     figure = plot.new_figure(5.4, 3.8)
     axis = figure.subplots()
     draw(axis, points, points["chord"][rows], ratio[rows], rows)
-    axis.set_xscale("log")
+    # One frame for all sweeps, with room for the legend below the curve that points of any chord make.
+    chord, (low, high) = points["chord"][rows], axis.get_ylim()
+    axis.set(
+        xscale="log", xlim=(min(2.0, chord.min() / 1.1), chord.max() * 1.1), ylim=(min(low, 0.75), max(high, 1.05))
+    )
     plain_ticks(axis)
     axis.axhline(1, color="0.5", linewidth=0.9, label="equal")
     axis.axvline(10, color="0.5", linewidth=0.9, linestyle=":", label="below 10 $a_0$ cells show")

@@ -212,8 +212,8 @@ def diameter(points: Points) -> Drawing:
     for path in paths if len(paths) <= _LINES else ():
         axis.plot(area[path], ratio[path], "-", color=colour(float(points.length[path[0]])), linewidth=0.5)
     draw(axis, points, area[rows], ratio[rows], rows)
-    axis.set(xscale="log", ylim=(0, 2.4), xlabel=r"$A_{rep}/A_0$", ylabel=r"$d_{rep}/(4h'_{rms}/h''_{rms})$")
-    legend(axis, points, rows, fontsize=6, ncols=3, loc="lower right")
+    axis.set(xscale="log", ylim=(0, 3), xlabel=r"$A_{rep}/A_0$", ylabel=r"$d_{rep}/(4h'_{rms}/h''_{rms})$")
+    legend(axis, points, rows, fontsize=6, ncols=3, loc="upper center")
     columns = (points["surface.hurst"], points["surface.rms_slope"], points.lambda_s, points.length,
                points["surface.seed"], area, points["diameter"], points.diameter, ratio)  # fmt: skip
     body = [tuple(float(column[row]) for column in columns) for row in rows]
