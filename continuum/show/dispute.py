@@ -60,7 +60,7 @@ def _cut(turn: Turn) -> float:
 
 
 def _shape(turn: Turn) -> str:
-    return str(turn.settings.get("wall.shape", "spline"))
+    return turn.shape
 
 
 def _reach(turn: Turn) -> float:
@@ -179,7 +179,7 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
                         label=f"computed, {shape} law")  # fmt: skip
     for span in shaded[:1]:
         span.set_label(rf"fewer than {ENOUGH:g} $\lambda_s^2$ in 1 % of the map")
-    figure.legend(loc="outside lower center", ncols=3)
+    figure.legend(loc="outside lower center", ncols=len(columns))
     head = ("range/h_rms", "law", "H", "lambda_s (a0)", "surfaces", "l_a lambda_L/h_rms^2", "scatter (factor)",
             *(theory.name for theory in THEORIES))  # fmt: skip
     caption = f"{title}: means over surfaces, bars their scatter; lines are the theories on the same surfaces."
@@ -229,6 +229,7 @@ def write_dispute(sweeps: Sequence[tuple[str, Collected]], path: Path) -> list[P
         sheets = [*dispute_sheets(turns), *many_contacts(turns)]
         drawing = draw_turns(turns, title)
         stem = path.with_name(f"dispute-{'pull-off' if back else 'load'}")
+        stem = stem.with_name(f"{stem.name}-{name}") if stem.with_suffix(".png") in written else stem
         written += save_drawing(drawing, stem)
         made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
         parts += [f"## {title}\n", f"Sweep `{name}`: {len(table.keys)} of {len(table.listed.systems)} systems done, "

@@ -70,7 +70,7 @@ def recorded() -> tuple[Surface, ...]:
     text = resources.files("continuum.sticky").joinpath("record.csv").read_text()
     found = []
     for row in csv.DictReader(text.splitlines()):
-        numbers = {name: float(row[name]) for name in row if name not in ("source", "sticky")}
+        numbers = {name: float(row[name]) for name in row if name not in ("source", "law", "sticky")}
         contact = RoughContact(
             numbers["rms_height"],
             numbers["rms_slope"],

@@ -38,7 +38,8 @@ NEAR = 1.1
 """Ratio within which the largest or smallest work counts as the turn itself: attraction is nearly proportional to w, so
 that the turn is then known to a few per cent."""
 WORK = "wall.adhesion_length"
-_TOLD = ("surface.hurst", "surface.lambda_s", "surface.lambda_L", "surface.seed", "grid.n", "grid.period")
+_TOLD = ("surface.hurst", "surface.lambda_s", "surface.lambda_L", "surface.seed", "grid.n", "grid.period",
+         "wall.shape")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,12 @@ class Turn:
     """At the turn."""
     loss: float
     """Work lost in the cycle over w, there."""
+
+    @property
+    def shape(self) -> str:
+        """Of the attraction: the paper's spline where the wall has no other."""
+        given = self.settings.get("wall.shape")
+        return given if isinstance(given, str) else "spline"
 
     @property
     def reach(self) -> float:

@@ -13,7 +13,7 @@ import csv
 import io
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -30,16 +30,18 @@ from continuum.sticky.turns import conformal_energies, load_turns
 from continuum.sticky.verdict import RECORDED, count, votes
 
 COLUMNS = (
-    "source", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature", "conformal_energy",
-    "range", "work", "sticky",
+    "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
+    "conformal_energy", "range", "work", "sticky",
 )  # fmt: skip
+SURFACE = ("hurst", "lambda_s", "lambda_L", "seed")
 MOMENTS = ("rms_height", "rms_slope", "rms_curvature")
 
 
 def turned(table: Collected) -> Iterator[dict[str, object]]:
     """Surfaces with the work of adhesion at which attraction and repulsion cancel at 1 % area."""
     for turn in load_turns(table):
-        yield {**_surface(turn.settings), **_contact(turn.contact), "source": "turn", "sticky": "turns"}
+        told = {"source": "turn", "law": turn.shape, "sticky": "turns"}
+        yield {**_surface(turn.settings), **_contact(turn.contact), **told}
 
 
 def states(table: Collected) -> Iterator[dict[str, object]]:
@@ -51,13 +53,13 @@ def states(table: Collected) -> Iterator[dict[str, object]]:
             *(float(points[name][row]) for name in MOMENTS), float(points.length[row]),
             float(points["effective_range"][row]), conformal_energy=energies[key],
         )  # fmt: skip
-        settings = {f"surface.{name}": table.setting(key, f"surface.{name}") for name in COLUMNS[1:5]}
+        settings = {f"surface.{name}": table.setting(key, f"surface.{name}") for name in SURFACE}
         sticky = "yes" if points["load"][row] < 0 else "no"
-        yield {**_surface(settings), **_contact(contact), "source": "state", "sticky": sticky}
+        yield {**_surface(settings), **_contact(contact), "source": "state", "law": "spline", "sticky": sticky}
 
 
 def _surface(settings: dict[str, object]) -> dict[str, object]:
-    return {name: settings[f"surface.{name}"] for name in COLUMNS[1:5]}
+    return {name: settings[f"surface.{name}"] for name in SURFACE}
 
 
 def _contact(contact: RoughContact) -> dict[str, object]:
@@ -67,9 +69,19 @@ def _contact(contact: RoughContact) -> dict[str, object]:
 
 def _key(row: dict[str, str]) -> tuple[str, ...]:
     """The surface and its law; of a state, the work of adhesion, too.  Moments were stored with six digits."""
-    names = ("source", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "range")
-    numbers = [f"{float(row[name]):.4g}" if name != "source" else row[name] for name in names]
-    return (*numbers, f"{float(row['work']):.4g}" if row["source"] == "state" else "")
+    numbers = [f"{float(row[name]):.4g}" for name in (*SURFACE, "rms_height", "rms_slope", "range")]
+    return (row["source"], row["law"], *numbers, f"{float(row['work']):.4g}" if row["source"] == "state" else "")
+
+
+def added(rows: Iterable[dict[str, str]], tables: Iterable[Collected]) -> list[dict[str, str]]:
+    """Rows of a record, and those of sweeps: a surface under one law at one range has its turn once."""
+    known = {_key(row): row for row in rows}
+    for table in tables:
+        held = table.setting(table.keys[0], "surface.rms_height")  # NaN where slopes are held instead
+        for found in turned(table) if held == held else states(table):
+            row = {name: f"{v:.6g}" if isinstance(v := found[name], float) else str(v) for name in COLUMNS}
+            known[_key(row)] = row
+    return list(known.values())
 
 
 def record_sheet() -> Sheet:
@@ -131,16 +143,11 @@ def main() -> None:
     if not given.folders:
         sys.stdout.write("\n\n".join(sheet.markdown() for sheet in (record_sheet(), vote_sheet())) + "\n")
         return
-    known = {_key(row): row for row in csv.DictReader(given.record.read_text().splitlines())}
-    for table in map(collect, given.folders):
-        held = table.setting(table.keys[0], "surface.rms_height")  # NaN where slopes are held instead
-        for found in turned(table) if held == held else states(table):
-            row = {name: f"{v:.6g}" if isinstance(v := found[name], float) else str(v) for name in COLUMNS}
-            known[_key(row)] = row
+    rows = added(csv.DictReader(given.record.read_text().splitlines()), map(collect, given.folders))
     out = io.StringIO()
     writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
     writer.writeheader()
-    writer.writerows(known.values())
+    writer.writerows(rows)
     output.save(given.record, out.getvalue())
 
 

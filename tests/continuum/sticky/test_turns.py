@@ -22,6 +22,7 @@ from continuum.show.paper_points import FigureError
 from continuum.sticky.criteria import RoughContact
 from continuum.sticky.turns import conformal_energies, exponent, load_turns, pull_off_turns
 from continuum.theory import rough
+from tests.studies.record import added
 
 N, HEIGHT, REACH = 64, 0.1, 0.02
 CUTS, SEEDS = (4.0, 8.0, 16.0), (1, 2)
@@ -127,13 +128,15 @@ def test_an_exponent_is_found_whatever_the_units(power: float, unit: float) -> N
 
 
 def test_page_and_figures_are_written(tmp_path) -> None:
+    load = sweep(THEORIES[0], back=False)
     written = write_dispute(
-        [("load", sweep(THEORIES[0], back=False)), ("pulled", sweep(THEORIES[1], back=True))], tmp_path / "dispute.md"
+        [("load", load), ("pulled", sweep(THEORIES[1], back=True)), ("short", load)], tmp_path / "dispute.md"
     )
     text = (tmp_path / "dispute.md").read_text()
     assert "Hysteresis at the turn" in text
     assert "d_rep over 4h'/h''" in text
-    assert {path.name for path in written} >= {"dispute.md", "dispute-load.png", "dispute-pull-off.csv"}
+    names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-load-short.png"}
+    assert {path.name for path in written} >= names
     assert all((tmp_path / name).stat().st_size > 5000 for name in ("dispute-load.png", "dispute-pull-off.pdf"))
     drawing = draw_turns(load_turns(sweep(THEORIES[0], back=False)), "title")
     assert len(drawing.sheet.rows) == len(CUTS)
@@ -150,3 +153,15 @@ def test_exponents_are_told_again_without_the_waves_of_which_few_touch() -> None
     assert many_contacts(turns) == []
     (again,) = many_contacts([*turns, *long])
     assert again.rows == dispute_sheets(turns)[0].rows
+
+
+def test_a_surface_is_in_the_record_once_for_each_law_and_range() -> None:
+    table = sweep(THEORIES[0], back=False)
+    laws = [
+        replace(table, listed=replace(table.listed, common={**table.listed.common, "wall.shape": shape}))
+        for shape in ("spline", "exponential")
+    ]
+    once = added([], laws)
+    assert len(once) == 2 * len(CUTS) * len(SEEDS)
+    assert {row["law"] for row in once} == {"spline", "exponential"}
+    assert added(once, laws) == once
