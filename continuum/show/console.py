@@ -7,6 +7,7 @@ import contextlib
 import io
 import logging
 import os
+import signal
 import sys
 import time
 import traceback
@@ -183,8 +184,9 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
     _three_streams()
     _voice.set(voice)
     try:
-        code = command()
-        sys.stdout.flush()
+        with _stopped_as_by_ctrl_c():
+            code = command()
+            sys.stdout.flush()
     except StickinessError as error:
         return _complain(error if error.exit_code == BAD_INPUT else f"{error}\n{advice}".rstrip(), error.exit_code)
     except BrokenPipeError:
@@ -200,6 +202,20 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
     except KeyboardInterrupt:
         return _complain("stopped; what is finished is stored, and the same command goes on from there", NOT_CONVERGED)
     return code
+
+
+@contextmanager
+def _stopped_as_by_ctrl_c() -> Iterator[None]:
+    """What `kill` and the queue of a cluster send stops the work as Ctrl-C does: in order, and with a message."""
+    try:
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    except ValueError:  # only the main thread of a process hears signals
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
 
 
 def _three_streams() -> None:

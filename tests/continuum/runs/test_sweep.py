@@ -419,17 +419,22 @@ def test_a_kill_loses_nothing(victim: str, undisturbed: Path, tmp_path: Path) ->
         same(point, undisturbed / point.relative_to(path.parent))
 
 
-def test_ctrl_c_stops_a_sweep_and_its_workers(tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", ["Ctrl-C", "kill"])
+def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
     path = described(tmp_path, SEEDS.replace("[1, 2, 3]", "{from = 1, to = 400, step = 1}"))
     root = tmp_path / "out" / "many"
     process = driver(path, root, "--workers", "2")
     until_some_are_done(root, process, 2)
     workers = workers_of(process)
-    os.killpg(process.pid, signal.SIGINT)  # a terminal tells all that it runs
+    if how == "kill":  # as a queue does
+        process.terminate()
+    else:
+        os.killpg(process.pid, signal.SIGINT)  # a terminal tells all that it runs
     said = process.communicate(timeout=60)[0].decode()
     assert process.returncode == 1
     assert "the same command goes on from there" in said
     assert "Traceback" not in said
+    assert "Warning" not in said
     assert not any(psutil.pid_exists(worker) for worker in workers)
     assert verify(root)[1] == []
 
