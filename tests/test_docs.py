@@ -48,7 +48,7 @@ def test_every_command_and_option_named_exists(page: str) -> None:
     known = {}
     for program, parser in parsers.items():
         (commands,) = [action for action in parser._actions if action.choices and action.dest == "command"]
-        known |= {(program, name): set(sub._option_string_actions) for name, sub in commands.choices.items()}  # type: ignore[union-attr]
+        known |= {(program, name): set(sub._option_string_actions) for name, sub in commands.choices.items()}
     for line in re.findall(r"(?:^|`)((?:continuum|atomistic) [a-z][^`\n]*)", PAGES[page], re.MULTILINE):
         program, command, *words = line.split("#")[0].split()
         if f"{program} {command}" in ("continuum of", "continuum is", "continuum on") or "." in command:

@@ -227,7 +227,6 @@ def test_a_count_of_processes_or_threads_is_at_least_one(
     assert "allowed: a whole number from 1 to 1024" in capsys.readouterr().err
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 def test_a_forked_process_solves_with_threads_of_its_own() -> None:
     """The threads of its parent are not there any more, and it waited for them for ever."""
     _solve()

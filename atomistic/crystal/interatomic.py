@@ -115,7 +115,7 @@ class Springs:
     stiffness : k_s, in E* a0; the one for which the mean E*(100) is 1 if not given.
     """
 
-    stiffness: float = None  # type: ignore[assignment]  # a number as soon as it is made
+    stiffness: float = field(default_factory=lambda: 1 / contact_modulus(Springs(1.0).elastic_constants))
 
     units: Literal["lj"] = field(default="lj", init=False)
     atom_style: Literal["bond"] = field(default="bond", init=False)
@@ -130,8 +130,6 @@ class Springs:
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
-        if self.stiffness is None:
-            object.__setattr__(self, "stiffness", 1 / contact_modulus(Springs(1.0).elastic_constants))
         if not (np.isfinite(self.stiffness) and self.stiffness > 0):
             msg = f"the stiffness of a spring is a positive finite number, got {self.stiffness}"
             raise ValueError(msg)

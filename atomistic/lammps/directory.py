@@ -14,7 +14,7 @@ import re
 import string
 import textwrap
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, is_dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import BinaryIO
@@ -252,7 +252,7 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
     for array in (deck.heights, deck.start, deck.rest):
         digest.update(array.tobytes())
     wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
-    numbers = {} if isinstance(wall, TabulatedWall) else asdict(wall)  # type: ignore[call-overload]
+    numbers: dict[str, object] = asdict(wall) if is_dataclass(wall) and not isinstance(wall, TabulatedWall) else {}
     description = {
         "format": FORMAT,
         "identity": digest.hexdigest(),

@@ -42,7 +42,7 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[E
             client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
             for i, task in enumerate(todo)
         }
-        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call]
+        for future in as_completed(list(futures)):
             task = futures.pop(future)
             error = future.exception()
             if error is None:
@@ -66,7 +66,7 @@ def _client(scheduler_file: Path) -> Client:
         msg = f"{scheduler_file}: there is no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it"
         raise ClusterError(msg)
     try:
-        return Client(scheduler_file=str(scheduler_file), timeout=_WAIT)  # type: ignore[no-untyped-call]
+        return Client(scheduler_file=str(scheduler_file), timeout=_WAIT)
     except (OSError, TimeoutError, ValueError) as error:
         msg = f"{scheduler_file}: no scheduler answers there ({error})"
         raise ClusterError(msg) from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -59,10 +60,6 @@ def _cut(turn: Turn) -> float:
     return float(turn.settings["surface.lambda_s"])
 
 
-def _shape(turn: Turn) -> str:
-    return turn.shape
-
-
 def _reach(turn: Turn) -> float:
     return round(turn.reach, 2)
 
@@ -104,7 +101,7 @@ def _gap_ratio(turn: Turn) -> float:
 
 def dispute_sheets(turns: Sequence[Turn]) -> tuple[Sheet, Sheet]:
     """Exponents, measured and of each theory on the same surfaces; and the measured work over each theory's."""
-    by = (_reach, _hurst, _shape, _peak)
+    by = (_reach, _hurst, attrgetter("shape"), _peak)
     exponents, works = list[list[_Cell]](), list[list[_Cell]]()
     for (reach, hurst, shape, peak), group in sorted(_grouped(turns, *by).items()):
         series = _series(group)
@@ -154,8 +151,8 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
     for i, (reach, peak) in enumerate(rows):
         for axis, hurst in zip(axes[i], columns, strict=True):
             mine = [t for t in turns if _hurst(t) == hurst and (_reach(t), _peak(t)) == (reach, peak)]
-            for shape in sorted({_shape(turn) for turn in mine}):
-                body += _draw_panel(axis, [turn for turn in mine if _shape(turn) == shape], shape)
+            for shape in sorted({turn.shape for turn in mine}):
+                body += _draw_panel(axis, [turn for turn in mine if turn.shape == shape], shape)
             turned = f", back at {peak} $h_{{rms}}$" if peak else ""
             axis.set_title(rf"$H = {hurst:g}$, $\Delta r = {reach:g}\,h_{{rms}}${turned}", fontsize=8)
             axis.set(xscale="log", yscale="log")
@@ -174,7 +171,7 @@ def draw_turns(turns: Sequence[Turn], title: str) -> Drawing:
         axis.set_xlabel(r"$\lambda_s$ ($a_0$)")
     for theory in THEORIES:
         axes[0][0].plot([], [], color=theory.colour, label=theory.name)
-    for shape in sorted({_shape(turn) for turn in turns}):
+    for shape in sorted({turn.shape for turn in turns}):
         axes[0][0].plot([], [], _MARKS[shape], color="0.2", markerfacecolor="0.2" if shape == "spline" else "none",
                         label=f"computed, {shape} law")  # fmt: skip
     for span in shaded[:1]:

@@ -70,15 +70,14 @@ def recorded() -> tuple[Surface, ...]:
     text = resources.files("continuum.sticky").joinpath("record.csv").read_text()
     found = []
     for row in csv.DictReader(text.splitlines()):
-        numbers = {name: float(row[name]) for name in row if name not in ("source", "law", "sticky")}
         contact = RoughContact(
-            numbers["rms_height"],
-            numbers["rms_slope"],
-            numbers["rms_curvature"],
-            numbers["work"],
-            numbers["range"],
-            conformal_energy=numbers["conformal_energy"],
-            roll_off=numbers["lambda_L"],
+            float(row["rms_height"]),
+            float(row["rms_slope"]),
+            float(row["rms_curvature"]),
+            float(row["work"]),
+            float(row["range"]),
+            conformal_energy=float(row["conformal_energy"]),
+            roll_off=float(row["lambda_L"]),
         )
         found.append(Surface(contact, {"yes": True, "no": False}.get(row["sticky"])))
     return tuple(found)

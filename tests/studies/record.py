@@ -40,8 +40,8 @@ MOMENTS = ("rms_height", "rms_slope", "rms_curvature")
 def turned(table: Collected) -> Iterator[dict[str, object]]:
     """Surfaces with the work of adhesion at which attraction and repulsion cancel at 1 % area."""
     for turn in load_turns(table):
-        told = {"source": "turn", "law": turn.shape, "sticky": "turns"}
-        yield {**_surface(turn.settings), **_contact(turn.contact), **told}
+        surface = {name: turn.settings[f"surface.{name}"] for name in SURFACE}
+        yield {**surface, **_contact(turn.contact), "source": "turn", "law": turn.shape, "sticky": "turns"}
 
 
 def states(table: Collected) -> Iterator[dict[str, object]]:
@@ -53,13 +53,9 @@ def states(table: Collected) -> Iterator[dict[str, object]]:
             *(float(points[name][row]) for name in MOMENTS), float(points.length[row]),
             float(points["effective_range"][row]), conformal_energy=energies[key],
         )  # fmt: skip
-        settings = {f"surface.{name}": table.setting(key, f"surface.{name}") for name in SURFACE}
+        surface = {name: table.setting(key, f"surface.{name}") for name in SURFACE}
         sticky = "yes" if points["load"][row] < 0 else "no"
-        yield {**_surface(settings), **_contact(contact), "source": "state", "law": "spline", "sticky": sticky}
-
-
-def _surface(settings: dict[str, object]) -> dict[str, object]:
-    return {name: settings[f"surface.{name}"] for name in SURFACE}
+        yield {**surface, **_contact(contact), "source": "state", "law": "spline", "sticky": sticky}
 
 
 def _contact(contact: RoughContact) -> dict[str, object]:

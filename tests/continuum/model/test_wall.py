@@ -144,7 +144,7 @@ def test_an_attraction_on_a_core_has_the_work_and_the_range_asked_for(
 
 def test_an_attraction_on_a_core_refuses_what_has_no_meaning() -> None:
     with pytest.raises(ArgumentError, match=r"spline.*exponential"):
-        attraction_on_core("square", 0.1, 0.1, 1.0)  # type: ignore[arg-type]
+        attraction_on_core("square", 0.1, 0.1, 1.0)
     with pytest.raises(ArgumentError, match="effective_range"):
         attraction_on_core("spline", 0.1, -0.1, 1.0)
 

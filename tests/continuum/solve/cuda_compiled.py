@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -37,12 +38,12 @@ def machine_code(program: str, kind: tuple[int, int], ptxas: str, folder: Path) 
 
 
 def main(major: str, minor: str, ptxas: str, folder: str) -> None:
-    import continuum.solve.cuda  # noqa: F401 - all kernels
-
+    import_module("continuum.solve.cuda")  # all kernels
     kind = int(major), int(minor)
     dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=kind)
     for name, kernel in sorted(KERNELS.items()):
-        print(name, *machine_code(ptx(kernel, kind), kind, ptxas, Path(folder)), flush=True)  # noqa: T201
+        registers, spilled = machine_code(ptx(kernel, kind), kind, ptxas, Path(folder))
+        sys.stdout.write(f"{name} {registers} {spilled}\n")
 
 
 if __name__ == "__main__":

@@ -528,7 +528,7 @@ def test_processes_that_share_a_machine_have_a_gpu_each(monkeypatch: pytest.Monk
 
 
 def test_the_device_is_known_and_names_itself() -> None:
-    assert backend.back_end("cuda") is cuda  # type: ignore[comparison-overlap]
+    assert backend.back_end("cuda") is cuda
     assert cuda.machine() == "simulator"
     assert "experimental" in cuda.CAUTION
     assert numba_cuda.is_available()

