@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from continuum.files.store import StoreError
     from continuum.files.tables import ConfigError
     from continuum.front.commands import Analysis, Prediction, Result, analyse, check, examples, plot, predict, run
-    from continuum.front.contact import Contact, Path, State
+    from continuum.front.contact import Contact
+    from continuum.front.states import Path, State
     from continuum.front.sweeps import sweep
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
@@ -59,7 +60,8 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _WHERE = {
-    "front.contact": ("Contact", "Path", "State"),
+    "front.contact": ("Contact",),
+    "front.states": ("Path", "State"),
     "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"),
     "front.sweeps": ("sweep",),
     "model.grid": ("Grid",),

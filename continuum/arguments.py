@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import numbers
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from continuum.errors import InputError
 
-__all__ = ["ArgumentError", "choice", "count", "field", "number", "pair"]
+__all__ = ["ArgumentError", "choice", "count", "field", "instance", "number", "pair", "several"]
 
 _Choice = TypeVar("_Choice", bound=str)
+_Kind = TypeVar("_Kind")
 
 
 class ArgumentError(InputError, ValueError):
@@ -104,6 +105,36 @@ def pair(name: str, value: Any) -> tuple[Any, Any]:
     if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray) or len(value) != 2:
         raise ArgumentError(name, value, "two values, along x and y")
     return value[0], value[1]
+
+
+def several(name: str, values: Any) -> tuple[float, ...]:
+    """Finite numbers, at least one, from a list, a tuple or a one-dimensional array.
+
+    Raises
+    ------
+    ArgumentError
+        If it is something else, or one of them is no finite number.
+    """
+    listed = isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping | Set)
+    if not listed or (isinstance(values, np.ndarray) and values.ndim != 1):
+        raise ArgumentError(name, values, "a list of finite numbers")
+    found = tuple(number(name, value) for value in values)
+    if not found:
+        raise ArgumentError(name, values, "a list of at least one number")
+    return found
+
+
+def instance(name: str, value: Any, kind: type[_Kind] | tuple[type[_Kind], ...], allowed: str) -> _Kind:
+    """An object of a class, or of one of several; ``allowed`` says in words which.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if not isinstance(value, kind):
+        raise ArgumentError(name, value, allowed)
+    return value
 
 
 def field(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:

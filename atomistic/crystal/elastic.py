@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from continuum.model.cubic import CubicConstants, directional_contact_modulus
+from continuum.model.cubic import CubicConstants, contact_modulus, directional_contact_modulus
 from continuum.model.grid import Real
 
 __all__ = ["ContactModulus", "CubicConstants", "contact_modulus", "directional_contact_modulus"]
 
-# The integrand is smooth and periodic, so that equal weights converge exponentially.
 _DIRECTIONS = 128
 
 
@@ -37,7 +36,7 @@ class ContactModulus:
         """
         angles = np.arange(_DIRECTIONS + 1, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
         values = directional_contact_modulus(constants, angles)
-        return cls(angles, values, float(1 / np.mean(1 / values[:-1])))
+        return cls(angles, values, contact_modulus(constants, _DIRECTIONS))
 
     @property
     def smallest(self) -> float:
@@ -58,14 +57,3 @@ class ContactModulus:
     def along_110(self) -> float:
         """θ = π/4: along the rows of nearest neighbours, which are the axes of the surface grid."""
         return float(self.values[_DIRECTIONS // 2])
-
-
-def contact_modulus(constants: CubicConstants) -> float:
-    """Mean contact modulus of the (100) surface, 1/<1/E*(θ)> over all directions, in the unit of the constants.
-
-    Raises
-    ------
-    ValueError
-        If the crystal is not stable.
-    """
-    return ContactModulus.of(constants).mean

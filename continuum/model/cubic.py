@@ -20,7 +20,7 @@ from scipy.linalg import expm
 
 from continuum.model.grid import Real
 
-__all__ = ["CubicConstants", "directional_contact_modulus", "surface_stiffness"]
+__all__ = ["CubicConstants", "contact_modulus", "directional_contact_modulus", "surface_stiffness"]
 
 THICK = 40.0
 """q depth above which a layer is a half-space to all digits: fields decay as exp(-a q z), a about 1/2 or more."""
@@ -128,3 +128,18 @@ def directional_contact_modulus(constants: CubicConstants, angle: Real) -> Real:
     series[1:-1] *= 2
     # cos 4jθ is the Chebyshev polynomial T_j of cos 4θ.
     return np.asarray(np.polynomial.chebyshev.chebval(np.cos(4 * np.asarray(angle)), series), dtype=np.float64)
+
+
+def contact_modulus(constants: CubicConstants, directions: int = 128) -> float:
+    """Mean contact modulus E* = 1/<1/E*(θ)> of the (100) surface, in the unit of the constants.
+
+    The mean of the compliance is the compliance of the axially symmetric part of the response.  E*(θ) is smooth and
+    periodic, so that equal weights converge exponentially.
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not stable.
+    """
+    angles = np.arange(directions, dtype=np.float64) * (np.pi / 2 / directions)
+    return float(1 / np.mean(1 / directional_contact_modulus(constants, angles)))

@@ -20,6 +20,7 @@ import numpy as np
 from continuum.arguments import field
 from continuum.model.grid import Complex, Grid, Real
 from continuum.model.substrates import Substrate
+from continuum.model.surface import moments
 from continuum.model.walls import Wall
 
 __all__ = ["ContactProblem"]
@@ -65,6 +66,19 @@ class ContactProblem:
     def mean_stiffness(self) -> float:
         """K at q = 0."""
         return float(self.stiffness_q[0, 0])
+
+    @cached_property
+    def traction_scale(self) -> float:
+        """Traction to which tolerances are relative, in E*: h'rms E*, unless the substrate is softer than E* = 1.
+
+        Twice the root-mean-square traction that flattens the surface is h'rms E* of a half-space.  A substrate that is
+        softer at the waves of the heights, whatever its unit, is solved as closely in terms of its own tractions.
+        """
+        flat = self.grid.forward(self.heights) * self._finite_stiffness_q
+        power = (flat.real**2 + flat.imag**2) * self.grid.mode_weights
+        power[0, 0] = 0.0
+        own, slope = 2 * float(np.sqrt(power.sum())), moments(self.grid, self.heights).rms_slope
+        return own if own < (1 - 1e-9) * slope else slope  # on a half-space they differ by rounding
 
     @property
     def mean_height(self) -> float:

@@ -11,13 +11,25 @@ from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
 from continuum.theory.paper import snap_in_wavelength
 
-__all__ = ["LARGEST_SLOPE", "POINTS", "SMALL_SLOPE", "check_slope", "short_waves", "steep", "unresolved"]
+__all__ = [
+    "LARGEST_SLOPE",
+    "POINTS",
+    "SMALL_SLOPE",
+    "check_slope",
+    "doubts",
+    "other_unit",
+    "short_waves",
+    "steep",
+    "unresolved",
+]
 
 POINTS = 4
 """Points of the grid that a wavelength needs."""
 SMALL_SLOPE, LARGEST_SLOPE = 0.3, 10.0
 """Largest rms slope that small-slope theory covers (there tan and sin of a typical slope differ by 4 %), and
 the largest that is computed at all (beyond, heights are rather given in other units than a0)."""
+OTHER_UNIT = 10.0
+"""Factor by which a stiffness may differ from that of a half-space of E* = 1 in the median over all waves."""
 LARGEST_SHARE = 0.05
 """Largest part of the mean square slope that may lie in shorter waves: what a surface with edges has anyway."""
 
@@ -30,14 +42,14 @@ def check_slope(rms_slope: float) -> None:
     ArgumentError
         If the slope is zero, not finite, or above :data:`LARGEST_SLOPE`.
     """
-    if not 0 < rms_slope <= LARGEST_SLOPE:
+    if not 0 < rms_slope <= LARGEST_SLOPE * (1 + 1e-9):
         what = f"a slope greater than 0 and at most {LARGEST_SLOPE:g}: heights are in a0, as the spacing is"
         raise ArgumentError("rms slope of the heights", float(rms_slope), what)
 
 
 def steep(rms_slope: float) -> Iterator[str]:
     """What small-slope theory does not cover, in a sentence with what helps."""
-    if rms_slope > SMALL_SLOPE:
+    if rms_slope > SMALL_SLOPE * (1 + 1e-9):  # a surface scaled to the bound may exceed it by rounding
         yield (
             f"the rms slope, {rms_slope:.3g}, is above {SMALL_SLOPE:g}: the theory of small slopes does not cover "
             "it, and areas and loads are those of that theory only; lower rms_slope, or check the units of the heights"
@@ -52,6 +64,23 @@ def short_waves(problem: ContactProblem) -> float:
     limit = 2 * np.pi / (POINTS * max(grid.spacing))
     total = float(power.sum())
     return float(power[grid.wavenumber > limit * (1 + 1e-9)].sum()) / total if total else 0.0
+
+
+def other_unit(problem: ContactProblem) -> Iterator[str]:
+    """Whether the stiffness seems to be in another unit than E*/a0, in a sentence with what helps.
+
+    Most waves of a grid are short, and short waves see a half-space whatever lies below: the median of 2 K/q is about
+    E*.  It is taken over some ten thousand waves.
+    """
+    every = max(1, round((problem.grid.size / 2e4) ** 0.5))
+    q, stiffness_q = (values[::every, ::every].ravel()[1:] for values in (problem.grid.wavenumber, problem.stiffness_q))
+    modulus = float(np.median(2 * stiffness_q / q)) if q.size else 1.0
+    if not 1 / OTHER_UNIT <= modulus <= OTHER_UNIT:
+        yield (
+            f"most waves are {modulus:.3g} times as stiff as those of a half-space of E* = 1, the unit of pressure: "
+            "areas, tolerances and kappa refer to that unit; divide the stiffness, and the tractions of the wall, by "
+            "the contact modulus"
+        )
 
 
 def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None = None) -> Iterator[str]:
@@ -103,3 +132,8 @@ def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None
             f"fewer than {POINTS} points, snap in: single points of the grid jump, and hysteresis depends on the grid; "
             "raise grid.n at the same period, or take a longer range"
         )
+
+
+def doubts(problem: ContactProblem, rms_slope: float, shortest: float | None = None) -> tuple[str, ...]:
+    """What is to be known before a result is relied on: :func:`steep`, :func:`other_unit`, :func:`unresolved`."""
+    return (*steep(rms_slope), *other_unit(problem), *unresolved(problem, rms_slope, shortest))

@@ -6,16 +6,26 @@ zz entry of the 3 x 3 stiffness matrix, which holds the lateral displacements at
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
 
-from continuum.arguments import ArgumentError, number
-from continuum.model.cubic import THICK, CubicConstants, directional_contact_modulus, surface_stiffness
+from continuum.arguments import ArgumentError, number, pair
+from continuum.model.cubic import (
+    THICK,
+    CubicConstants,
+    contact_modulus,
+    directional_contact_modulus,
+    surface_stiffness,
+)
 from continuum.model.grid import Grid, Real
 
 __all__ = ["CubicLayer", "HalfSpace", "Layer", "MeanMode", "Substrate", "TabulatedSubstrate"]
+
+OTHER_MEAN = 1.5
+"""By this factor at most E*, as a mean over directions, depends on which mean is taken (fcc metals: 1.2)."""
 
 MeanMode = float | Literal["clamped", "free"]
 """Stiffness of the mean displacement: a number in E*/a0, "clamped" (infinite) or "free" (zero)."""
@@ -53,23 +63,22 @@ def _check_mean(mean: object) -> None:
 class HalfSpace:
     """Isotropic half-space: ``K_q = E* |q|/2`` (Johnson, Contact Mechanics, 1985, section 13.1).
 
+    E* is the unit of pressure, here as everywhere: all tractions of wall and substrate are multiples of it.
+
     Parameters
     ----------
     mean : the mean mode; see :data:`MeanMode`.  "clamped" is the paper's: an incompressible substrate on a rigid base.
-    contact_modulus : E*, 1 in reduced units.
     """
 
     mean: MeanMode = "clamped"
-    contact_modulus: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
+        """Check the mean mode."""
         _check_mean(self.mean)
-        number("contact_modulus", self.contact_modulus, above=0)
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0."""
-        return _with_mean(self.contact_modulus / 2 * grid.wavenumber, self.mean)
+        return _with_mean(grid.wavenumber / 2, self.mean)
 
 
 @dataclass(frozen=True)
@@ -89,20 +98,17 @@ class Layer:
     depth : thickness of the layer, in a0.
     poisson : ν.
     mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
-    contact_modulus : E*, 1 in reduced units.
     """
 
     depth: float
     poisson: float
     mean: MeanMode
-    contact_modulus: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
+        """Check depth, Poisson ratio and mean mode."""
         number("depth", self.depth, above=0)
         number("poisson", self.poisson, above=-1, most=0.5)
         _check_mean(self.mean)
-        number("contact_modulus", self.contact_modulus, above=0)
 
     @property
     def compressive_stiffness(self) -> float:
@@ -110,7 +116,7 @@ class Layer:
         if self.poisson == 0.5:
             return float("inf")
         nu = self.poisson
-        return self.contact_modulus * (1 - nu) ** 2 / ((1 - 2 * nu) * self.depth)
+        return (1 - nu) ** 2 / ((1 - 2 * nu) * self.depth)
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0."""
@@ -123,7 +129,7 @@ class Layer:
         above = a * (1 + decay**2) / 2 + decay * (2 * x**2 + 5 - 12 * nu + 8 * nu**2)
         # All terms positive: none cancels another.
         below = a * _decayed_sinh_less(2 * x) + 4 * (1 - 2 * nu) * x * decay
-        return _with_mean(self.contact_modulus / 2 * q * above / below, self.mean)
+        return _with_mean(q / 2 * above / below, self.mean)
 
 
 def _decayed_sinh_less(y: Real) -> Real:
@@ -143,7 +149,7 @@ class CubicLayer:
     Parameters
     ----------
     depth : thickness of the layer, in a0; infinite for a half-space.
-    constants : C11, C12, C44, in E*.
+    constants : (C11, C12, C44), in E*: the contact modulus of the crystal, in some mean over directions, is the unit.
     mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
     axis : angle of the grid's x axis to the cubic axis <100>, in radians; π/4 for the square of surface atoms,
         whose sides are <110>.
@@ -160,7 +166,15 @@ class CubicLayer:
             number("depth", self.depth, above=0)
         _check_mean(self.mean)
         number("axis", self.axis)
-        self.constants.require_stable()
+        given = self.constants
+        if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 3:
+            raise ArgumentError("constants", given, "three elastic constants, (C11, C12, C44), in E*")
+        constants = CubicConstants(*(number(f"C{ij}", c) for ij, c in zip((11, 12, 44), given, strict=True)))
+        modulus = contact_modulus(constants)
+        if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
+            what = f"elastic constants in E*, of a contact modulus of about 1; of these it is {modulus:.6g}"
+            raise ArgumentError("constants", tuple(constants), f"{what}: divide them, and all tractions, by that")
+        object.__setattr__(self, "constants", constants)
 
     @property
     def compressive_stiffness(self) -> float:
@@ -195,19 +209,24 @@ class TabulatedSubstrate:
     source : where it comes from, in words; stored with results.
     """
 
-    table: Real
+    table: Real = field(repr=False)
     lengths: tuple[float, float]
     source: str
 
     def __post_init__(self) -> None:
-        """Refuse tables that are no stiffness."""
-        table = np.array(self.table, dtype=np.float64)
+        """Check the table."""
+        what = "a half spectrum of positive finite numbers (q = 0: zero or more, or infinite)"
+        try:
+            table = np.array(self.table, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ArgumentError("table", self.table, what) from None
         others = table.ravel()[1:]
         if table.ndim != 2 or not (np.isfinite(others).all() and (others > 0).all() and table[0, 0] >= 0):
-            msg = "a table of stiffness is a half spectrum of positive finite numbers (q = 0: zero or more)"
-            raise ValueError(msg)
+            raise ArgumentError("table", table, what)
+        lengths = tuple(number("lengths", length, above=0) for length in pair("lengths", self.lengths))
         table.flags.writeable = False
         object.__setattr__(self, "table", table)
+        object.__setattr__(self, "lengths", lengths)
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0; refused on a grid that it was not made for."""

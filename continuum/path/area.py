@@ -3,7 +3,8 @@
 The area is a count of points that falls with the gap, but with jumps, and differs between approach and retraction.  So
 root finders that may evaluate anywhere do not serve: a trial must start from a state on its own side of the root.  The
 root is kept in a bracket of two equilibria, ``before`` and ``after`` in the direction of the search, by the secant of
-the logarithm of the area, or by halving where that is slow; each trial starts from ``before``.  Without adhesion there
+the logarithm of the area (near full contact of what is left of the surface), or by halving where that is slow; each
+trial starts from ``before``.  Without adhesion there
 is one state at each mean gap, and trials have a looser tolerance: a state that meets the target is solved to the full
 one and looked at again.  With adhesion a loose trial may be about to jump, and there is no way back from that.
 
@@ -30,6 +31,10 @@ __all__ = ["find_area"]
 
 LOOSE, LOOSEST = 100.0, 1e-5
 """Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
+NARROW = 0.5
+"""Of more contact than this trials have the full tolerance: what is left of the gap is too small for a loose one."""
+FEW_POINTS = 4.5
+"""A change of the area by fewer points is no jump before the bracket is a sixteenth of the resolution."""
 COARSER = 3.0
 """Tolerances and resolution of the search on the next coarser grid, in units of those on this one."""
 MOST_TRIALS = 80
@@ -69,8 +74,9 @@ class _Aim:
 
     @property
     def allowed(self) -> float:
-        """Largest difference from the target."""
-        return max(self.search.area_tolerance * self.target, 0.5 / self.problem.grid.size) * (1 + 1e-9)
+        """Largest difference from the target: relative to the contact, or to what is left of the surface beside it."""
+        smaller = min(self.target, 1 - self.target)
+        return max(self.search.area_tolerance * smaller, 0.5 / self.problem.grid.size) * (1 + 1e-9)
 
     def met(self, state: State) -> bool:
         return abs(state.totals.area_rep - self.target) <= self.allowed
@@ -133,7 +139,8 @@ def find_area(
         over the target: the state is then the one before the jump, and has the one beyond it and the event.
     """
     solver, work = solver or solver_of(problem, settings), work or _Work(problem.grid.size)
-    loose = loose or (settings if problem.wall.work_of_adhesion > 0 else _loosened(settings))
+    careful = problem.wall.work_of_adhesion > 0 or target > NARROW
+    loose = loose or (settings if careful else _loosened(settings))
     aim = _Aim(problem, target, settings, loose, search, branch, solver, work)
     known = previous if isinstance(previous, list) else list(previous)
     after = None
@@ -207,17 +214,21 @@ class _Bracket:
         guess = abs(_step(problem, before, target, self.aim.work.slope))
         self.step = max(guess, 2 * self.step if self.stalled else resolution)
         mean_gap = before.mean_gap - (self.step if before.totals.area_rep < target else -self.step)
-        if before.mean_gap > problem.wall.zero_gap:
-            # Full contact is near a mean gap of zero_gap: not beyond it, where a law ends at its core.
-            mean_gap = max(mean_gap, (before.mean_gap + problem.wall.zero_gap) / 2)
-        return mean_gap
+        # In full contact a soft wall gives way below zero_gap, but no state lies at a mean gap below its core, or below
+        # the bound of a hard wall.
+        lowest = max(problem.wall.core, problem.wall.bound)
+        return max(mean_gap, (before.mean_gap + lowest) / 2)
 
     def _between(self, before: State, after: State) -> tuple[float, bool]:
         """By the secant, or half the way where that is slow."""
         old, self.width = self.width, abs(before.mean_gap - after.mean_gap)
         wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
-        # As for all jumps: the change of the area no longer shrinks with the bracket.
-        closed = self.width <= self.aim.search.area_resolution * (1.0 if self.span > 0.75 * wider else 1 / 16)
+        # Close to the bound of a hard wall all that is left of the mean gap may be less than the resolution.
+        resolution = self.aim.search.area_resolution * min(1.0, before.mean_gap - self.aim.problem.wall.bound)
+        # As for all jumps: the change of the area no longer shrinks with the bracket.  That of a few points shrinks by
+        # steps only.
+        shrinks = self.span <= 0.75 * wider or self.span * self.aim.problem.grid.size < FEW_POINTS
+        closed = self.width <= resolution * (1 / 16 if shrinks else 1.0)
         self.slow += self.width > old / 2
         fraction = 1.0 if closed else 0.5
         if not closed and self.slow <= 1:
@@ -235,20 +246,26 @@ def _beyond(older: State, last: State, target: float, branch: Branch) -> bool:
     return same and (older.totals.area_rep - target) * (last.totals.area_rep - target) < 0
 
 
-def _log(state: State, size: int) -> float:
-    """Logarithm of the area, of half a point where there is none."""
-    return float(np.log(max(state.totals.area_rep, 0.5 / size)))
+def _logarithm(area: float, size: int) -> float:
+    """The area on a scale on which it is nearly linear in the mean gap: ln A, but -ln(1 - A) beyond half contact.
+
+    Both are joined with one value and slope.  No area, and full contact, count as half a point less.
+    """
+    half = 0.5 / size
+    area = min(max(area, half), 1 - half)
+    return float(np.log(area) if area <= 0.5 else 2 * np.log(0.5) - np.log(1 - area))
 
 
 def _slope(one: State, other: State, size: int) -> float:
     change = other.mean_gap - one.mean_gap
-    return (_log(other, size) - _log(one, size)) / change if change else np.nan
+    rise = _logarithm(other.totals.area_rep, size) - _logarithm(one.totals.area_rep, size)
+    return rise / change if change else np.nan
 
 
 def _fraction(before: State, after: State, target: float, size: int) -> float:
     """Part of the way from ``before`` to ``after`` at which the secant meets the target."""
-    low, high = _log(before, size), _log(after, size)
-    return float(np.clip((np.log(target) - low) / (high - low), 0.02, 0.98))
+    low, high = (_logarithm(state.totals.area_rep, size) for state in (before, after))
+    return float(np.clip((_logarithm(target, size) - low) / (high - low), 0.02, 0.98))
 
 
 def _step(problem: ContactProblem, before: State, target: float, slope: float) -> float:
@@ -260,7 +277,8 @@ def _step(problem: ContactProblem, before: State, target: float, slope: float) -
     rigid = float(np.quantile(gap, target)) - wall.zero_gap
     if not slope < 0 or before.totals.area_rep == 0:
         return rigid
-    secant = float(np.log(before.totals.area_rep / target)) / slope
+    size = problem.grid.size
+    secant = (_logarithm(before.totals.area_rep, size) - _logarithm(target, size)) / slope
     return float(np.clip(secant / rigid, *RIGID)) * rigid if rigid else secant
 
 

@@ -12,7 +12,7 @@ from continuum.arguments import ArgumentError
 from continuum.files.tables import Fault, Table, refuse
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.resolution import check_slope, steep, unresolved
+from continuum.model.resolution import check_slope, doubts
 from continuum.model.surface import Moments, moments
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
@@ -75,8 +75,8 @@ def build(config: RunConfig) -> System:
     problem = ContactProblem(grid, wall, heights, config.substrate.build())
     _check_mean_gaps(config, problem)
     expected = config.surface.expected(grid)
-    warned = (*steep(realised.rms_slope), *unresolved(problem, realised.rms_slope, config.surface.shortest))
-    return System(config, problem, realised, expected, config.solver.build(realised.rms_slope), warned)
+    warned = doubts(problem, realised.rms_slope, config.surface.shortest)
+    return System(config, problem, realised, expected, config.solver.build(problem.traction_scale), warned)
 
 
 def _unusable(name: str, table: Table, error: Exception) -> Fault:

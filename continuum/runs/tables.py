@@ -16,11 +16,11 @@ from pydantic_core import PydanticCustomError
 
 from continuum.files.tables import Positive, Table, check
 from continuum.files.toml import Fault
-from continuum.model.cubic import CubicConstants
+from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.grid import Grid
-from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
+from continuum.model.substrates import OTHER_MEAN, CubicLayer, HalfSpace, Layer, Substrate
 from continuum.solve.backend import BACK_ENDS
-from continuum.solve.solution import Settings
+from continuum.solve.solution import LOOSEST, Settings
 
 __all__ = [
     "LARGEST_N",
@@ -165,6 +165,11 @@ class CrystalTable(Table):
     def _stable(self) -> Iterator[Fault]:
         if not (self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
             yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
+            return
+        modulus = contact_modulus(CubicConstants(self.c11, self.c12, self.c44))
+        if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
+            cause = f"constants in another unit than E*: divide all three by {modulus:.6g}"
+            yield Fault(("c11",), f"constants of a contact modulus of about 1, not {modulus:.6g}", cause)
 
     def build(self) -> Substrate:
         """The response."""
@@ -174,12 +179,12 @@ class CrystalTable(Table):
 class ToleranceTable(Table):
     """When a point counts as solved."""
 
-    tolerance: Unit = 1e-6
-    """largest root-mean-square residual traction, relative to h'rms E*"""
+    tolerance: Annotated[float, Field(gt=0, le=LOOSEST)] = 1e-6
+    """largest root-mean-square residual traction, relative to h'rms E*; 0.01 leaves errors of a few percent"""
 
-    def build(self, rms_slope: float) -> Settings:
-        """Settings for a surface of that slope."""
-        return Settings(self.tolerance * rms_slope)
+    def build(self, scale: float) -> Settings:
+        """Settings for tolerances relative to a traction, that of ``ContactProblem.traction_scale``."""
+        return Settings(self.tolerance * scale)
 
 
 class SolverTable(ToleranceTable):
@@ -200,10 +205,10 @@ class SolverTable(ToleranceTable):
     """what the solver runs on: "cpu", or "cuda" for an NVIDIA GPU, which is experimental: its results were checked in a
     simulator, its speed on no GPU yet; results of two devices agree but for rounding, and are kept apart"""
 
-    def build(self, rms_slope: float) -> Settings:
-        """Settings for a surface of that slope."""
+    def build(self, scale: float) -> Settings:
+        """The same with the other settings."""
         names = ("max_iterations", "shift", "threads", "stability", "device")
-        return replace(super().build(rms_slope), **{name: getattr(self, name) for name in names})
+        return replace(super().build(scale), **{name: getattr(self, name) for name in names})
 
 
 SubstrateTable = Annotated[HalfSpaceTable | LayerTable | CrystalTable, Field(discriminator="response")]

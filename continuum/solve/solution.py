@@ -17,7 +17,10 @@ __all__ = ["Iteration", "NotConvergedError", "Settings", "Solution", "Status", "
 
 
 MOST_THREADS = 1024
-"""Of a solve."""
+"""Threads that a solve may use."""
+LOOSEST = 0.01
+"""Largest tolerance, relative to h'rms E*, that a user may ask for: measured at 3 - 45 % contact, with and without
+adhesion, areas are off by up to 3 % and loads by 4 % at 0.01, by 30 % at 0.1, and mean nothing at 0.5."""
 
 
 class Work(NamedTuple):

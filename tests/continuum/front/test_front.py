@@ -74,6 +74,88 @@ def test_one_control_at_a_time_and_heights_that_are_a_map(contact: c.Contact) ->
         c.Contact(np.ones((8, 8)), wall=c.HardWall())
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"wall": None}, "wall = None: allowed: the law of a wall"),
+        ({"wall": "hard"}, "wall = 'hard': allowed"),
+        ({"wall": c.HardWall}, "wall = <class"),
+        ({"substrate": 3}, "substrate = 3: allowed: an object with a method stiffness"),
+        ({"substrate": c.HalfSpace}, "substrate = <class"),
+        ({"period": 48}, "period = 48: allowed: two values"),
+        ({"tolerance": 0.3}, "tolerance = 0.3: allowed: .* less than or equal to 0.01"),
+        ({"area_tolerance": 0}, "area_tolerance = 0"),
+        ({"threads": 0}, "threads = 0: allowed: a whole number from 1 to 1024"),
+        ({"device": "abacus"}, 'device = \'abacus\': allowed: one of "cpu", "cuda"'),
+    ],
+)
+def test_a_contact_names_the_argument_that_has_no_meaning(arguments, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        c.Contact(**{"heights": Rough(16).heights(), "wall": c.HardWall(), **arguments})
+
+
+def test_a_state_names_the_argument_that_has_no_meaning(contact: c.Contact) -> None:
+    with pytest.raises(ValueError, match=r"area = 1\.0: allowed: .* less than 1"):
+        contact.press(area=1.0)
+    with pytest.raises(ValueError, match="pressure = '1e-3'"):
+        contact.press(pressure="1e-3")
+    with pytest.raises(ValueError, match=r"start = .*shape of the grid, \(48, 48\)"):
+        contact.press(area=0.1, start=np.ones((4, 4)))
+    with pytest.raises(ValueError, match=r"area = 0\.1: allowed: a list"):
+        contact.path(area=0.1)
+    with pytest.raises(ValueError, match=r"mean_gap = \[\]: allowed: a list of at least one"):
+        contact.path(mean_gap=[])
+    with pytest.raises(ValueError, match="progress = 3"):
+        contact.path(mean_gap=[2.0], progress=3)
+
+
+def test_a_start_may_be_a_state_or_its_gap(contact: c.Contact) -> None:
+    start = contact.press(mean_gap=2.0)
+    from_state, from_gap = (contact.press(mean_gap=1.9, start=each) for each in (start, start.gap))
+    np.testing.assert_array_equal(from_state.gap, from_gap.gap)
+
+
+def test_threads_and_tolerance_of_the_area_are_those_of_the_contact() -> None:
+    heights = Rough(48).heights()
+    one, two = (c.Contact(heights, wall=c.LennardJonesSpline(adhesion_length=0.005), threads=n) for n in (1, 2))
+    np.testing.assert_array_equal(one.press(mean_gap=1.5).gap, two.press(mean_gap=1.5).gap)
+    loose = c.Contact(heights, wall=c.HardWall(), area_tolerance=0.3).press(area=0.1).require()
+    assert loose.found.search_solves < c.Contact(heights, wall=c.HardWall()).press(area=0.1).found.search_solves
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "wall", "message"),
+    [
+        (c.SelfAffine(0.8, 0.1, 2.5, 16), c.HardWall(), "waves of fewer than 4 points"),
+        (c.SelfAffine(0.8, 0.3, 8, 16), c.LennardJonesSpline(adhesion_length=0.0005), "attracts over"),
+        (c.SelfAffine(0.8, 0.1, 8, 16), c.LennardJonesSpline(range=0.3, minimum_stiffness=4.0), "softens so much"),
+        (c.SelfAffine(0.8, 0.31, 8, 16), c.HardWall(), r"the rms slope, 0\.31, is above 0\.3"),
+    ],
+)
+def test_a_contact_warns_of_what_the_grid_does_not_resolve_as_an_input_does(spectrum, wall, message: str) -> None:
+    heights = spectrum.synthesise(c.Grid.square(32), np.random.default_rng(1))
+    with pytest.warns(UserWarning, match=message):
+        c.Contact(heights, wall=wall)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_largest_slope_of_the_paper_is_not_called_steep(seed: int) -> None:
+    heights = c.SelfAffine(0.8, 0.3, 8, 16).synthesise(c.Grid.square(32), np.random.default_rng(seed))
+    c.Contact(heights, wall=c.HardWall())  # a warning would be an error
+
+
+def test_a_path_of_which_nothing_converged_shows_why(contact: c.Contact) -> None:
+    path = c.Contact(contact.heights, wall=contact.wall, max_iterations=1).path(mean_gap=[2.0, 1.5, 2.0])
+    assert repr(path) == "Path(3 states, 0 converged, pull-off tension nan E*)"
+    assert path._repr_html_().count("iteration_limit") == 3
+    with pytest.raises(ValueError, match="no equilibrium"):
+        _ = path.adhesion
+    gone = contact.path(pressure=[-0.9])
+    assert "0 converged" in repr(gone)
+    assert "pulled_off" in gone._repr_html_()
+    assert np.isnan(gone.pull_off)
+
+
 def test_what_is_not_converged_says_why_when_it_is_required(contact: c.Contact) -> None:
     hasty = c.Contact(contact.heights, wall=contact.wall, max_iterations=2)
     state = hasty.press(mean_gap=2.0)

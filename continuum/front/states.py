@@ -1,0 +1,221 @@
+"""The states of a contact of your own, and the path along which they were reached: their numbers, maps and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuum.measure import contact as contacts
+from continuum.measure.contact import Measurement
+from continuum.measure.curve import Adhesion, Curve, adhesion
+from continuum.model.grid import Real
+from continuum.path import state
+from continuum.show.sheet import Column, Sheet, pairs
+from continuum.solve.stability import Stability, stability
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from continuum.front.contact import Contact
+
+__all__ = ["Path", "State"]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """One equilibrium of a contact, converged or not."""
+
+    contact: Contact = field(repr=False)
+    found: state.State = field(repr=False)
+
+    def __repr__(self) -> str:
+        return (
+            f"State({self.found.branch}, mean gap {self.mean_gap:.4g} a0, A_rep/A0 {self.area_rep:.4g}, "
+            f"N/A0 {self.load:.4g} E*, {self.status})"
+        )
+
+    def _repr_html_(self) -> str:
+        return _with_picture(self)
+
+    @property
+    def gap(self) -> Real:
+        """Height of the wall above the deformed surface, shape (nx, ny), in a0."""
+        return self.found.gap
+
+    @property
+    def traction(self) -> Real:
+        """Of the wall on the surface, compression positive, shape (nx, ny), in E*."""
+        return self.found.traction
+
+    @property
+    def area_rep(self) -> float:
+        """Repulsive area, as a fraction of A0."""
+        return self.found.totals.area_rep
+
+    @property
+    def area_att(self) -> float:
+        """Attracted area, as a fraction of A0."""
+        return self.found.totals.area_att
+
+    @property
+    def load(self) -> float:
+        """Per A0, in E*, compression positive."""
+        return self.found.load
+
+    @property
+    def mean_gap(self) -> float:
+        """In a0."""
+        return self.found.mean_gap
+
+    @property
+    def separation(self) -> float:
+        """In a0; NaN where the mean displacement of the substrate is free."""
+        return self.found.separation
+
+    @property
+    def branch(self) -> str:
+        """Direction from which it was reached: start, approach or retract."""
+        return self.found.branch
+
+    @property
+    def converged(self) -> bool:
+        """Whether it is an equilibrium at its target."""
+        return self.found.status.ok
+
+    @property
+    def status(self) -> str:
+        """How the solve or the search ended, in words."""
+        return str(self.found.status.value)
+
+    def require(self) -> State:
+        """The state itself, if it is an equilibrium at its target.
+
+        Raises
+        ------
+        NotConvergedError
+            Otherwise, with the reason.
+        """
+        self.found.require()
+        return self
+
+    def stability(self) -> Stability:
+        """Whether it is a minimum: the lowest eigenvalue of its Hessian, by a hundred transforms or two.
+
+        The displacement of the mean is held, as at a given mean gap.
+
+        Raises
+        ------
+        TypeError
+            Under a hard wall, whose energy is convex: there each equilibrium is the minimum.
+        """
+        problem = self.contact.problem
+        if problem.wall.law is None:
+            msg = "under a hard wall the energy is convex: each equilibrium is the minimum"
+            raise TypeError(msg)
+        return stability(problem.grid, problem.stiffness_q, problem.wall.law, self.gap, np.inf)
+
+    @cached_property
+    def contact_map(self) -> NDArray[np.uint8]:
+        """2 repulsive, 1 attracted, 0 out of range, shape (nx, ny)."""
+        return contacts.contact_map(self.contact.wall, self.gap)
+
+    def measure(self) -> Measurement:
+        """κ, perimeter, mean diameter and all else that the paper measures."""
+        repulsive = self.contact_map == contacts.REPULSIVE
+        return contacts.measure(self.contact.grid, self.found.totals, repulsive, self.contact.moments.rms_slope)
+
+    def sheet(self) -> Sheet:
+        """Its numbers."""
+        m, t = self.measure(), self.found.totals
+        rows: list[tuple[str, str]] = [
+            ("mean gap", f"{self.mean_gap:.5g} a0"),
+            ("separation", f"{self.separation:.5g} a0"),
+            ("load N/A0", f"{t.load:.4g} E*"),
+            ("repulsive area A_rep/A0", f"{t.area_rep:.4g}"),
+            ("attracted area A_att/A0", f"{t.area_att:.4g}"),
+            ("κ = h'rms E* A_rep/N", f"{m.kappa:.4g}"),
+            ("mean diameter d_rep", f"{m.diameter:.4g} a0"),
+            ("residual", f"{self.found.solution.residual:.1e} E*"),
+            ("status", self.status),
+        ]
+        return pairs("Contact", rows)
+
+    def plot(self) -> Figure:
+        """The contact map."""
+        from continuum.show.runs import map_figure
+
+        return map_figure(self.contact_map, self.contact.grid.lengths, self.area_rep, self.load)
+
+
+@dataclass(frozen=True, eq=False)
+class Path(Sequence[State]):
+    """Equilibria of a contact, in the order in which they were reached."""
+
+    contact: Contact = field(repr=False)
+    states: tuple[State, ...] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> Path: ...
+    def __getitem__(self, index: int | slice) -> State | Path:
+        if isinstance(index, slice):
+            return replace(self, states=self.states[index])
+        return self.states[index]
+
+    def __iter__(self) -> Iterator[State]:
+        return iter(self.states)
+
+    def __repr__(self) -> str:
+        good = sum(one.converged for one in self)
+        return f"Path({len(self)} states, {good} converged, pull-off tension {self.pull_off:.4g} E*)"
+
+    def _repr_html_(self) -> str:
+        return _with_picture(self)
+
+    @cached_property
+    def adhesion(self) -> Adhesion:
+        """Largest tension on both branches, work of separation, work lost in the cycle.
+
+        Raises
+        ------
+        ValueError
+            If no state converged.
+        """
+        return adhesion(Curve.of([one for one in self if one.converged]))
+
+    @property
+    def pull_off(self) -> float:
+        """Largest tension on the way back, per A0, in E*; NaN where no state of a way back converged."""
+        return self.adhesion.pull_off if any(one.converged for one in self) else float("nan")
+
+    def sheet(self) -> Sheet:
+        """One row for each state."""
+        columns = (
+            Column("branch"), Column("mean gap", "a0", ".5g"), Column("A_rep/A0"), Column("A_att/A0"),
+            Column("N/A0", "E*", ".4e"), Column("status"),
+        )  # fmt: skip
+        rows = [(s.branch, s.mean_gap, s.area_rep, s.area_att, s.load, s.found.status.name.lower()) for s in self]
+        return Sheet.of("Path", columns, rows)
+
+    def plot(self) -> Figure:
+        """Area and load along the path."""
+        from continuum.show.runs import curve_figure
+
+        return curve_figure(self, self.contact.moments.rms_slope)
+
+
+def _with_picture(shown: State | Path) -> str:
+    """Numbers and picture, as a notebook shows them."""
+    from continuum.show.page import picture
+    from continuum.show.plot import drawn
+
+    return shown.sheet()._repr_html_() + picture(drawn(shown.plot()), repr(shown))

@@ -1,0 +1,65 @@
+"""Given areas up to full contact: met within their tolerance, or said not to be."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.path.loading import Search, solve
+from continuum.path.state import Outcome
+from continuum.solve.solution import Settings
+from tests.problems import Rough
+
+WALLS = [
+    HardWall(),
+    LennardJonesSpline(0.0),
+    LennardJonesSpline(adhesion_length=0.005),
+    LennardJonesSpline(adhesion_length=0.05),
+    InversePowers((9, 3), adhesion_length=0.005),
+    Exponential(0.005, 0.3, 2.0),
+]
+
+
+def allowed(target: float, points: int, tolerance: float = 0.01) -> float:
+    """Relative to what is in contact, or to what is left of the surface; half a point always counts as met."""
+    return max(tolerance * min(target, 1 - target), 0.5 / points) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=repr)
+@given(target=st.floats(0.005, 0.9995), seed=st.integers(1, 3))
+@settings(max_examples=8)
+def test_an_area_is_met_up_to_full_contact_or_said_not_to_be(wall: Wall, target: float, seed: int) -> None:
+    problem = Rough(48, seed=seed).problem(wall)
+    state = solve(problem, "repulsive-area", target, Settings(1e-7))
+    if state.status.ok:
+        assert abs(state.totals.area_rep - target) <= allowed(target, problem.grid.size)
+        assert state.mean_gap > max(wall.core, wall.bound)
+    else:
+        assert state.outcome in (Outcome.JUMPED_OVER, Outcome.NOT_FOUND)
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=repr)
+@pytest.mark.parametrize("target", [0.75, 0.9, 0.97])
+def test_large_areas_are_found_under_every_wall(wall: Wall, target: float) -> None:
+    """Under a soft wall these lie below the gap at which its traction vanishes, where the search once ended."""
+    problem = Rough(64).problem(wall)
+    state = solve(problem, "repulsive-area", target, Settings(1e-7), search=Search(area_tolerance=0.05))
+    if wall == LennardJonesSpline(adhesion_length=0.05) and state.outcome is Outcome.JUMPED_OVER:
+        assert state.beyond.totals.area_rep > target > state.totals.area_rep
+        return
+    state.require()
+    assert abs(state.totals.area_rep - target) <= allowed(target, problem.grid.size, 0.05)
+    if target == 0.97 and wall.law is not None:
+        assert state.mean_gap < wall.zero_gap
+    # The same gap, given, is the same state.
+    again = solve(problem, "mean-gap", state.mean_gap, Settings(1e-7), start=state.gap)
+    assert again.totals.area_rep == pytest.approx(state.totals.area_rep, abs=1.5 / problem.grid.size)
+
+
+def test_what_is_left_of_a_hard_contact_is_met_relative_to_itself() -> None:
+    """The case that was found: an area of 0.999 returned 0.9926."""
+    problem = Rough(64).problem(HardWall())
+    state = solve(problem, "repulsive-area", 0.999, Settings(1e-7)).require()
+    assert abs(state.totals.area_rep - 0.999) <= 0.5 / problem.grid.size * (1 + 1e-9)
