@@ -57,8 +57,8 @@ class Search:
 
     Parameters
     ----------
-    area_tolerance : largest difference of the repulsive area from a given one, relative to it; half a point of the
-        grid always counts as met.
+    area_tolerance : largest difference of the repulsive area from a given one, relative to it or, beyond half
+        contact, to what is left of A0; half a point of the grid always counts as met.
     area_resolution : width in mean gap, in a0, down to which a jump of the area over its target is bracketed.
     event_resolution : width in the controlled quantity down to which jumps between the points of a path are
         bracketed; None not to look for them.

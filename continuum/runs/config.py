@@ -73,8 +73,8 @@ class LoadingTable(Table):
     retraction: RetractionTable | None = None
     """another way back, instead of retract"""
     area_tolerance: Unit | Annotated[tuple[Unit, ...], Field(min_length=1)] = 0.01
-    """largest relative difference from a given repulsive area, or one for each target; half a point of the grid always
-    counts as met"""
+    """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0; or
+    one for each target; half a point of the grid always counts as met"""
     area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
     """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
