@@ -92,6 +92,17 @@ class State:
         """How the solve or the search ended, in words."""
         return str(self.found.status.value)
 
+    @property
+    def residual(self) -> float:
+        """Root-mean-square residual traction, relative to that which flattens the heights: h'rms E* on a half-space."""
+        return self.found.solution.residual / self.contact.problem.traction_scale
+
+    @cached_property
+    def duality_gap(self) -> float:
+        """Under a hard wall what another state of this load saves at most, relative to the elastic energy; else NaN."""
+        energy = self.contact.problem.elastic_energy(self.gap)
+        return self.found.solution.duality_gap / energy if energy > 0 else float("nan")
+
     def require(self) -> State:
         """The state itself, if it is an equilibrium at its target.
 
@@ -140,9 +151,11 @@ class State:
             ("attracted area A_att/A0", f"{t.area_att:.4g}"),
             ("κ = h'rms E* A_rep/N", f"{m.kappa:.4g}"),
             ("mean diameter d_rep", f"{m.diameter:.4g} a0"),
-            ("residual", f"{self.found.solution.residual:.1e} E*"),
-            ("status", self.status),
+            ("residual, of the traction that flattens the heights", f"{self.residual:.1e}"),
         ]
+        if not np.isnan(self.duality_gap):
+            rows.append(("duality gap, of the elastic energy", f"{self.duality_gap:.1e}"))
+        rows.append(("status", self.status))
         return pairs("Contact", rows)
 
     def plot(self) -> Figure:

@@ -104,6 +104,12 @@ class ContactProblem:
     def _finite_stiffness_q(self) -> Real:
         return np.where(np.isfinite(self.stiffness_q), self.stiffness_q, 0.0)
 
+    def elastic_energy(self, gap: Real) -> float:
+        """½ <u, K u> per area of the displacement that leaves a gap, without its mean, in E* a0."""
+        u_q = self.grid.forward(self.heights - gap)
+        u_q[0, 0] = 0.0
+        return 0.5 * self.grid.inner_q(u_q, self._finite_stiffness_q * u_q)
+
     def energy(self, displacement: Real, separation: float) -> float:
         """Total energy, elastic and of the wall, in E* a0³; infinite if a clamped mean is displaced."""
         u_q = self.grid.forward(displacement)

@@ -39,11 +39,13 @@ class Stability(NamedTuple):
     """Displacement along which the energy curves least, shape of the grid, mean square one."""
     products: int
     """With the Hessian, a pair of transforms each."""
+    scale: float
+    """What the eigenvalue compares with, in E*/a0: the largest softening at this gap, or K of the longest wave."""
 
     @property
     def is_saddle(self) -> bool:
         """Whether the energy falls along the mode, beyond rounding: then it is no minimum, without doubt."""
-        return self.eigenvalue < -1e-12
+        return self.eigenvalue < -1e-12 * self.scale
 
 
 def stability(
@@ -95,4 +97,4 @@ def stability(
     image = hessian(mode)
     value = float(mode @ image)
     error = float(np.linalg.norm(image - value * mode))
-    return Stability(value, error, mode.reshape(grid.shape) * np.sqrt(grid.size), products)
+    return Stability(value, error, mode.reshape(grid.shape) * np.sqrt(grid.size), products, scale)

@@ -201,3 +201,18 @@ def test_a_deck_under_a_contact_of_your_own(contact: c.Contact, tmp_path: Path) 
         a.deck(c.Contact(contact.heights, wall=c.HardWall()), separation=2.0)
     with pytest.raises(ValueError, match="spacing"):
         a.deck(c.Contact(contact.heights, wall=contact.wall, period=(24.0, 24.0)), separation=2.0)
+
+
+def test_the_certificate_of_a_state_is_relative_to_its_own_tractions_and_energy() -> None:
+    state = c.Contact(Rough(48).heights(), wall=c.HardWall()).press(pressure=0.01).require()
+    assert state.residual <= 1e-6
+    assert state.residual == state.found.solution.residual / state.contact.moments.rms_slope
+    # Clapeyron: of the elastic energy twice is the work of the tractions on the displacement, its mean apart.
+    displacement = state.contact.heights - state.gap
+    work = -np.mean(state.traction * (displacement - displacement.mean()))  # compression pushes the surface away
+    assert state.contact.problem.elastic_energy(state.gap) == pytest.approx(work / 2, rel=1e-6)
+    assert 0 <= state.duality_gap < 1e-4
+    assert "duality gap, of the elastic energy" in state.sheet().text()
+    soft = c.Contact(Rough(48).heights(), wall=c.LennardJonesSpline(adhesion_length=0.005)).press(mean_gap=2.0)
+    assert np.isnan(soft.duality_gap)
+    assert "duality" not in soft.sheet().text()
