@@ -392,7 +392,7 @@ def driver(path: Path, root: Path, *options: str) -> subprocess.Popen[bytes]:
 def workers_of(process: subprocess.Popen[bytes]) -> list[int]:
     """Its processes that solve systems."""
     children = psutil.Process(process.pid).children()
-    return [child.pid for child in children if any("spawn_main" in word for word in child.cmdline())]
+    return [child.pid for child in children if any("continuum.runs.workers" in word for word in child.cmdline())]
 
 
 def until_some_are_done(root: Path, process: subprocess.Popen[bytes], count: int) -> None:
@@ -408,8 +408,10 @@ def test_a_kill_loses_nothing(victim: str, undisturbed: Path, tmp_path: Path) ->
     (root / "points").mkdir()
     process = driver(path, root, "--workers", "2")
     until_some_are_done(root, process, 2)
-    os.kill(workers_of(process)[0] if victim == "a worker" else process.pid, signal.SIGKILL)
+    workers = [psutil.Process(worker) for worker in workers_of(process)]
+    os.kill(workers[0].pid if victim == "a worker" else process.pid, signal.SIGKILL)
     process.communicate()
+    assert not psutil.wait_procs(workers, timeout=30)[1], "they end with their driver"
     kept = {point.name: point.stat().st_mtime_ns for point in (root / "points").iterdir()}
     done = continuum.sweep(path, root.parent)
     assert done.ok
