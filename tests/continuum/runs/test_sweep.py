@@ -384,8 +384,17 @@ def test_a_folder_that_cannot_be_written_to_is_one_message(
 # --- kills ---------------------------------------------------------------------------------------------------
 
 
+DRIVER = """
+import signal, sys
+# A test runner that was itself started in the background ignores it, and so do all that it starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from continuum.cli import main
+sys.exit(main())
+"""
+
+
 def driver(path: Path, root: Path, *options: str) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "continuum", "sweep", "run", str(path), "-o", str(root.parent), *options]
+    command = [sys.executable, "-c", DRIVER, "sweep", "run", str(path), "-o", str(root.parent), *options]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
 
 
@@ -421,7 +430,7 @@ def test_a_kill_loses_nothing(victim: str, undisturbed: Path, tmp_path: Path) ->
         same(point, undisturbed / point.relative_to(path.parent))
 
 
-@pytest.mark.parametrize("how", ["Ctrl-C", "kill"])
+@pytest.mark.parametrize("how", ["Ctrl-C", "kill", "the terminal is closed"])
 def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
     path = described(tmp_path, SEEDS.replace("[1, 2, 3]", "{from = 1, to = 400, step = 1}"))
     root = tmp_path / "out" / "many"
@@ -431,8 +440,9 @@ def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
     if how == "kill":  # as a queue does
         process.terminate()
     else:
-        os.killpg(process.pid, signal.SIGINT)  # a terminal tells all that it runs
-    said = process.communicate(timeout=60)[0].decode()
+        # A terminal tells all that it runs.
+        os.killpg(process.pid, signal.SIGINT if how == "Ctrl-C" else signal.SIGHUP)
+    said = process.communicate(timeout=30)[0].decode()
     assert process.returncode == 1
     assert "the same command goes on from there" in said
     assert "Traceback" not in said
