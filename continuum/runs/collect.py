@@ -156,7 +156,8 @@ def write_cube(found: Collected, path: Path) -> None:
         )
     steps = found["step"].astype(int)
     shape = (*(len(axis.values) for axis in axes), int(steps.max(initial=-1)) + 1)
-    where = tuple(np.array([of_system[found.keys[i]] for i in found.system], dtype=int).reshape(-1, len(axes)).T)
+    of_point = [of_system[found.keys[i]] for i in found.system]
+    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(axes)).T)
     datasets = {}
     for axis in axes:
         for i, key in enumerate(axis.keys):

@@ -102,7 +102,8 @@ class System:
     @property
     def label(self) -> str:
         """The system in words."""
-        return ", ".join(f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
+        named = (f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
+        return ", ".join(named) or "the one system"
 
 
 @dataclass(frozen=True)
