@@ -91,7 +91,8 @@ class SelfAffine:
         """Check the numbers, and that the wavelengths are in order."""
         number("hurst", self.hurst, above=0, below=1)
         number("rms_slope", self.rms_slope, least=SMALLEST_SLOPE, most=LARGEST_SLOPE)
-        number("lambda_s", self.lambda_s, above=0, most=number("lambda_L", self.lambda_L, above=0))
+        if number("lambda_s", self.lambda_s, above=0) > number("lambda_L", self.lambda_L, above=0):
+            raise ArgumentError("lambda_s", self.lambda_s, f"at most lambda_L, {self.lambda_L:g}")
         flag("rescale", self.rescale)
 
     def power_q(self, grid: Grid) -> Real:
