@@ -208,7 +208,9 @@ def _toml(value: Any) -> str:
     """A value as in the file, shortened."""
     try:
         text = text_of(value)
-    except (TypeError, ValueError):
+    except TypeError:  # given in Python, and nothing that a file can hold
+        text = repr(value)
+    except ValueError:
         text = "(too large to print)"
     return text if len(text) <= 60 else text[:57] + "..."
 

@@ -17,8 +17,10 @@ from continuum.arguments import ArgumentError, count
 from continuum.runs.tasks import DIED, Ended, Job, Task
 from continuum.runs.workers import Worker
 
-__all__ = ["run_tasks"]
+__all__ = ["check_workers", "run_tasks"]
 
+_MOST = 1024
+"""Processes, and threads of each."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -51,10 +53,7 @@ def run_tasks(
     Ended
         Of each task: those found done first, the others as they end.
     """
-    count("workers", workers)
-    count("threads", threads)
-    if devices and workers > len(devices):
-        raise ArgumentError("workers", workers, f"at most one for each GPU: {len(devices)}")
+    check_workers(workers, threads, devices)
     todo = []
     for task in tasks:
         if is_done(task):
@@ -75,6 +74,20 @@ def run_tasks(
     for task in died:
         if (yield from _in_parallel([task], work, environments[:1], memory)):
             yield Ended(task, 0.0, DIED)
+
+
+def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
+    """Refuse numbers of processes and threads that are none, and more processes than there are GPUs.
+
+    Raises
+    ------
+    ArgumentError
+        That names the one that is at fault.
+    """
+    count("workers", workers, most=_MOST)
+    count("threads", threads, most=_MOST)
+    if devices and workers > len(devices):
+        raise ArgumentError("workers", workers, f"at most one for each GPU: {len(devices)}")
 
 
 def _in_parallel(

@@ -28,7 +28,7 @@ from continuum.cli import main
 from continuum.errors import InputError, OutputError
 from continuum.files.tables import ConfigError
 from continuum.runs.axes import Sweep
-from continuum.runs.collect import collect, progress_of, verify
+from continuum.runs.collect import collect, status_of, verify
 from continuum.runs.conditions import condition, holds
 from continuum.runs.cost import cost_of
 from continuum.runs.measured import numbers_of
@@ -353,7 +353,7 @@ def test_an_axis_that_grows_keeps_what_is_there(undisturbed: Path, tmp_path: Pat
     tasks = begin(Sweep.read(path), root)
     assert sum(not task.path.exists() for task in tasks) == 2
     assert {p.name: p.stat().st_mtime_ns for p in (root / "points").iterdir()} == before
-    found = progress_of(root)
+    found = status_of(root)
     assert (found.total, found.done, found.others) == (6, 4, 2)
 
 
@@ -408,7 +408,7 @@ def test_what_fails_is_recorded_stops_nothing_and_is_tried_again_on_request(tmp_
     root = tmp_path / "out" / "many"
     done = continuum.sweep(path, root.parent)
     assert (done.done, len(done.failed)) == (1, 1)
-    ((label, reason),) = progress_of(root).failed
+    ((label, reason),) = status_of(root).failed
     assert "bad.txt" in label
     assert "bad.txt" in reason + done.failed[0].reason
     again = continuum.sweep(path, root.parent)
@@ -520,7 +520,7 @@ def test_two_drivers_share_a_folder(undisturbed: Path, tmp_path: Path) -> None:
     said = [process.communicate()[0].decode() for process in both]
     assert "Traceback" not in "".join(said)
     # A driver that ends first may have met what the other had in hand, and says so.
-    assert all(p.returncode == 0 or "in hand of another process" in text for p, text in zip(both, said, strict=True))
+    assert all(p.returncode == 0 or "locked by another process" in text for p, text in zip(both, said, strict=True))
     counts = [int(found) for text in said for found in re.findall(r"(\d+) systems done", text)]
     assert len(counts) == 2
     assert sum(counts) >= 6, said  # one that the other has just done counts for both
