@@ -24,6 +24,7 @@ from continuum.runs.collect import Collected, SweepStatus, status_of, write_cube
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.engine import check_workers
 from continuum.runs.folder import Folder
+from continuum.runs.memory import physical_memory
 from continuum.runs.sweep import SystemTask, begin, run_sweep
 from continuum.runs.tasks import Ended
 from continuum.show.sheet import Column, Sheet
@@ -115,7 +116,7 @@ def sweep(
     at_once = max(1, len(devices)) if workers is None else workers
     # All that can be wrong is found before anything is written.
     check_workers(at_once, threads, devices)
-    limit = None if memory is None else number("memory", memory, above=0)
+    limit = physical_memory() if memory is None else number("memory", memory, above=0)
     if cluster is not None:
         require_scheduler(cluster)
     root = file_name("output", output) / described.name

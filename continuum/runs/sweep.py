@@ -17,12 +17,12 @@ from continuum.errors import OutputError
 from continuum.files import output, store
 from continuum.files.provenance import journal
 from continuum.runs.axes import Axis, Sweep, SystemPlan
-from continuum.runs.build import physical_memory
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.engine import run_tasks
 from continuum.runs.folder import Folder, SweepError, names
 from continuum.runs.measured import finish
+from continuum.runs.memory import physical_memory
 from continuum.runs.run import run
 from continuum.runs.tasks import Ended, Task
 
@@ -128,7 +128,7 @@ def run_sweep(
     """
     folder = Folder(Path(root))
     done = names(folder.points)
-    work, limit = partial(solve_system, folder.root), memory or physical_memory()
+    work, limit = partial(solve_system, folder.root), physical_memory() if memory is None else memory
     known = run_tasks(
         tasks, work, lambda task: task.path.stem in done,
         workers=workers, scheduler_file=scheduler_file, memory=limit, devices=devices,
