@@ -260,6 +260,52 @@ def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
     assert (tmp_path / "log").read_text() == "stopped, since the output cannot be written; what is finished is stored\n"
 
 
+@pytest.mark.parametrize(
+    ("program", "command"), [("continuum", "check"), ("continuum", "run"), ("atomistic", "validate")]
+)
+def test_a_long_name_is_shortened_in_messages(
+    program: str, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One of 250 characters was told whole for each of many faults, and again for each point of a path."""
+    monkeypatch.chdir(tmp_path)
+    name = f"begin{'n' * 240}.toml"
+    (tmp_path / name).write_text(SMALL.replace("hurst = 0.8", "hurst = 8").replace("seed = 3", "seed = -3"))
+    main = {"atomistic": atomistic.cli.main, "continuum": continuum.cli.main}[program]
+    for argument in (name, f"no-{name}"):
+        assert main([command, argument, "-o", "out"][: 2 if command == "check" else 4]) == 2
+        said = capsys.readouterr().err
+        assert "n" * 100 not in said
+        assert "begin" in said
+        assert ".toml" in said
+
+
+def test_a_long_name_is_shortened_in_the_line_of_each_point(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / f"{'n' * 200}.toml"
+    path.write_text(SMALL)
+    assert continuum.cli.main(["run", str(path), "-o", str(tmp_path)]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "nnn" in line]
+    assert len(lines) == 6
+    assert not any("n" * 100 in line for line in lines[:5])
+    assert lines[5] == f"result   {path.with_suffix('.h5')}", "whole, for use"
+
+
+@pytest.mark.parametrize("program", ["continuum", "atomistic"])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("NUMBA_NUM_THREADS", "0"), ("NUMBA_NUM_THREADS", "-1"), ("OMP_NUM_THREADS", "4,2"), ("DUCC0_NUM_THREADS", "x")],
+)
+def test_a_number_of_threads_that_no_library_takes_is_one_message(
+    program: str, name: str, value: str, tmp_path: Path
+) -> None:
+    (tmp_path / "run.toml").write_text(SMALL)
+    done = start(program, "check", "run.toml", folder=tmp_path, environment={name: value})
+    assert done.returncode == 2
+    assert (
+        done.stderr == f"{name} = '{value}', in the environment: allowed: a whole number from {int('NUMBA' in name)}"
+        " on; or unset it\n"
+    )
+
+
 def test_a_fault_in_many_places_is_said_in_twenty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.toml").write_text(SMALL + "".join(f"\n[table{i}]" for i in range(3000)))
     assert continuum.cli.main(["check", str(tmp_path / "a.toml")]) == 2
