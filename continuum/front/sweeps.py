@@ -7,7 +7,7 @@ days later, by another process or on another machine.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -104,34 +104,36 @@ def sweep(
     ConfigError, OutputError, ClusterError
         If the input cannot be run, results cannot be stored (the folder may hold another sweep, or files of your own),
         or there is no such cluster.
-    ArgumentError
-        If an argument has no meaning; there may be fewer GPUs than workers.
-    InputError
-        If this machine has not the device.
+    ArgumentError, InputError
+        If an argument has no meaning; or this machine has not the device, or fewer GPUs than workers.
     """
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     described = Sweep.read(file_name("file", file), given, reduced=flag("reduced", reduced))
     cluster = None if scheduler_file is None else file_name("scheduler_file", scheduler_file)
-    devices = _devices(described) if cluster is None else ()
-    at_once = max(1, len(devices)) if workers is None else workers
     # All that can be wrong is found before anything is written.
-    check_workers(at_once, threads, devices)
-    limit = physical_memory() if memory is None else number("memory", memory, above=0)
     if cluster is not None:
         require_scheduler(cluster)
+    devices = _devices(described) if cluster is None else ()
+    at_once = max(1, len(devices)) if workers is None else workers
+    check_workers(at_once, threads, devices)
+    limit = physical_memory() if memory is None else number("memory", memory, above=0)
     root = file_name("output", output) / described.name
     tasks = begin(described, root, retry=flag("retry", retry), shard=_shard(shard), threads=threads)
     if begun is not None:
         begun(tasks)
-    ended = []
-    with closing(
-        run_sweep(tasks, root, workers=at_once, memory=limit, scheduler_file=cluster, devices=devices)
-    ) as running:
+    running = run_sweep(tasks, root, workers=at_once, memory=limit, scheduler_file=cluster, devices=devices)
+    return _swept(root, _followed(running, len(tasks), progress))
+
+
+def _followed(running: Generator[Ended, None, None], total: int, progress: After | None) -> list[Ended]:
+    """How each system ended; whatever stops this, the processes are stopped."""
+    ended = list[Ended]()
+    with closing(running):
         for one in running:
             ended.append(one)
             if progress is not None:
-                progress(one, len(ended), len(tasks))
-    return _swept(root, ended)
+                progress(one, len(ended), total)
+    return ended
 
 
 def is_sweep(file: str | Path) -> bool:
