@@ -143,6 +143,12 @@ def test_a_value_written_as_an_input_has_it_is_read_back(value: object) -> None:
     assert value_of(text_of(value)) == value
 
 
+@given(VALUES, st.sampled_from(["\nx = 1", "\n[solver]\nthreads = 2", " # more", "# more", ", 2", "\n# more"]))
+def test_nothing_that_follows_a_value_is_dropped(value: object, rest: str) -> None:
+    text = text_of(value) + rest
+    assert value_of(text) == text
+
+
 def test_a_key_of_another_table_is_sent_there(small: Path) -> None:
     small.write_text(
         SMALL.replace("n = [24, 30]", "n = [24, 30]\nthreads = 2").replace("seed = 3", "seed = 3\nradius = 2")
