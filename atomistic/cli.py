@@ -163,12 +163,9 @@ def _validate(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import validate
     from atomistic.ladder.comparison import paths_of
     from continuum.files.inputs import load
-    from continuum.files.tables import Fault, refuse
     from continuum.show.console import NOT_CONVERGED, OK, progress, show
 
     config = load(parsed.file, ValidateConfig)
-    if parsed.workers is not None and parsed.workers < 1:
-        raise refuse(config, Fault((), "a positive number of --workers"))
     with progress(len(paths_of(config)), f"validate {Path(parsed.file).stem}") as tell:
         found = validate(
             config,

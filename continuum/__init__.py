@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from continuum.front.commands import Analysis, Prediction, Result, analyse, check, examples, plot, predict, run
     from continuum.front.contact import Contact
     from continuum.front.states import Path, State
-    from continuum.front.sweeps import sweep
+    from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
     from continuum.model.surface import SelfAffine, moments, sine, sphere
@@ -63,7 +63,7 @@ _WHERE = {
     "front.contact": ("Contact",),
     "front.states": ("Path", "State"),
     "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"),
-    "front.sweeps": ("sweep",),
+    "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments", "sine", "sphere"),
     "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline"),
@@ -107,6 +107,10 @@ __all__ = [
     "sine",
     "sphere",
     "sweep",
+    "sweep_collect",
+    "sweep_slurm",
+    "sweep_status",
+    "sweep_verify",
 ]
 
 

@@ -60,13 +60,9 @@ def _schema(parsed: argparse.Namespace) -> int:
 
 def _check(parsed: argparse.Namespace) -> int:
     from continuum.front.commands import check
-    from continuum.front.sweeps import check_sweep, is_sweep
     from continuum.show.console import OK, show, warn
 
-    if parsed.reduced or is_sweep(parsed.file):
-        show(check_sweep(parsed.file, settings=dict(parsed.set), reduced=parsed.reduced))
-        return OK
-    found = check(parsed.file, dict(parsed.set))
+    found = check(parsed.file, dict(parsed.set), reduced=parsed.reduced)
     show(found.sheet)
     warn(found.warnings)
     return OK
@@ -113,60 +109,60 @@ def _sweep_run(parsed: argparse.Namespace) -> int:
     with Counted(Path(parsed.file).stem) as report:
         done = sweep(
             parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, workers=parsed.workers,
-            threads=parsed.threads, device=parsed.device, memory=parsed.memory and 1e9 * parsed.memory,
+            threads=parsed.threads, device=parsed.device, memory=parsed.memory,
             retry=parsed.retry, shard=parsed.shard, scheduler_file=parsed.scheduler_file,
             begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
             progress=lambda ended, n, total: report.ended(ended.task.path, ended_line(ended), new=not ended.found),
         )  # fmt: skip
     print(f"{done.folder}: {done.done} systems done, {done.found} were there, {len(done.failed)} failed")
     if done.held:
-        print(f"{len(done.held)} are in hand of another process: {done.held[0].reason}")
+        print(f"{len(done.held)} are locked by another process: {done.held[0].reason}")
     warn([f"{ended.task.label}: {ended.reason}" for ended in done.failed[:20]])
     return OK if done.ok else NOT_CONVERGED
 
 
 def _sweep_slurm(parsed: argparse.Namespace) -> int:
-    from continuum.front.sweeps import slurm
+    from continuum.front.sweeps import sweep_slurm
     from continuum.show.console import OK
 
-    print(slurm(parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, nodes=parsed.nodes,
-                time=parsed.time, workers=parsed.workers, shards=parsed.array), end="")  # fmt: skip
+    print(sweep_slurm(parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, nodes=parsed.nodes,
+                      time=parsed.time, workers=parsed.workers, shards=parsed.array), end="")  # fmt: skip
     return OK
 
 
 def _sweep_status(parsed: argparse.Namespace) -> int:
-    from continuum.front.sweeps import status
+    from continuum.front.sweeps import sweep_status
     from continuum.show.console import OK, show
-    from continuum.show.sweeps import failed_sheet, progress_sheet
+    from continuum.show.sweeps import failed_sheet, status_sheet
 
-    found = status(parsed.folder)
-    show(progress_sheet(found))
+    found = sweep_status(parsed.folder)
+    show(status_sheet(found))
     if found.failed:
         show(failed_sheet(found))
     return OK
 
 
 def _sweep_collect(parsed: argparse.Namespace) -> int:
-    from continuum.front.sweeps import collected
+    from continuum.front.sweeps import sweep_collect
     from continuum.show.console import NOT_CONVERGED, OK, show, warn
     from continuum.show.sweeps import collected_sheet
 
-    found, paths = collected(parsed.folder, parsed.output)
+    found = sweep_collect(parsed.folder, parsed.output)
     show(collected_sheet(found))
     warn(found.faults)
-    for path in paths:
+    for path in found.files:
         print(path)
     return NOT_CONVERGED if found.faults else OK
 
 
 def _sweep_verify(parsed: argparse.Namespace) -> int:
-    from continuum.front.sweeps import verified
+    from continuum.front.sweeps import sweep_verify
     from continuum.show.console import NOT_CONVERGED, OK, warn
 
-    count, faults = verified(parsed.folder, aside=parsed.aside)
-    warn(faults)
-    print(f"{parsed.folder}: {count} files, {len(faults)} of them damaged")
-    return NOT_CONVERGED if faults else OK
+    found = sweep_verify(parsed.folder, aside=parsed.aside)
+    warn(found.faults)
+    print(f"{parsed.folder}: {found.files} files, {len(found.faults)} of them damaged")
+    return OK if found.ok else NOT_CONVERGED
 
 
 def _plot(parsed: argparse.Namespace) -> int:

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
-__all__ = ["BAD_INPUT", "EXIT_CODES", "NOT_CONVERGED", "OK", "InputError", "OutputError", "StickinessError"]
+__all__ = [
+    "BAD_INPUT",
+    "EXIT_CODES",
+    "NOT_CONVERGED",
+    "OK",
+    "InputError",
+    "OutputError",
+    "StickinessError",
+    "shortened",
+]
 
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 
@@ -17,11 +27,23 @@ EXIT_CODES: Mapping[int, str] = {
 """With which codes both programs end, and what they mean."""
 
 
+_LONG = re.compile(r"[^\s/]{81,}")
+
+
+def shortened(text: str) -> str:
+    """A message in which names of files longer than 80 characters are told by their beginning and end."""
+    return _LONG.sub(lambda name: f"{name[0][:30]}...{name[0][-30:]}", text)
+
+
 class StickinessError(Exception):
     """The work could not be done, though the input was sound: something did not converge, or a program failed."""
 
     exit_code = NOT_CONVERGED
     """Of the commands."""
+
+    def __str__(self) -> str:
+        """The message."""
+        return shortened(super().__str__())
 
 
 class InputError(StickinessError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -226,6 +227,17 @@ def _setting(text: str) -> tuple[str, object]:
     return key.strip(), value_of(value.strip())
 
 
+def _gigabytes(text: str) -> float:
+    """Bytes."""
+    try:
+        found = 1e9 * float(text)
+    except ValueError:
+        found = math.nan
+    if not 0 < found < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: allowed: a number of GB, greater than 0")
+    return found
+
+
 def _shard(text: str) -> tuple[int, int]:
     part, slash, parts = text.partition("/")
     if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
@@ -246,7 +258,7 @@ def _add_sweep(parser: argparse.ArgumentParser) -> None:
     run.add_argument("--workers", type=at_least_one, help="processes at once (default: 1, or one for each GPU)")
     run.add_argument("--device", help="what the solvers run on: cpu, or cuda (experimental), a GPU for each process")
     run.add_argument("--threads", type=at_least_one, default=1, help="threads of each (default: 1)")
-    run.add_argument("--memory", type=float, metavar="GB", help="of this machine that may be used (default: all)")
+    run.add_argument("--memory", type=_gigabytes, metavar="GB", help="of this machine that may be used (default: all)")
     run.add_argument("--retry", action="store_true", help="try again what failed")
     run.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N", help="part I of N of the systems")
     run.add_argument("--scheduler-file", type=Path, help="of a Dask cluster that does the work")

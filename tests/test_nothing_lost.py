@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pty
 import re
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -44,7 +46,7 @@ def start(*command: str, folder: Path, **given: Any) -> subprocess.CompletedProc
     environment = os.environ | {"PYTHONPATH": str(ROOT)} | given.pop("environment", {})
     whole = [sys.executable, "-m", *command]
     return subprocess.run(
-        whole, cwd=folder, env=environment, text=True, timeout=600, check=False, capture_output=True, **given
+        whole, cwd=folder, env=environment, text=True, timeout=120, check=False, capture_output=True, **given
     )
 
 
@@ -186,6 +188,122 @@ def test_a_closed_stream_is_no_reason_to_fail_or_to_write_elsewhere(tmp_path: Pa
     assert done.returncode == 0, done.stderr
     assert sorted(content(tmp_path / "results")) == ["run.h5"]
     assert Result.read(tmp_path / "results" / "run.h5").converged
+
+
+WAITING = """
+import sys
+from continuum.cli import main
+from continuum.solve.solver import Solver
+solve = Solver.minimise
+def waiting(*arguments, **given):
+    print("now", flush=True)
+    print(sys.stdin.readline(), end="", flush=True)
+    sys.stdin.readline()
+    return solve(*arguments, **given)
+Solver.minimise = waiting
+sys.exit(main(["run", "run.toml", "-o", "results", "-q"]))
+"""
+
+
+def waiting(folder: Path, *before: str) -> subprocess.Popen[str]:
+    """A run that waits in its first solve until it is told to go on, twice."""
+    (folder / "run.toml").write_text(SMALL)
+    command = [*before, sys.executable, "-c", WAITING]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    process = subprocess.Popen(command, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}, text=True, **pipes)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "now\n"
+    return process
+
+
+@pytest.mark.parametrize("stopped_by", [signal.SIGTERM, signal.SIGHUP])
+def test_a_run_that_is_stopped_says_so(tmp_path: Path, stopped_by: signal.Signals) -> None:
+    process = waiting(tmp_path)
+    process.send_signal(stopped_by)
+    _, error = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert error == "stopped; what is finished is stored, and the same command goes on from there\n"
+
+
+def test_in_the_background_only_kill_stops_a_run(tmp_path: Path) -> None:
+    """What `nohup` and `&` in a script let a command ignore, it ignores."""
+    process = waiting(tmp_path, "sh", "-c", "trap '' INT HUP; exec \"$@\"", "sh")
+    assert process.stdin is not None
+    assert process.stdout is not None
+    for ignored in (signal.SIGINT, signal.SIGHUP):
+        process.send_signal(ignored)
+    process.stdin.write("still here\n")
+    process.stdin.flush()
+    assert process.stdout.readline() == "still here\n"
+    process.terminate()
+    _, error = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert error.startswith("stopped; ")
+
+
+@pytest.mark.parametrize("opened", [pty.openpty, os.pipe])
+def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
+    tmp_path: Path, opened: Callable[[], tuple[int, int]]
+) -> None:
+    """Nothing can be said any more, which is no fault of the input."""
+    (tmp_path / "run.toml").write_text(SMALL)
+    ours, theirs = opened()
+    command = [sys.executable, "-m", "continuum", "run", "run.toml", "-o", "results"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with (tmp_path / "log").open("w") as log:
+        process = subprocess.Popen(
+            command, cwd=tmp_path, env=environment, stdout=theirs, stderr=log, start_new_session=True
+        )
+    os.close(theirs)
+    os.close(ours)
+    assert process.wait(timeout=30) == 1
+    assert (tmp_path / "log").read_text() == "stopped, since the output cannot be written; what is finished is stored\n"
+
+
+@pytest.mark.parametrize(
+    ("program", "command"), [("continuum", "check"), ("continuum", "run"), ("atomistic", "validate")]
+)
+def test_a_long_name_is_shortened_in_messages(
+    program: str, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One of 250 characters was told whole for each of many faults, and again for each point of a path."""
+    monkeypatch.chdir(tmp_path)
+    name = f"begin{'n' * 240}.toml"
+    (tmp_path / name).write_text(SMALL.replace("hurst = 0.8", "hurst = 8").replace("seed = 3", "seed = -3"))
+    main = {"atomistic": atomistic.cli.main, "continuum": continuum.cli.main}[program]
+    for argument in (name, f"no-{name}"):
+        assert main([command, argument, "-o", "out"][: 2 if command == "check" else 4]) == 2
+        said = capsys.readouterr().err
+        assert "n" * 100 not in said
+        assert "begin" in said
+        assert ".toml" in said
+
+
+def test_a_long_name_is_shortened_in_the_line_of_each_point(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / f"{'n' * 200}.toml"
+    path.write_text(SMALL)
+    assert continuum.cli.main(["run", str(path), "-o", str(tmp_path)]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "nnn" in line]
+    assert len(lines) == 6
+    assert not any("n" * 100 in line for line in lines[:5])
+    assert lines[5] == f"result   {path.with_suffix('.h5')}", "whole, for use"
+
+
+@pytest.mark.parametrize("program", ["continuum", "atomistic"])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("NUMBA_NUM_THREADS", "0"), ("NUMBA_NUM_THREADS", "-1"), ("OMP_NUM_THREADS", "4,2"), ("DUCC0_NUM_THREADS", "x")],
+)
+def test_a_number_of_threads_that_no_library_takes_is_one_message(
+    program: str, name: str, value: str, tmp_path: Path
+) -> None:
+    (tmp_path / "run.toml").write_text(SMALL)
+    done = start(program, "check", "run.toml", folder=tmp_path, environment={name: value})
+    assert done.returncode == 2
+    assert (
+        done.stderr == f"{name} = '{value}', in the environment: allowed: a whole number from {int('NUMBA' in name)}"
+        " on; or unset it\n"
+    )
 
 
 def test_a_fault_in_many_places_is_said_in_twenty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

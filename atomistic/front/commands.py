@@ -27,7 +27,6 @@ from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
 from continuum.errors import InputError
 from continuum.files.inputs import load
-from continuum.files.output import folder
 from continuum.files.toml import Source, find
 from continuum.front.contact import Contact
 from continuum.show.sheet import Sheet, pairs
@@ -141,8 +140,6 @@ def validate(
     """
     config = file if isinstance(file, ValidateConfig) else load(file, ValidateConfig)
     command_words(lmp_command)
-    if decks is not None:
-        folder(decks)
     path = Path(output)
     if path.suffix != ".h5":
         path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"

@@ -20,7 +20,7 @@ from continuum.errors import StickinessError
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Attribute, Dataset, StoreError
 from continuum.files.tables import Fault, refuse
-from continuum.runs.engine import run_tasks
+from continuum.runs.engine import check_workers, run_tasks
 from continuum.runs.tasks import Ended, Task
 
 __all__ = ["Progress", "Validation", "ValidationError", "validate"]
@@ -76,9 +76,12 @@ def validate(
         If an input asks for the states beside a jump, and there is none; or its substrate cannot be made.
     OutputError
         If the file holds something else, is an input, is being written by another process, or cannot be written.
+    ArgumentError
+        If there are no workers.
     ValidationError
         If a path could not be compared.  The others are stored, and the same call goes on with it.
     """
+    check_workers(workers, 1)
     distinct(path, config.files)
     if decks is not None:
         folder(decks)

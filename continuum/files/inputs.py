@@ -144,6 +144,8 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         "too_short": f"at least {error.get('ctx', {}).get('min_length')} of them",
         "too_long": f"at most {error.get('ctx', {}).get('max_length')} of them",
         "string_pattern_mismatch": "text of this form",
+        # Pydantic writes 1e-100 with all its zeros.
+        "greater_than_equal": f"greater than or equal to {error.get('ctx', {}).get('ge', 0):g}",
     }.get(kind, error["msg"].removeprefix("Input should be ").removeprefix("a valid "))
     return Fault(key, allowed + about, _CAUSES.get(kind, ""))
 

@@ -208,17 +208,24 @@ def _toml(value: Any) -> str:
     """A value as in the file, shortened."""
     try:
         text = text_of(value)
-    except (TypeError, ValueError):
+    except TypeError:  # given in Python, and nothing that a file can hold
+        text = repr(value)
+    except ValueError:
         text = "(too large to print)"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def value_of(text: str) -> Any:
-    """A value as in an input file, given on a command line: quotes around words may be left out there."""
+    """A value as in an input file, given on a command line: quotes around words may be left out there.
+
+    What goes on after its value, with a comment or another line, is text as a whole: nothing is dropped.
+    """
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        found = tomllib.loads(f"value = {text}")
+        tomllib.loads(f"value = [{text}]")  # a comment would hide the bracket
     except (ValueError, RecursionError):
         return text
+    return found["value"] if len(found) == 1 else text
 
 
 def nearest(word: str, choices: Iterable[str]) -> str | None:

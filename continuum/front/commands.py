@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Any
 import continuum.runs.analysis
 import continuum.runs.result
 import continuum.sticky.predict
+from continuum.arguments import ArgumentError, file_name, flag
 from continuum.errors import InputError
 from continuum.files.inputs import load
+from continuum.files.settings import settings_of
 from continuum.files.tables import identity
+from continuum.front.sweeps import check_sweep, is_sweep
 from continuum.runs.build import System, build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from continuum.sticky.mending import Detrending
     from continuum.sticky.topography import Topography
 
-__all__ = ["Analysis", "Checked", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"]
+__all__ = ["Analysis", "CheckReport", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"]
 
 
 class Result(continuum.runs.result.Result):
@@ -122,36 +125,43 @@ class Prediction(continuum.sticky.predict.Prediction):
 
 
 @dataclass(frozen=True, eq=False)
-class Checked:
+class CheckReport:
     """What an input amounts to."""
 
-    config: RunConfig
-    system: System
     sheet: Sheet
+    """Of a run grid, roughness, law, memory and cost; of a sweep what its systems cost together."""
+    system: System | None = None
+    """The contact of a run, with its input; None of a sweep."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the grid does not resolve."""
-        return self.system.warnings
+        """What the grid of a run does not resolve."""
+        return self.system.warnings if self.system is not None else ()
 
     def _repr_html_(self) -> str:
         return self.sheet._repr_html_()
 
 
-def check(file: str | Path, settings: Mapping[str, Any] | None = None) -> Checked:
-    """Validate an input file and say what it amounts to: grid, roughness, law, memory, cost.
+def check(file: str | Path, settings: Mapping[str, Any] | None = None, *, reduced: bool = False) -> CheckReport:
+    """Validate an input file of a run or of a sweep, and say what it amounts to and what it will cost.
 
     Parameters
     ----------
-    file : of a run; that of a sweep is for :func:`continuum.front.sweeps.check_sweep`.
-    settings : values of keys instead of those of the file.
+    file : input (TOML); ``inputs/...`` finds those that come with the package.
+    settings : values of keys instead of those of the file, as ``{"surface.seed": 3}``.
+    reduced : of a sweep, the values of its [sweep.reduced] hold.
 
     Raises
     ------
     ConfigError
-        With all faults of the file.
+        With all faults of the file, or of the first faulty system of a sweep.
+    ArgumentError
+        If an argument has no meaning.
     """
-    config = load(file, RunConfig, settings)
+    path = file_name("file", file)
+    if flag("reduced", reduced) or is_sweep(path):
+        return CheckReport(check_sweep(path, settings=settings, reduced=reduced))
+    config = load(path, RunConfig, settings_of(settings))
     system, cost = build(config), cost_of(config)
     grid, wall, real, expected = system.grid, system.problem.wall, system.realised, system.expected
     rows: list[tuple[str, str, str]] = [
@@ -176,13 +186,14 @@ def check(file: str | Path, settings: Mapping[str, Any] | None = None) -> Checke
         ("identity", identity(config)[:16], ""),
     ]
     columns = (Column("quantity"), Column("value"), Column("unit"))
-    return Checked(config, system, Sheet.of(f"{file}: valid", columns, rows))
+    return CheckReport(Sheet.of(f"{file}: valid", columns, rows), system)
 
 
 def run(
     file: str | Path | RunConfig,
     output: str | Path = "results",
     *,
+    settings: Mapping[str, Any] | None = None,
     force: bool = False,
     device: str | None = None,
     progress: Progress | None = None,
@@ -195,6 +206,7 @@ def run(
     file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
     output : folder of the result, which is named after the input; or the result itself, ``NAME.h5``.  Points that are
         there already are kept.
+    settings : values of keys instead of those of the file, as ``{"surface.seed": 3}``.
     force : start anew.
     device : what the solver runs on, instead of the input's ``[solver] device``.
     progress : called after each point with it, how many are done and how many there are.
@@ -204,14 +216,19 @@ def run(
     ------
     ConfigError, InputError, OutputError
         If the input cannot be run, this machine has not the device, or the result cannot be stored.
+    ArgumentError
+        If an argument has no meaning.
     """
-    config = file if isinstance(file, RunConfig) else load(file, RunConfig)
+    given = settings_of(settings)
+    if isinstance(file, RunConfig) and given:
+        raise ArgumentError("settings", given, "values of keys of a file; this input was read already")
+    config = file if isinstance(file, RunConfig) else load(file_name("file", file), RunConfig, given)
     config = config if device is None else config.on(device)
-    path = Path(output)
+    path = file_name("output", output)
     if path.suffix != ".h5":
         name = config.source.path.stem if config.source else "run"
         path = path / f"{name}.h5"
-    return Result(**vars(follow_run(config, path, force=force, progress=progress, warn=warn)))
+    return Result(**vars(follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)))
 
 
 def analyse(result: str | Path) -> Analysis:

@@ -1,26 +1,39 @@
-"""What ``continuum sweep`` does, as functions."""
+"""What ``continuum sweep`` does, as functions: one for each of its actions.
+
+They take the folder of a sweep, or its input, and no object that a call has left behind: a sweep is asked how far it is
+days later, by another process or on another machine.
+"""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Mapping
+from contextlib import closing
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import continuum.runs.collect
-from continuum.files import output
-from continuum.files.toml import ConfigError, Fault, Source, find, text_of
+from continuum.arguments import count, file_name, flag, number, pair
+from continuum.files.output import Held, folder, save
+from continuum.files.settings import settings_of
+from continuum.files.toml import Source, find, text_of
 from continuum.runs.axes import Sweep
-from continuum.runs.cluster import slurm_script
-from continuum.runs.collect import Collected, Progress, progress_of, write_cube
+from continuum.runs.cluster import require_scheduler, slurm_script
+from continuum.runs.collect import Collected, SweepStatus, status_of, write_cube
 from continuum.runs.cost import cost_of, pair_seconds
+from continuum.runs.engine import check_workers
+from continuum.runs.folder import Folder
+from continuum.runs.memory import physical_memory
 from continuum.runs.sweep import SystemTask, begin, run_sweep
 from continuum.runs.tasks import Ended
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 
-__all__ = ["Swept", "check_sweep", "collected", "is_sweep", "plot_figure", "slurm", "status", "sweep", "verified"]
+__all__ = [
+    "Swept", "Verification", "check_sweep", "is_sweep", "plot_figure", "sweep", "sweep_collect", "sweep_slurm",
+    "sweep_status", "sweep_verify",
+]  # fmt: skip
 
 After = Callable[[Ended, int, int], None]
 """Called after each system with how it ended, how many have, and how many there are."""
@@ -79,7 +92,7 @@ def sweep(
         not suffice.
     threads : of the solver of each system.
     device : what the solver runs on, instead of the input's ``[solver] device``.
-    memory : in bytes, of this machine; all of it if None.
+    memory : in bytes, that may be used of this machine; all of it if None.
     retry : try again what failed.
     shard : this part of so many, for jobs of an array.
     scheduler_file : of a Dask cluster that does the work instead of processes of this machine.
@@ -89,27 +102,38 @@ def sweep(
     Raises
     ------
     ConfigError, OutputError, ClusterError
-        If the input cannot be run, results cannot be stored, or there is no such cluster.
-    InputError
-        If this machine has not the device, or fewer GPUs than workers.
+        If the input cannot be run, results cannot be stored (the folder may hold another sweep, or files of your own),
+        or there is no such cluster.
+    ArgumentError, InputError
+        If an argument has no meaning; or this machine has not the device, or fewer GPUs than workers.
     """
-    if device is not None:
-        settings = {**(settings or {}), "solver.device": device}
-    described = Sweep.read(file, settings, reduced=reduced)
-    devices = _devices(described) if scheduler_file is None else ()
-    folder = Path(output) / described.name
-    _check_shard(described, *shard)
-    tasks = begin(described, folder, retry=retry, shard=shard, threads=threads)
+    given = settings_of(settings) | ({} if device is None else {"solver.device": device})
+    described = Sweep.read(file_name("file", file), given, reduced=flag("reduced", reduced))
+    cluster = None if scheduler_file is None else file_name("scheduler_file", scheduler_file)
+    # All that can be wrong is found before anything is written.
+    if cluster is not None:
+        require_scheduler(cluster)
+    devices = _devices(described) if cluster is None else ()
+    at_once = max(1, len(devices)) if workers is None else workers
+    check_workers(at_once, threads, devices)
+    limit = physical_memory() if memory is None else number("memory", memory, above=0)
+    root = file_name("output", output) / described.name
+    tasks = begin(described, root, retry=flag("retry", retry), shard=_shard(shard), threads=threads)
     if begun is not None:
         begun(tasks)
-    cluster = None if scheduler_file is None else Path(scheduler_file)
-    ended = []
-    at_once = workers or max(1, len(devices))
-    for one in run_sweep(tasks, folder, workers=at_once, memory=memory, scheduler_file=cluster, devices=devices):
-        ended.append(one)
-        if progress is not None:
-            progress(one, len(ended), len(tasks))
-    return _swept(folder, ended)
+    running = run_sweep(tasks, root, workers=at_once, memory=limit, scheduler_file=cluster, devices=devices)
+    return _swept(root, _followed(running, len(tasks), progress))
+
+
+def _followed(running: Generator[Ended, None, None], total: int, progress: After | None) -> list[Ended]:
+    """How each system ended; whatever stops this, the processes are stopped."""
+    ended = list[Ended]()
+    with closing(running):
+        for one in running:
+            ended.append(one)
+            if progress is not None:
+                progress(one, len(ended), total)
+    return ended
 
 
 def is_sweep(file: str | Path) -> bool:
@@ -120,7 +144,7 @@ def is_sweep(file: str | Path) -> bool:
     ConfigError
         If it cannot be read.
     """
-    return "sweep" in Source.read(find(file)).data
+    return "sweep" in Source.read(find(file_name("file", file))).data
 
 
 def check_sweep(file: str | Path, *, settings: Mapping[str, Any] | None = None, reduced: bool = False) -> Sheet:
@@ -131,7 +155,7 @@ def check_sweep(file: str | Path, *, settings: Mapping[str, Any] | None = None, 
     ConfigError
         With all faults of the file, or of its first faulty system.
     """
-    described = Sweep.read(file, settings, reduced=reduced)
+    described = Sweep.read(file_name("file", file), settings_of(settings), reduced=flag("reduced", reduced))
     costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
     pairs = {grid: pair_seconds(grid) for grid in {grid for _, grid in costs}}
     seconds = [cost.seconds(pairs[grid]) for cost, grid in costs]
@@ -147,10 +171,11 @@ def check_sweep(file: str | Path, *, settings: Mapping[str, Any] | None = None, 
     return Sheet.of(f"{file}: valid", ("quantity", Column("value"), "unit"), rows)
 
 
-def _check_shard(described: Sweep, part: int, parts: int) -> None:
-    if not 1 <= part <= parts:
-        fault = Fault(("sweep",), f"a shard from 1/{parts} to {parts}/{parts}, not {part}/{parts}")
-        raise ConfigError(described.source, [fault])
+def _shard(given: tuple[int, int]) -> tuple[int, int]:
+    """A part, counted from 1, and how many there are."""
+    part, parts = pair("shard", given)
+    count("shard[1]", parts)
+    return count("shard[0]", part, most=parts), parts
 
 
 def _devices(described: Sweep) -> tuple[str, ...]:
@@ -159,57 +184,92 @@ def _devices(described: Sweep) -> tuple[str, ...]:
     return back_end(config.solver.device).devices()
 
 
-def _swept(folder: Path, ended: list[Ended]) -> Swept:
-    held = tuple(one for one in ended if isinstance(one.error, output.Held) and not one.task.path.is_file())
-    failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, output.Held))
+def _swept(root: Path, ended: list[Ended]) -> Swept:
+    held = tuple(one for one in ended if isinstance(one.error, Held) and not one.task.path.is_file())
+    failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, Held))
     done = sum(one.ok and not one.found for one in ended)
-    return Swept(folder, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held)
+    return Swept(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held)
 
 
-def status(folder: str | Path) -> Progress:
-    """How far a sweep is, from its files alone.
+def sweep_status(sweep: str | Path) -> SweepStatus:
+    """How far a sweep is, from its files alone: systems done, in hand, failed with the reasons, and the time left.
+
+    Parameters
+    ----------
+    sweep : folder of the sweep.
 
     Raises
     ------
     SweepError
         If there is none.
     """
-    return progress_of(folder)
+    return status_of(file_name("sweep", sweep))
 
 
-def collected(folder: str | Path, into: str | Path | None = None) -> tuple[Collected, list[Path]]:
+def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> Collected:
     """Write all points of a sweep as one table: ``table.csv`` (a row for each) and ``table.h5`` (xarray opens it).
+
+    Parameters
+    ----------
+    sweep : folder of the sweep.
+    output : folder of the tables; that of the sweep if None.
+
+    Returns
+    -------
+    Collected
+        The table; ``found["load"]`` is a column, and ``found.files`` are those that were written.
 
     Raises
     ------
     SweepError, OutputError
-        If there is no sweep, or the tables cannot be written.
+        If there is no sweep, or the tables cannot be written: there may be a table of your own.
     """
-    found = continuum.runs.collect.collect(folder)
-    place = output.folder(folder if into is None else into)
-    write_cube(found, place / "table.h5")
+    root = file_name("sweep", sweep)
+    place = root if output is None else file_name("output", output)
+    found = continuum.runs.collect.collect(root)
+    Folder(place).require_tables_of_ours()
+    text, cube = Folder(folder(place)).tables
+    write_cube(found, cube)
     head, rows = found.rows()
     sheet = Sheet.of(
         found.listed.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows
     )
-    return found, [output.save(place / "table.csv", sheet.csv()), place / "table.h5"]
+    return replace(found, files=(save(text, sheet.csv()), cube))
 
 
-def verified(
-    folder: str | Path, *, aside: bool = False, after: Callable[[int], None] | None = None
-) -> tuple[int, list[str]]:
-    """Read every file of a sweep whole; returns how many there are, and what is wrong with some.
+@dataclass(frozen=True)
+class Verification:
+    """Whether the files of a sweep are sound."""
+
+    files: int
+    """How many were read."""
+    faults: tuple[str, ...]
+    """What is wrong with some, with their names."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether all are sound."""
+        return not self.faults
+
+
+def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
+    """Read every file of a sweep whole: sums, schema, identity.
+
+    Parameters
+    ----------
+    sweep : folder of the sweep.
+    aside : move what is damaged into its folder ``damaged``, so that the next run does it again.
 
     Raises
     ------
     SweepError
         If there is no sweep.
     """
-    count, faults = continuum.runs.collect.verify(folder, aside=aside, after=after)
-    return count, [fault.what for fault in faults]
+    files, faults = continuum.runs.collect.verify(file_name("sweep", sweep), aside=flag("aside", aside))
+    return Verification(files, tuple(fault.what for fault in faults))
 
 
-def slurm(
+def sweep_slurm(
     file: str | Path,
     output: str | Path = "results",
     *,
@@ -222,15 +282,26 @@ def slurm(
 ) -> str:
     """A job script for ``sbatch`` that does a sweep: a cluster in one allocation, or an array of jobs.
 
+    Parameters
+    ----------
+    file, output, settings, reduced : as :func:`sweep` has them.
+    nodes, time : of the allocation, as SLURM has them.
+    workers : processes a node.
+    shards : so many jobs of an array instead of one cluster.
+
     Raises
     ------
     ConfigError
         If a system is no input of a run.
+    ArgumentError
+        If an argument has no meaning.
     """
-    described = Sweep.read(file, settings, reduced=reduced)
+    given, path = settings_of(settings), file_name("file", file)
+    described = Sweep.read(path, given, reduced=flag("reduced", reduced))
     memory = max(cost_of(config).memory for _, config in described.systems())
-    words = ["continuum", "sweep", "run", str(file), "--output", str(output), *(["--reduced"] if reduced else [])]
-    words += [word for name, value in (settings or {}).items() for word in ("--set", f"{name}={text_of(value)}")]
+    root = file_name("output", output)
+    words = ["continuum", "sweep", "run", str(path), "--output", str(root), *(["--reduced"] if reduced else [])]
+    words += [word for name, value in given.items() for word in ("--set", f"{name}={text_of(value)}")]
     return slurm_script(
         shlex.join(words), nodes=nodes, time=time, workers=workers, memory=memory, name=described.name, shards=shards
     )

@@ -9,6 +9,7 @@ import numpy as np
 from continuum.arguments import ArgumentError
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
+from continuum.model.surface import LARGEST_SLOPE
 from continuum.theory.paper import snap_in_wavelength
 
 __all__ = [
@@ -25,9 +26,8 @@ __all__ = [
 
 POINTS = 4
 """Points of the grid that a wavelength needs."""
-SMALL_SLOPE, LARGEST_SLOPE = 0.3, 10.0
-"""Largest rms slope that small-slope theory covers (there tan and sin of a typical slope differ by 4 %), and
-the largest that is computed at all (beyond, heights are rather given in other units than a0)."""
+SMALL_SLOPE = 0.3
+"""Largest rms slope that small-slope theory covers: there tan and sin of a typical slope differ by 4 %."""
 OTHER_UNIT = 10.0
 """Factor by which a stiffness may differ from that of a half-space of E* = 1 in the median over all waves."""
 LARGEST_SHARE = 0.05

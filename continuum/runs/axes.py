@@ -9,8 +9,7 @@ from __future__ import annotations
 import ast
 import itertools
 import math
-import operator
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -20,6 +19,7 @@ from pydantic import Field
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document, Table, check, identity
 from continuum.files.toml import ConfigError, Fault, Source, find, text_of
+from continuum.runs.conditions import condition, holds
 from continuum.runs.config import RunConfig
 from continuum.runs.ranges import MOST, listed
 
@@ -73,7 +73,7 @@ class SweepTable(Table):
                 else:
                     if not values:
                         yield Fault((*place, name), "at least one value")
-                    if len({repr(value) for value in values}) < len(values) and place == ("axes",):
+                    if place == ("axes",) and _repeated(values):
                         yield Fault((*place, name), "different values", "the same one twice")
 
     def _together(self) -> Iterator[Fault]:
@@ -89,14 +89,12 @@ class SweepTable(Table):
         for one, other in itertools.combinations(sorted(set(names)), 2):
             if _overlap(one, other):
                 yield Fault((), f"axes that are apart: {one} holds {other}")
-        count = math.prod(len(axis.values) for axis in self.all_axes)
-        if count > MOST:
-            yield Fault((), f"at most {MOST} systems, not {count}")
+        yield from _too_many(self.all_axes)
 
     def _conditions(self) -> Iterator[Fault]:
         for i, text in enumerate(self.keep):
             try:
-                _condition(text)
+                condition(text)
             except ValueError as error:
                 yield Fault(("keep", i), f'a condition such as "lambda_s * 8 <= lambda_L": {error}')
 
@@ -122,78 +120,28 @@ def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
     return Axis(axis.keys, tuple(zip(*columns, strict=True)))
 
 
+def _too_many(axes: Iterable[Axis]) -> Iterator[Fault]:
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > MOST:
+        yield Fault((), f"at most {MOST} systems, not {count}")
+
+
+def _repeated(values: Sequence[Any]) -> bool:
+    """Whether two values are equal, as 8 and 8.0 are."""
+    return len({_hashable(value) for value in values}) < len(values)
+
+
+def _hashable(value: Any) -> Hashable:
+    if isinstance(value, Mapping):
+        return frozenset((name, _hashable(item)) for name, item in value.items())
+    if isinstance(value, (tuple, list)):
+        return tuple(map(_hashable, value))
+    return value if isinstance(value, Hashable) else repr(value)
+
+
 def _overlap(one: str, other: str) -> bool:
     """Whether one of two keys is a table that holds the other."""
     return one != other and (f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}."))
-
-
-# --- conditions ----------------------------------------------------------------------------------------------
-
-_BINARY: Mapping[type[ast.AST], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.Pow: operator.pow, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
-    ast.Eq: operator.eq, ast.NotEq: operator.ne,
-}  # fmt: skip
-
-
-def _condition(text: str) -> ast.expr:
-    """A condition of numbers, keys, + - * / **, comparisons, and, or, not."""
-    try:
-        tree = ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError):
-        msg = "it cannot be read"
-        raise ValueError(msg) from None
-    allowed = (ast.Compare, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Name, ast.Attribute, ast.Constant, ast.Load,
-               ast.And, ast.Or, ast.Not, ast.USub, *_BINARY)  # fmt: skip
-    for node in ast.walk(tree):
-        if not isinstance(node, allowed):
-            msg = f"no {type(node).__name__}"
-            raise ValueError(msg)
-    return tree
-
-
-def _value(node: ast.expr, known: Callable[[str], Any]) -> Any:
-    match node:
-        case ast.Constant():
-            return node.value
-        case ast.Name() | ast.Attribute():
-            return known(ast.unparse(node))
-        case ast.BinOp():
-            return _BINARY[type(node.op)](_value(node.left, known), _value(node.right, known))
-        case ast.UnaryOp():
-            value = _value(node.operand, known)
-            return not value if isinstance(node.op, ast.Not) else -value
-        case ast.BoolOp():
-            every = all if isinstance(node.op, ast.And) else any
-            return every(_value(part, known) for part in node.values)
-        case ast.Compare():
-            sides = [_value(part, known) for part in (node.left, *node.comparators)]
-            pairs = zip(node.ops, itertools.pairwise(sides), strict=True)
-            return all(_BINARY[type(op)](*pair) for op, pair in pairs)
-    raise ValueError(ast.unparse(node))
-
-
-def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
-    """Values of an input by dotted key, or by its last part where that is the only one of that name."""
-    flat: dict[str, Any] = {}
-
-    def visit(table: Mapping[str, Any], prefix: str) -> None:
-        for name, value in table.items():
-            if isinstance(value, Mapping):
-                visit(value, f"{prefix}{name}.")
-            else:
-                flat[prefix + name] = value
-
-    visit({name: value for name, value in data.items() if name != "sweep"}, "")
-
-    def value(name: str) -> Any:
-        found = [key for key in flat if key == name or key.endswith(f".{name}")]
-        if name in flat or len(found) == 1:
-            return flat[name if name in flat else found[0]]
-        msg = f"{name} is {'the name of several keys' if found else 'no key'} of this input"
-        raise ValueError(msg)
-
-    return value
 
 
 # --- systems -------------------------------------------------------------------------------------------------
@@ -272,6 +220,13 @@ class Sweep:
         except ValueError as error:
             fault = Fault(("sweep",), f"lists or ranges on its axes, of one length where keys change together: {error}")
             raise ConfigError(source, [fault]) from None
+        faults = [
+            *_too_many(axes),
+            *(Fault((), f"at least one value of {axis.keys[0]}") for axis in axes if not axis.values),
+            *(Fault((), f"different values of {axis.keys[0]}") for axis in axes if _repeated(axis.values)),
+        ]
+        if faults:
+            raise ConfigError(source, [replace(fault, key=("sweep",)) for fault in faults])
         on_axes = {key for axis in axes for key in axis.keys}
         plain = {key: value for key, value in changes.items() if key not in on_axes}
         for key, axis in itertools.product(plain, on_axes):
@@ -289,7 +244,7 @@ class Sweep:
         ConfigError
             If one of them is no input of a run, or there is none.
         """
-        conditions, seen = [_condition(text) for text in self.keep], set[str]()
+        conditions, seen = [condition(text) for text in self.keep], dict[str, SystemPlan]()
         for places in itertools.product(*(axis.values for axis in self.axes)):
             each = zip(self.axes, places, strict=True)
             settings = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
@@ -297,20 +252,22 @@ class Sweep:
             if not self._kept(source, conditions):
                 continue
             config = parsed(source, RunConfig)
-            key = identity(config)
-            if key not in seen:
-                seen.add(key)
-                yield SystemPlan(self.base, tuple(settings.items()), key), config
+            plan = SystemPlan(self.base, tuple(settings.items()), identity(config))
+            if plan.key in seen:
+                cause = "values that are equal, files of the same content, or a key such as solver.threads on an axis"
+                same = f"{seen[plan.key].label} and {plan.label} are one and the same"
+                raise ConfigError(self.source, [Fault(("sweep",), f"systems that differ: {same}", cause)])
+            seen[plan.key] = plan
+            yield plan, config
         if not seen:
             raise ConfigError(self.source, [Fault(("sweep", "keep"), "conditions that at least one system meets")])
 
     def _kept(self, source: Source, conditions: Sequence[ast.expr]) -> bool:
-        known = _known(source.data)
-        for i, condition in enumerate(conditions):
+        for i, each in enumerate(conditions):
             try:
-                if not _value(condition, known):
+                if not holds(each, source.data):
                     return False
-            except (ValueError, TypeError, ArithmeticError) as error:
+            except ValueError as error:
                 fault = Fault(("sweep", "keep", i), f"a condition that holds or not: {error}")
                 raise ConfigError(self.source, [fault]) from None
         return True

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -16,9 +14,10 @@ from continuum.model.resolution import check_slope, doubts
 from continuum.model.surface import Moments, moments
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
+from continuum.runs.memory import physical_memory
 from continuum.solve.solution import Settings
 
-__all__ = ["System", "build", "physical_memory"]
+__all__ = ["System", "build"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +66,8 @@ def build(config: RunConfig) -> System:
     if heights is None or wall is None:
         raise refuse(config, *faults)
 
-    realised = moments(grid, heights)
     try:
+        realised = moments(grid, heights)
         check_slope(realised.rms_slope)
     except ArgumentError as error:
         raise refuse(config, _unusable("surface", config.surface, error)) from None
@@ -80,7 +79,12 @@ def build(config: RunConfig) -> System:
 
 
 def _unusable(name: str, table: Table, error: Exception) -> Fault:
-    return Fault((name, table.origin), f"what can be used; here: {error}")
+    """The fault of a table at the key that the error names, else at the one that the values come from."""
+    if not isinstance(error, ArgumentError):
+        return Fault((name, table.origin), f"what can be used; here: {error}")
+    if error.name in type(table).model_fields:
+        return Fault((name, error.name), error.allowed)
+    return Fault((name, table.origin), error.allowed, f"this makes the {str(error).partition(': allowed')[0]}")
 
 
 def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:
@@ -93,17 +97,3 @@ def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:
             expected = f"values above {held[control]:g} a0, a positive mean gap"
             cause = "no state: a hard wall leaves no surface at a mean gap of zero or less"
             raise refuse(config, Fault((*place.split("."), "targets"), expected, cause))
-
-
-def physical_memory() -> float:
-    """Memory that this process may use, in bytes: that of the machine, or what a batch system allows of it."""
-    allowed = float(os.environ.get("SLURM_MEM_PER_NODE", "inf")) * 2**20
-    try:
-        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
-        allowed = min(allowed, float(limit) if limit.isdecimal() else allowed)
-    except OSError:
-        pass
-    try:
-        return min(allowed, float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")))
-    except (ValueError, OSError, AttributeError):
-        return allowed

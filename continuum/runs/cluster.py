@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Generator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from continuum.arguments import ArgumentError, count
 from continuum.errors import InputError
 from continuum.runs.tasks import DIED, Ended, Job, Task, timed
 
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["ClusterError", "on_cluster", "slurm_script"]
+__all__ = ["ClusterError", "on_cluster", "require_scheduler", "slurm_script"]
 
 _PROCESS = 2.5e8
 """Bytes of a worker before it does anything."""
+_TIME = re.compile(r"\d+(:\d\d?){0,2}|\d+-\d\d?(:\d\d?){0,2}")
+"""Minutes, minutes:seconds, hours:minutes:seconds, days-hours and so on: what SLURM takes for a time."""
 _WAIT = 60
 """Seconds in which a scheduler has to answer."""
 
@@ -35,6 +40,7 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[E
     ClusterError
         If Dask is not installed, or no scheduler answers.
     """
+    require_scheduler(scheduler_file)
     from distributed import as_completed
 
     with _client(scheduler_file) as client:
@@ -56,15 +62,25 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[E
             future.release()
 
 
-def _client(scheduler_file: Path) -> Client:
-    try:
-        from distributed import Client
-    except ImportError as error:
+def require_scheduler(scheduler_file: Path) -> None:
+    """Refuse a cluster that cannot be asked: without Dask, or without the file that says where its scheduler is.
+
+    Raises
+    ------
+    ClusterError
+        That says what to do.
+    """
+    if find_spec("distributed") is None:
         msg = "a cluster needs Dask: pip install 'stickiness[cluster]'"
-        raise ClusterError(msg) from error
+        raise ClusterError(msg)
     if not scheduler_file.is_file():
         msg = f"{scheduler_file}: there is no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it"
         raise ClusterError(msg)
+
+
+def _client(scheduler_file: Path) -> Client:
+    from distributed import Client
+
     try:
         return Client(scheduler_file=str(scheduler_file), timeout=_WAIT)
     except (OSError, TimeoutError, ValueError) as error:
@@ -85,7 +101,19 @@ def slurm_script(
     memory : that a process needs, in bytes.
     name : of the job.
     shards : jobs of an array instead, each on one node.
+
+    Raises
+    ------
+    ArgumentError
+        If a number is none of processes, nodes or jobs, or SLURM would not take the time.
     """
+    count("nodes", nodes)
+    count("workers", workers)
+    if shards is not None:
+        count("shards", shards)
+    if not isinstance(time, str) or not _TIME.fullmatch(time):
+        raise ArgumentError("time", time, 'a text such as "12:00:00", "90" (minutes) or "2-12" (days and hours)')
+    name = re.sub(r"[^\w.+-]", "-", name, flags=re.ASCII)  # it is not quoted in the script
     head = [
         "#!/bin/bash",
         f"#SBATCH --job-name={name}",
@@ -113,7 +141,7 @@ def slurm_script(
         f"  --nworkers {workers} --memory-limit 0 --dashboard-address 127.0.0.1:0 \\",
         '  --local-directory "${TMPDIR:-/tmp}" &',
         f'{command} --scheduler-file "$scheduler"',
-        'echo "This job ends its workers now: what srun calls an error below is that."',
+        'echo "Done; stopping the workers, which srun reports as an error."',
         "",
     ]
     return "\n".join([*head, *body])

@@ -6,7 +6,7 @@ import json
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,12 @@ from continuum.files.store import Dataset, StoreError
 from continuum.files.tables import ConfigError, frozen, identity, restored
 from continuum.model.grid import Grid, Real
 from continuum.runs.config import RunConfig
+from continuum.runs.folder import TABLE_SCHEMA, Folder
 from continuum.runs.measured import COLUMNS, numbers_of
-from continuum.runs.sweep import Folder, Listed, System, systems_of
+from continuum.runs.sweep import Listed, System, systems_of
 from continuum.runs.tables import GridTable
 
-__all__ = ["Collected", "Fault", "Progress", "collect", "progress_of", "verify", "write_cube"]
+__all__ = ["Collected", "Fault", "SweepStatus", "collect", "status_of", "verify", "write_cube"]
 
 _RECENT = 50
 """Systems that ended last, from which the rate is taken."""
@@ -51,6 +52,8 @@ class Collected:
     """Files that could not be read."""
     provenance: Mapping[str, int]
     """Versions and commits that the points were computed with, and the number of systems of each."""
+    files: tuple[Path, ...] = ()
+    """Files that the table was written into."""
 
     def __getitem__(self, name: str) -> Real:
         """A column, one number for each point: of the table, or a key of the input such as ``surface.lambda_s``."""
@@ -156,7 +159,8 @@ def write_cube(found: Collected, path: Path) -> None:
         )
     steps = found["step"].astype(int)
     shape = (*(len(axis.values) for axis in axes), int(steps.max(initial=-1)) + 1)
-    where = tuple(np.array([of_system[found.keys[i]] for i in found.system], dtype=int).reshape(-1, len(axes)).T)
+    of_point = [of_system[found.keys[i]] for i in found.system]
+    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(axes)).T)
     datasets = {}
     for axis in axes:
         for i, key in enumerate(axis.keys):
@@ -170,7 +174,7 @@ def write_cube(found: Collected, path: Path) -> None:
         datasets[name] = Dataset(cube, (*names, "step"), unit, what)
     datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
     said = {
-        "schema": "stickiness/sweep-table", "schema_version": 1, "name": found.listed.name,
+        "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listed.name,
         "common": json.dumps(found.listed.common), "systems": len(found.keys), "systems_missing": found.missing,
         "points": len(found.system), "points_unconverged": found.unconverged, "files_unreadable": len(found.faults),
         "made_with": json.dumps(dict(found.provenance)), **provenance(),
@@ -186,7 +190,7 @@ def _place(values: tuple[Any, ...]) -> str:
 
 
 @dataclass(frozen=True)
-class Progress:
+class SweepStatus:
     """How far a sweep is, from its files alone."""
 
     listed: Listed = field(repr=False)
@@ -208,7 +212,7 @@ class Progress:
         return len(self.listed.systems)
 
 
-def progress_of(root: str | Path) -> Progress:
+def status_of(root: str | Path) -> SweepStatus:
     """How far a sweep is; reads no result.
 
     Raises
@@ -234,7 +238,7 @@ def progress_of(root: str | Path) -> Progress:
     left = sum(system.cost for name, system in costs.items() if name not in done)
     rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
     seconds = left / work_rate if work_rate > 0 else np.nan
-    return Progress(listed, len(done), running, tuple(failed), rate, seconds, len(ended) - len(done))
+    return SweepStatus(listed, len(done), running, tuple(failed), rate, seconds, len(ended) - len(done))
 
 
 def _in_hand(folder: Folder) -> Iterator[tuple[str, Path]]:
@@ -272,15 +276,12 @@ class Fault:
     what: str
 
 
-def verify(
-    root: str | Path, *, aside: bool = False, after: Callable[[int], None] | None = None
-) -> tuple[int, list[Fault]]:
+def verify(root: str | Path, *, aside: bool = False) -> tuple[int, list[Fault]]:
     """Read every file of a sweep whole: sums, schema, identity; returns how many there are, and what is wrong.
 
     Parameters
     ----------
     aside : move what is wrong into the folder ``damaged``, so that the next run does it again.
-    after : called with the number of files looked at.
 
     Raises
     ------
@@ -290,14 +291,12 @@ def verify(
     folder = Folder(Path(root))
     systems_of(root)
     paths, faults = sorted(path for path in folder.points.iterdir() if not path.name.startswith(".")), []
-    for i, path in enumerate(paths, 1):
+    for path in paths:
         what = _fault(path)
         if what:
             faults.append(Fault(path, what))
             if aside:
                 output.placed(path, output.folder(folder.root / "damaged") / path.name)
-        if after is not None:
-            after(i)
     return len(paths), faults
 
 

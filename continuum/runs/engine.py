@@ -7,28 +7,20 @@ computes, and what is in its file, this module does not know.
 from __future__ import annotations
 
 import os
-import signal
-import threading
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from functools import partial
-from multiprocessing import active_children, get_context, parent_process
-from multiprocessing.connection import wait as wait_for
+from collections.abc import Callable, Generator, Iterable, Sequence
+from multiprocessing.connection import wait
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.runs.tasks import DIED, Ended, Job, Task, timed
+from continuum.runs.tasks import DIED, Ended, Job, Task
+from continuum.runs.workers import Worker
 
-if TYPE_CHECKING:
-    from multiprocessing.queues import SimpleQueue
+__all__ = ["check_workers", "run_tasks"]
 
-__all__ = ["run_tasks"]
-
+_MOST = 1024
+"""Processes, and threads of each."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -61,10 +53,7 @@ def run_tasks(
     Ended
         Of each task: those found done first, the others as they end.
     """
-    count("workers", workers)
-    count("threads", threads)
-    if devices and workers > len(devices):
-        raise ArgumentError("workers", workers, f"at most one for each GPU: {len(devices)}")
+    check_workers(workers, threads, devices)
     todo = []
     for task in tasks:
         if is_done(task):
@@ -77,88 +66,64 @@ def run_tasks(
 
         yield from on_cluster(todo, work, scheduler_file)
         return
-    with _threads(threads):
-        suspects = yield from _in_parallel(todo, work, workers, memory, devices)
-        # Whose process died is not known where several ran: one by one it shows.
-        for task in suspects:
-            if (yield from _in_parallel([task], work, 1, memory, devices)):
-                yield Ended(task, 0.0, DIED)
+    shared = {**os.environ, **dict.fromkeys(_THREADS, str(threads))}
+    own = [{"CUDA_VISIBLE_DEVICES": device} for device in devices] or [{}] * workers
+    environments = [{**shared, **each} for each in own[:workers]]
+    died = yield from _in_parallel(todo, work, environments, memory)
+    # Beside others the memory may not have sufficed: alone it may.
+    for task in died:
+        if (yield from _in_parallel([task], work, environments[:1], memory)):
+            yield Ended(task, 0.0, DIED)
+
+
+def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
+    """Refuse numbers of processes and threads that are none, and more processes than there are GPUs.
+
+    Raises
+    ------
+    ArgumentError
+        That names the one that is at fault.
+    """
+    count("workers", workers, most=_MOST)
+    count("threads", threads, most=_MOST)
+    if devices and workers > len(devices):
+        raise ArgumentError("workers", workers, f"at most one for each GPU: {len(devices)}")
 
 
 def _in_parallel(
-    todo: list[Task], work: Job, workers: int, memory: float, devices: Sequence[str]
+    todo: list[Task], work: Job, environments: Iterable[dict[str, str]], memory: float
 ) -> Generator[Ended, None, list[Task]]:
-    """Run tasks until all have ended; returns those whose process died."""
-    waiting, suspects = list(reversed(todo)), list[Task]()
+    """Run tasks until all have ended, in one process for each environment; returns those whose process died."""
+    waiting, died = list(reversed(todo)), list[Task]()
+    workers = [Worker(environment) for environment in environments]
+    free, busy = workers[:], dict[object, tuple[Worker, Task]]()
 
-    def next_fitting(running: Iterable[Task]) -> int | None:
+    def next_fitting() -> int | None:
         """Index of the longest task that fits beside those that run."""
-        held = [task.memory for task in running]
+        held = [task.memory for _, task in busy.values()]
         fits = (i for i in reversed(range(len(waiting))) if not held or sum(held) + waiting[i].memory <= memory)
         return next(fits, None)
 
-    while waiting:
-        # "spawn": a forked copy of a process that has threads, or MPI, is undefined.
-        context = get_context("spawn")
-        free: SimpleQueue[str] = context.SimpleQueue()
-        for device in devices:
-            free.put(device)
-        pool_of = partial(
-            ProcessPoolExecutor, mp_context=context, initializer=_begin, initargs=(free if devices else None,)
-        )
-        others = set(active_children())
-        with pool_of(min(workers, len(waiting))) as pool:
-            running: dict[Future[float], Task] = {}
-            alive = True
-            try:
-                while alive and (running or waiting):
-                    while alive and len(running) < workers and (i := next_fitting(running.values())) is not None:
-                        try:
-                            future = pool.submit(timed, work, waiting[i])
-                        except BrokenProcessPool:
-                            alive = False
-                        else:
-                            running[future] = waiting.pop(i)
-                    for future in wait(running, return_when=FIRST_COMPLETED).done:
-                        task, error = running.pop(future), future.exception()
-                        if isinstance(error, BrokenProcessPool):
-                            suspects.append(task)
-                            alive = False
-                        elif error is None:
-                            yield Ended(task, future.result())
-                        elif isinstance(error, Exception):
-                            yield Ended(task, 0.0, f"{type(error).__name__}: {error}", error)
-                        else:
-                            raise error
-                suspects += running.values()
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                for child in set(active_children()) - others:
-                    child.terminate()  # a pool waits for its processes at exit, and these for their solve
-                raise
-    return suspects
-
-
-def _begin(free: SimpleQueue[str] | None) -> None:
-    """Take a GPU, and end this process when the one that started it has died: it would wait for work for ever."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to all; the one that started this one ends it
-    if free is not None:
-        os.environ["CUDA_VISIBLE_DEVICES"] = free.get()
-    parent = parent_process()
-    if parent is not None:
-        threading.Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
-
-
-@contextmanager
-def _threads(count: int) -> Iterator[None]:
-    """What processes that are started meanwhile find in their environment."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, str(count)))
     try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        while waiting or busy:
+            while free and (i := next_fitting()) is not None:
+                worker, task = free.pop(), waiting.pop(i)
+                worker.give(work, task)
+                busy[worker.connection] = worker, task
+            for ready in wait([worker.connection for worker, _ in busy.values()]):
+                worker, task = busy.pop(ready)
+                free.append(worker)
+                found = worker.take()
+                if found is None:
+                    died.append(task)
+                elif isinstance(found, Exception):
+                    yield Ended(task, 0.0, f"{type(found).__name__}: {found}", found)
+                else:
+                    yield Ended(task, found)
+    except BaseException:
+        for worker in workers:
+            worker.kill()
+        raise
+    for worker in workers:
+        worker.end()
+    return died

@@ -1,14 +1,11 @@
 """A sweep on disk: one file for each system, named by its identity; what is there is not done again.
 
-The folder of a sweep holds ``sweep.toml`` (its input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the
-systems that are done, never changed again), ``work/`` (those in hand) and ``failed/KEY.json`` (why one could not be
-done).  Nothing else is known anywhere: processes may die, and several may work on one folder.
+Nothing is known anywhere but in the folder of the sweep: processes may die, and several may work on one folder.
 """
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -16,77 +13,23 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from continuum.errors import InputError, OutputError
+from continuum.errors import OutputError
 from continuum.files import output, store
 from continuum.files.provenance import journal
 from continuum.runs.axes import Axis, Sweep, SystemPlan
-from continuum.runs.build import physical_memory
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.engine import run_tasks
+from continuum.runs.folder import Folder, SweepError, names
 from continuum.runs.measured import finish
+from continuum.runs.memory import physical_memory
 from continuum.runs.run import run
 from continuum.runs.tasks import Ended, Task
 
-__all__ = ["Folder", "Listed", "SweepError", "System", "begin", "run_sweep", "solve_system", "systems_of"]
-
-_DIGITS = 24
-"""Of an identity, in the name of a file."""
-
+__all__ = ["Listed", "System", "begin", "run_sweep", "solve_system", "systems_of"]
 
 _EVERY = 20.0
 """Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""
-
-
-class SweepError(InputError, OSError):
-    """A folder is no sweep, or is damaged."""
-
-
-@dataclass(frozen=True)
-class Folder:
-    """Where the files of a sweep are."""
-
-    root: Path
-
-    @property
-    def points(self) -> Path:
-        """Systems that are done."""
-        return self.root / "points"
-
-    @property
-    def work(self) -> Path:
-        """Systems in hand."""
-        return self.root / "work"
-
-    @property
-    def failed(self) -> Path:
-        """Reasons why systems could not be done."""
-        return self.root / "failed"
-
-    @property
-    def listing(self) -> Path:
-        """What the sweep amounts to."""
-        return self.root / "systems.json"
-
-    def point(self, key: str) -> Path:
-        """The file of a system."""
-        return self.points / f"{key[:_DIGITS]}.h5"
-
-    def failure(self, key: str) -> Path:
-        """Where it is said why a system failed."""
-        return self.failed / f"{key[:_DIGITS]}.json"
-
-    def made(self) -> Folder:
-        """The same, with its folders on disk.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be made or written to.
-        """
-        for path in (self.root, self.points, self.work, self.failed):
-            output.folder(path)
-        return self
 
 
 @dataclass(frozen=True)
@@ -102,7 +45,8 @@ class System:
     @property
     def label(self) -> str:
         """The system in words."""
-        return ", ".join(f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
+        named = (f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
+        return ", ".join(named) or "the one system"
 
 
 @dataclass(frozen=True)
@@ -139,14 +83,17 @@ def begin(
     ConfigError
         If a system is no input of a run.
     OutputError
-        If the folder cannot be written to, or another process is making it.
+        If the folder cannot be written to, or holds another sweep or files of the user's own.
     """
-    listed, tasks = _listed(sweep, Folder(Path(root)))
-    folder = Folder(Path(root)).made()
-    output.distinct(folder.root / "sweep.toml", [sweep.source.path])
-    _save_once(folder.root / "sweep.toml", sweep.source.text)
+    folder = Folder(Path(root))
+    listed, tasks = _listed(sweep, folder)
+    output.distinct(folder.description, [sweep.source.path])
+    folder.require_free_of_others()
+    _require_same_sweep(folder, listed)
+    folder.made()
+    _save_once(folder.description, sweep.source.text)
     _save_once(folder.listing, _json(listed))
-    failed = _names(folder.failed)
+    failed = names(folder.failed)
     if retry:
         for name in failed:
             (folder.failed / f"{name}.json").unlink(missing_ok=True)
@@ -180,8 +127,8 @@ def run_sweep(
     devices : GPUs, one for each worker.
     """
     folder = Folder(Path(root))
-    done = _names(folder.points)
-    work, limit = partial(solve_system, folder.root), memory or physical_memory()
+    done = names(folder.points)
+    work, limit = partial(solve_system, folder.root), physical_memory() if memory is None else memory
     known = run_tasks(
         tasks, work, lambda task: task.path.stem in done,
         workers=workers, scheduler_file=scheduler_file, memory=limit, devices=devices,
@@ -228,9 +175,9 @@ def systems_of(root: str | Path) -> Listed:
     try:
         data = json.loads(path.read_text())
         axes = tuple(Axis(tuple(a["keys"]), tuple(map(tuple, a["values"]))) for a in data["axes"])
-        names = [key for axis in axes for key in axis.keys]
+        keys = [key for axis in axes for key in axis.keys]
         systems = tuple(
-            System(key, dict(zip(names, values, strict=True)), cost, memory)
+            System(key, dict(zip(keys, values, strict=True)), cost, memory)
             for key, values, cost, memory in data["systems"]
         )
         return Listed(data["name"], axes, data["common"], systems)
@@ -262,6 +209,26 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[Listed, list[SystemTask]]:
     return Listed(sweep.name, sweep.axes, common, tuple(systems)), tasks
 
 
+def _require_same_sweep(folder: Folder, listed: Listed) -> None:
+    """Refuse a folder that holds results of another sweep; what is known of systems that are dropped is kept.
+
+    Two sweeps are one that has changed if they have a system in common.
+    """
+    try:
+        before = {system.key for system in systems_of(folder.root).systems}
+    except SweepError:
+        return
+    now = {system.key for system in listed.systems}
+    if folder.begun and not before & now:
+        msg = (
+            f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
+            "another output folder, or give the input another name"
+        )
+        raise OutputError(msg)
+    if before - now:
+        folder.keep_earlier()
+
+
 def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     for name, value in table.items():
         if isinstance(value, Mapping):
@@ -285,15 +252,6 @@ def _save_once(path: Path, text: str) -> None:
         if path.read_text() == text:
             return
     output.save(path, text)
-
-
-def _names(path: Path) -> frozenset[str]:
-    """Stems of the files of a folder, but for hidden ones."""
-    try:
-        with os.scandir(path) as entries:
-            return frozenset(entry.name.rpartition(".")[0] for entry in entries if not entry.name.startswith("."))
-    except FileNotFoundError:
-        return frozenset()
 
 
 def _threaded(task: SystemTask, settings: Mapping[str, Any]) -> SystemTask:

@@ -12,7 +12,7 @@ from continuum.errors import StickinessError
 
 __all__ = ["DIED", "Ended", "Job", "Task", "timed"]
 
-DIED = 'its process died: killed, out of memory, or begun by a script without `if __name__ == "__main__":`'
+DIED = "its process died: killed, out of memory, or by a fault of a library"
 """Why a task failed whose process did not live to say it."""
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import codecs
 import contextlib
+import errno
 import io
-import logging
 import os
 import signal
 import sys
@@ -15,7 +15,7 @@ import unicodedata
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Literal, Protocol, Self
+from typing import Any, Literal, Protocol, Self
 
 from rich.console import Console
 from rich.progress import (
@@ -27,7 +27,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, StickinessError
+from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, InputError, StickinessError, shortened
 from continuum.show.sheet import Sheet
 
 __all__ = [
@@ -64,7 +64,7 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
     title : of the work.
     estimate : of the seconds that remain, where more is known of the parts than their number.
     """
-    before, began = -1, time.monotonic()
+    before, began, title = -1, time.monotonic(), shortened(title)
 
     def left(done: int) -> str:
         nonlocal before
@@ -92,21 +92,13 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
 
             yield report
         return
-    handler = logging.StreamHandler(sys.stdout)
-    handler.setFormatter(logging.Formatter("%(asctime)s  %(message)s", datefmt="%Y-%m-%d %H:%M:%S"))
-    logger = logging.getLogger("stickiness.progress")
-    logger.setLevel(logging.INFO)
-    logger.propagate = False
-    logger.addHandler(handler)
 
     def line(done: int, text: str) -> None:
         about = f", {left(done)}" if done < total else ""
-        logger.info("%s %d/%d  %s%s", title, done, total, text, about)
+        sys.stdout.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')}  {title} {done}/{total}  {text}{about}\n")
+        sys.stdout.flush()
 
-    try:
-        yield line
-    finally:
-        logger.removeHandler(handler)
+    yield line
 
 
 class Counted:
@@ -184,16 +176,18 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
     _three_streams()
     _voice.set(voice)
     try:
+        _check_environment()
         with _stopped_as_by_ctrl_c():
             code = command()
             sys.stdout.flush()
     except StickinessError as error:
         return _complain(error if error.exit_code == BAD_INPUT else f"{error}\n{advice}".rstrip(), error.exit_code)
-    except BrokenPipeError:
-        # The reader, such as `head`, has seen enough.  Nothing more can be said to it, not even as the process ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        return _complain("stopped, since nobody reads the output; what is finished is stored", NOT_CONVERGED)
     except OSError as error:
+        if isinstance(error, BrokenPipeError) or (error.errno == errno.EIO and error.filename is None):
+            # The reader, such as `head`, has seen enough, or the terminal is gone.  Nothing more can be said to it, not
+            # even as the process ends.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            return _complain("stopped, since the output cannot be written; what is finished is stored", NOT_CONVERGED)
         where = f"{error.filename}: " if error.filename is not None else ""
         return _complain(f"{where}{error.strerror or error}", BAD_INPUT)
     except MemoryError as error:
@@ -206,16 +200,37 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
 
 @contextmanager
 def _stopped_as_by_ctrl_c() -> Iterator[None]:
-    """What `kill` and the queue of a cluster send stops the work as Ctrl-C does: in order, and with a message."""
+    """What `kill`, the queue of a cluster and a terminal that goes away send stops the work as Ctrl-C does.
+
+    SIGINT and SIGHUP that this process was started to ignore, as by `nohup` and by `&` in a script, stay ignored.
+    """
+    before: dict[signal.Signals, Any] = {}
     try:
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        for each in (signal.SIGTERM, signal.SIGHUP):
+            if each is signal.SIGTERM or signal.getsignal(each) is not signal.SIG_IGN:
+                before[each] = signal.signal(each, signal.default_int_handler)
     except ValueError:  # only the main thread of a process hears signals
-        yield
-        return
+        pass
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
+        for each, handler in before.items():
+            signal.signal(each, handler or signal.SIG_DFL)
+
+
+def _check_environment() -> None:
+    """Refuse numbers of threads on which a library would end in a traceback when it is imported.
+
+    Raises
+    ------
+    InputError
+        That names the variable.
+    """
+    for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
+        value = os.environ.get(name)
+        if value is not None and not (value.isdecimal() and int(value) >= least):
+            msg = f"{name} = {value!r}, in the environment: allowed: a whole number from {least} on; or unset it"
+            raise InputError(msg)
 
 
 def _three_streams() -> None:

@@ -13,8 +13,8 @@ from continuum.model.grid import Real
 from continuum.runs.analysis import MeasuredPoint, analyse, gap_ratio
 from continuum.runs.collect import Collected
 from continuum.runs.config import RunConfig
+from continuum.runs.folder import Folder
 from continuum.runs.result import Result
-from continuum.runs.sweep import Folder
 from continuum.show import plot
 from continuum.show.paper import Drawing
 from continuum.show.paper_points import FigureError, colour

@@ -12,8 +12,8 @@ from matplotlib.patches import Rectangle
 from continuum.measure.contact import REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
 from continuum.runs.collect import Collected
+from continuum.runs.folder import Folder
 from continuum.runs.result import Result
-from continuum.runs.sweep import Folder
 from continuum.show import plot
 from continuum.show.paper import Drawing
 from continuum.show.paper_points import FigureError

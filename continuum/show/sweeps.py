@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from continuum.files.output import Held
-from continuum.runs.collect import Collected, Progress
+from continuum.runs.collect import Collected, SweepStatus
 from continuum.runs.tasks import Ended
 from continuum.show.sheet import Sheet, pairs
 
-__all__ = ["collected_sheet", "ended_line", "failed_sheet", "progress_sheet"]
+__all__ = ["collected_sheet", "ended_line", "failed_sheet", "status_sheet"]
 
 _MOST = 20
 
@@ -19,11 +19,11 @@ def ended_line(ended: Ended) -> str:
     if ended.ok:
         return f"{ended.task.label}: {'was there' if ended.found else f'{ended.seconds:.1f} s'}"
     if isinstance(ended.error, Held):
-        return f"{ended.task.label}: in hand of another process"
+        return f"{ended.task.label}: locked by another process"
     return f"{ended.task.label}: {ended.reason.splitlines()[0]}"
 
 
-def progress_sheet(found: Progress) -> Sheet:
+def status_sheet(found: SweepStatus) -> Sheet:
     """How far a sweep is."""
     rows: list[tuple[str, str | int]] = [
         ("systems", found.total),
@@ -42,7 +42,7 @@ def progress_sheet(found: Progress) -> Sheet:
     return pairs(found.listed.name, rows)
 
 
-def failed_sheet(found: Progress) -> Sheet:
+def failed_sheet(found: SweepStatus) -> Sheet:
     """What failed, and why."""
     rows = list(found.failed[:_MOST])
     note = f"and {len(found.failed) - _MOST} more" if len(found.failed) > _MOST else ""

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import atomistic as a
 from atomistic.cli import main
 from atomistic.config import ValidateConfig
 from atomistic.crystal.crystal import Slab
@@ -543,3 +544,12 @@ def test_a_site_may_start_its_own_lammps(tmp_path: Path, capsys: pytest.CaptureF
 )
 def test_every_validation_holds(name: str, tmp_path: Path) -> None:
     assert main(["validate", f"inputs/validate/{name}.toml", "-o", str(tmp_path), "-j", "2"]) == 0
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5, "2"])
+def test_a_number_of_workers_that_is_none_is_refused_before_anything_is_written(
+    workers: object, config: ValidateConfig, tmp_path: Path
+) -> None:
+    with pytest.raises(ValueError, match="workers"):
+        a.validate(config, tmp_path / "out", workers=workers, decks=tmp_path / "decks")
+    assert not list(tmp_path.iterdir())

@@ -15,6 +15,7 @@ from continuum.cli import main
 from continuum.files.inputs import load
 from continuum.files.tables import ConfigError, identity, resolved
 from continuum.files.toml import find, text_of, value_of
+from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from tests.problems import SMALL
 
@@ -73,6 +74,47 @@ def test_a_fault_is_named_with_its_place(small: Path, old: str, new: str, line: 
     assert "allowed:" in message
 
 
+def surface_faults(small: Path, surface: str) -> str:
+    """What is said of an input with another table [surface]."""
+    before, after = SMALL.split("[surface]\n")[0], SMALL.split("[wall]\n")[1]
+    small.write_text(f"{before}[surface]\n{surface}\n[wall]\n{after}")
+    with pytest.raises(ConfigError) as caught:
+        build(load(small, RunConfig))
+    return str(caught.value)
+
+
+SPECTRUM = 'kind = "self-affine"\nhurst = 0.8\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 3\n'
+
+
+@pytest.mark.parametrize(
+    ("surface", "key"),
+    [
+        (SPECTRUM + "rms_slope = 1e6", "rms_slope = 1000000.0"),
+        (SPECTRUM + "rms_slope = 1e-300", "rms_slope = 1e-300"),
+        (SPECTRUM + "rms_height = 1e6", "rms_height = 1000000.0"),
+        (SPECTRUM + "rms_height = 1e-300", "rms_height = 1e-300"),
+        ('kind = "sine"\namplitude = 1e6\nwaves = [1, 0]', "amplitude = 1000000.0"),
+        ('kind = "sine"\namplitude = 0.1\nwaves = [13, 0]', "waves = [13, 0]"),
+        ('kind = "sine"\namplitude = 0.1\nwaves = [1.5, 0]', "waves = [1.5, 0]"),
+        ('kind = "sphere"\nradius = 1e-3', "radius = 0.001"),
+        ('kind = "sphere"\nradius = 1e-320', "radius = 1e-320"),
+        ('kind = "cylinder"\nradius = 1e-3', "radius = 0.001"),
+        ('kind = "punch"\nflat_radius = 100.0\nedge_radius = 3.0', "flat_radius = 100.0"),
+        ('kind = "punch"\nflat_radius = 3.0\nedge_radius = 1e-3', "edge_radius = 0.001"),
+        ('kind = "file"\npath = "flat.npy"', 'path = "flat.npy"'),
+        ('kind = "file"\npath = "huge.npy"', 'path = "huge.npy"'),
+    ],
+)
+def test_a_fault_of_a_surface_is_at_the_key_that_is_wrong(small: Path, surface: str, key: str) -> None:
+    """Whatever made a slope impossible, "kind" was blamed for it."""
+    rough = np.random.default_rng(1).normal(size=(24, 30))
+    for name, factor in (("flat", 0.0), ("huge", 1e200)):
+        np.save(small.parent / f"{name}.npy", factor * rough)
+    message = surface_faults(small, surface)
+    assert f"surface.{key}\n" in message
+    assert message.count("allowed:") == 1
+
+
 def test_a_range_of_targets_is_the_list_of_its_values(tmp_path: Path) -> None:
     """The same run by identity, integers or not."""
     found, ways = [], ("[2, 1.75, 1.5]", "{from = 2, to = 1.5, count = 3}", "{from = 2.0, to = 1.5, step = -0.25}")
@@ -99,6 +141,12 @@ VALUES = st.recursive(
 @given(VALUES)
 def test_a_value_written_as_an_input_has_it_is_read_back(value: object) -> None:
     assert value_of(text_of(value)) == value
+
+
+@given(VALUES, st.sampled_from(["\nx = 1", "\n[solver]\nthreads = 2", " # more", "# more", ", 2", "\n# more"]))
+def test_nothing_that_follows_a_value_is_dropped(value: object, rest: str) -> None:
+    text = text_of(value) + rest
+    assert value_of(text) == text
 
 
 def test_a_key_of_another_table_is_sent_there(small: Path) -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
+import subprocess
+import sys
 import time
 from collections import Counter
 from functools import partial
@@ -14,6 +17,19 @@ import pytest
 from continuum.arguments import ArgumentError
 from continuum.runs.engine import run_tasks
 from continuum.runs.tasks import DIED, Task
+
+ROOT = Path(__file__).parents[3]
+SCRIPT = """
+from functools import partial
+from pathlib import Path
+from continuum.runs.engine import run_tasks
+from continuum.runs.tasks import Task
+from tests.continuum.runs.test_engine import exists, work
+print("read", flush=True)
+tasks = [Task(Path(f"{i}.txt"), f"good {i}", float(i)) for i in (1, 2)]
+for ended in run_tasks(tasks, partial(work, Path("log")), exists):
+    print(ended.task.label, ended.ok)
+"""
 
 
 def work(log: Path, task: Task) -> None:
@@ -48,8 +64,35 @@ def test_whatever_happens_to_one_task_the_others_are_done(tmp_path: Path, worker
     assert tasks[2].path.read_text() == "1"
     runs = Counter((tmp_path / "log").read_text().splitlines())
     assert "good 1" not in runs
-    # Who ran beside one that died, finished or not yet begun, begins again: alone, so once.
-    assert all(1 <= runs[name] <= 2 for name in names[1:])
+    # What ran beside a process that died is left alone.
+    assert runs == {name: 2 if "dies" in name else 1 for name in names[1:]}
+
+
+def test_a_script_that_starts_processes_is_not_run_by_them(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT)
+    # As a notebook does, the script works in a folder of its own: a module there is none of the library's.
+    (tmp_path / "numpy.py").write_text("raise ImportError('the one of the user')")
+    command = [sys.executable, "-P", "script.py"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == ["read", "good 2 True", "good 1 True"]
+
+
+def test_a_task_that_a_process_cannot_read_has_failed_with_the_reason(tmp_path: Path) -> None:
+    class Local(Task):
+        """Another process cannot import it."""
+
+    with pytest.raises((AttributeError, TypeError, pickle.PicklingError), match="Local"):
+        list(run_tasks([Local(tmp_path / "a", "good")], partial(work, tmp_path / "log"), exists))
+    (tmp_path / "gone.py").write_text("def work(task): raise RuntimeError('never')")
+    sys.path.insert(0, str(tmp_path))
+    try:
+        from gone import work as gone  # type: ignore[import-not-found]
+    finally:
+        sys.path.remove(str(tmp_path))
+    (ended,) = run_tasks([Task(tmp_path / "a", "good")], gone, exists)
+    assert "No module named 'gone'" in ended.reason
 
 
 def test_the_longest_is_begun_first(tmp_path: Path) -> None:

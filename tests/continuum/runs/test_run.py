@@ -83,10 +83,10 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
         "import sys, time; from pathlib import Path\n"
         "from continuum.runs.config import RunConfig; from continuum.files.inputs import load\n"
         "from continuum.runs.run import run\n"
-        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(600))"
+        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(30))"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])
-    for _ in range(600):
+    for _ in range(300):
         if path.exists():
             break
         time.sleep(0.1)

@@ -11,8 +11,8 @@ import continuum
 from continuum.measure.curve import Curve, adhesion
 from continuum.runs.analysis import analyse
 from continuum.runs.collect import collect
+from continuum.runs.folder import Folder
 from continuum.runs.result import Result
-from continuum.runs.sweep import Folder
 from continuum.show.paper_axes import AXES
 from continuum.show.paper_gaps import gap_profiles
 from continuum.show.paper_page import draw_figure

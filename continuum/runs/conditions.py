@@ -1,0 +1,131 @@
+"""Conditions of a sweep: arithmetic and comparisons of keys of the input.
+
+Python reads a condition, but runs none of it: what is allowed is listed here, and no result can be larger than a
+floating-point number, so that no condition takes long or needs much memory.
+"""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+__all__ = ["condition", "holds"]
+
+_LONGEST = 1000  # characters; one of ours has 70
+_DIGITS = 308  # of a power of whole numbers, at most: as of a floating-point number
+
+_ARITHMETIC: Mapping[type[ast.AST], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}  # fmt: skip
+_COMPARISONS: Mapping[type[ast.AST], Callable[[Any, Any], bool]] = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+}  # fmt: skip
+_ALLOWED = (
+    ast.Compare, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Name, ast.Attribute, ast.Constant, ast.Load,
+    ast.And, ast.Or, ast.Not, ast.USub, *_ARITHMETIC, *_COMPARISONS,
+)  # fmt: skip
+
+
+def condition(text: str) -> ast.expr:
+    """A condition of numbers, keys, + - * / **, comparisons, and, or, not.
+
+    Raises
+    ------
+    ValueError
+        If it is something else.
+    """
+    if len(text) > _LONGEST:
+        msg = f"it has {len(text)} characters, more than {_LONGEST}"
+        raise ValueError(msg)
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        msg = "it cannot be read"
+        raise ValueError(msg) from None
+    for node in ast.walk(tree):
+        if not isinstance(node, _ALLOWED):
+            msg = f"no {type(node).__name__}"
+            raise ValueError(msg)
+    return tree
+
+
+def holds(tree: ast.expr, data: Mapping[str, Any]) -> bool:
+    """Whether a condition holds for the values of an input.
+
+    Raises
+    ------
+    ValueError
+        If a key is unknown, or it cannot be evaluated.
+    """
+    try:
+        return bool(_value(tree, _known(data)))
+    except RecursionError:
+        msg = "it is nested too deep"
+        raise ValueError(msg) from None
+    except (TypeError, ArithmeticError) as error:
+        raise ValueError(str(error)) from None
+
+
+def _value(node: ast.expr, known: Callable[[str], Any]) -> Any:
+    match node:
+        case ast.Constant():
+            return node.value
+        case ast.Name() | ast.Attribute():
+            return known(ast.unparse(node))
+        case ast.BinOp():
+            return _calculated(node.op, _value(node.left, known), _value(node.right, known))
+        case ast.UnaryOp():
+            value = _value(node.operand, known)
+            return not value if isinstance(node.op, ast.Not) else -value
+        case ast.BoolOp():
+            every = all if isinstance(node.op, ast.And) else any
+            return every(_value(part, known) for part in node.values)
+        case ast.Compare():
+            sides = [_value(part, known) for part in (node.left, *node.comparators)]
+            pairs = zip(node.ops, itertools.pairwise(sides), strict=True)
+            return all(_COMPARISONS[type(op)](*pair) for op, pair in pairs)
+    raise ValueError(ast.unparse(node))
+
+
+def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
+    for value in (left, right):
+        if not isinstance(value, int | float):  # text times a number is a longer text
+            msg = f"numbers only can be added and multiplied, not {str(value)[:60]!r}"
+            raise ValueError(msg)
+    whole = isinstance(op, ast.Pow) and isinstance(left, int) and isinstance(right, int)
+    try:
+        if whole and abs(left) > 1 and right * math.log10(abs(left)) > _DIGITS:
+            raise OverflowError
+        return _ARITHMETIC[type(op)](left, right)
+    except OverflowError:
+        msg = f"a number is larger than 1e{_DIGITS}"
+        raise ValueError(msg) from None
+
+
+def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
+    """Values of an input by dotted key, or by its last part where that is the only one of that name."""
+    flat: dict[str, Any] = {}
+
+    def visit(table: Mapping[str, Any], prefix: str) -> None:
+        for name, value in table.items():
+            if isinstance(value, Mapping):
+                visit(value, f"{prefix}{name}.")
+            else:
+                flat[prefix + name] = value
+
+    visit({name: value for name, value in data.items() if name != "sweep"}, "")
+
+    def value(name: str) -> Any:
+        found = [key for key in flat if key == name or key.endswith(f".{name}")]
+        if name in flat or len(found) == 1:
+            return flat[name if name in flat else found[0]]
+        msg = f"{name} is {'the name of several keys' if found else 'no key'} of this input"
+        raise ValueError(msg)
+
+    return value

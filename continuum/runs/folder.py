@@ -1,0 +1,162 @@
+"""The folder of a sweep: where its files are, and that nothing of the user's takes their place or loses its own.
+
+It holds ``sweep.toml`` (the input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the systems that are
+done, never changed again), ``work/`` (those in hand), ``failed/KEY.json`` (why one could not be done), ``earlier/``
+(inputs that listed systems which the present one does not), and the tables ``table.csv`` and ``table.h5``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from continuum.errors import InputError, OutputError
+from continuum.files import output, store
+
+__all__ = ["TABLE_SCHEMA", "Folder", "SweepError", "names"]
+
+_DIGITS = 24
+"""Of an identity, in the name of a file."""
+TABLE_SCHEMA = "stickiness/sweep-table"
+"""Of the table of all points."""
+
+
+class SweepError(InputError, OSError):
+    """A folder is no sweep, or is damaged."""
+
+
+@dataclass(frozen=True)
+class Folder:
+    """Where the files of a sweep are."""
+
+    root: Path
+
+    @property
+    def description(self) -> Path:
+        """The input of the sweep."""
+        return self.root / "sweep.toml"
+
+    @property
+    def listing(self) -> Path:
+        """What the sweep amounts to."""
+        return self.root / "systems.json"
+
+    @property
+    def points(self) -> Path:
+        """Systems that are done."""
+        return self.root / "points"
+
+    @property
+    def work(self) -> Path:
+        """Systems in hand."""
+        return self.root / "work"
+
+    @property
+    def failed(self) -> Path:
+        """Reasons why systems could not be done."""
+        return self.root / "failed"
+
+    @property
+    def tables(self) -> tuple[Path, Path]:
+        """All points as text and for xarray."""
+        return self.root / "table.csv", self.root / "table.h5"
+
+    def point(self, key: str) -> Path:
+        """The file of a system."""
+        return self.points / f"{key[:_DIGITS]}.h5"
+
+    def failure(self, key: str) -> Path:
+        """Where it is said why a system failed."""
+        return self.failed / f"{key[:_DIGITS]}.json"
+
+    def made(self) -> Folder:
+        """The same, with its folders on disk.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be made or written to.
+        """
+        for path in (self.root, self.points, self.work, self.failed):
+            output.folder(path)
+        return self
+
+    @property
+    def begun(self) -> bool:
+        """Whether results are there, or may be in hand."""
+        return bool(names(self.points) or names(self.work))
+
+    def require_free_of_others(self) -> None:
+        """Refuse a place that holds files of the names that a sweep writes, but which no sweep has written.
+
+        Raises
+        ------
+        OutputError
+            That names the first of them.
+        """
+        ours = _begins_with(self.listing, b'{"schema": "stickiness/sweep"') or all(
+            path.is_dir()
+            for path in (self.points, self.work, self.failed)  # where the listing was damaged
+        )
+        self.require_tables_of_ours()
+        for path in (self.description, self.listing):
+            if path.exists() and not ours:
+                raise _of_another(path)
+        for path in (self.points, self.work, self.failed):
+            if names(path) and not ours:
+                raise _of_another(path)
+
+    def require_tables_of_ours(self) -> None:
+        """Refuse a place that holds a ``table.csv`` or ``table.h5`` which is no table of a sweep.
+
+        Raises
+        ------
+        OutputError
+            That names it.
+        """
+        known: Mapping[Path, Callable[[Path], bool]] = dict(zip(self.tables, (_is_text_table, _is_cube), strict=True))
+        for path, is_ours in known.items():
+            if path.exists() and not is_ours(path):
+                raise _of_another(path)
+
+    def keep_earlier(self) -> None:
+        """Keep input and listing, which are about to be replaced by others, under names made of their content."""
+        for path in (self.description, self.listing):
+            if path.is_file():
+                content = path.read_bytes()
+                digest = hashlib.sha256(content).hexdigest()[:12]
+                output.save(output.folder(self.root / "earlier") / f"{path.stem}-{digest}{path.suffix}", content)
+
+
+def names(path: Path) -> frozenset[str]:
+    """Stems of the files of a folder, but for hidden ones; none if there is no such folder."""
+    try:
+        with os.scandir(path) as entries:
+            return frozenset(entry.name.rpartition(".")[0] for entry in entries if not entry.name.startswith("."))
+    except (FileNotFoundError, NotADirectoryError):
+        return frozenset()
+
+
+def _begins_with(path: Path, start: bytes) -> bool:
+    try:
+        with path.open("rb") as file:
+            return file.read(len(start)) == start
+    except OSError:
+        return False
+
+
+def _is_text_table(path: Path) -> bool:
+    """Whether the first column is that of a table of a sweep."""
+    return _begins_with(path, b"system,")
+
+
+def _is_cube(path: Path) -> bool:
+    return store.schema_of(path) == TABLE_SCHEMA
+
+
+def _of_another(path: Path) -> OutputError:
+    msg = f"{path}: was not written by a sweep, and is left alone; move it, or choose another output folder"
+    return OutputError(msg)

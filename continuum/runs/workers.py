@@ -1,0 +1,137 @@
+"""Processes that do tasks for this one.
+
+Each is a fresh interpreter that gets its tasks through a pipe, and never reads the script that started the work: a
+script needs no ``if __name__ == "__main__"``.  It ends when the pipe is closed, whatever became of its parent.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from typing import Any
+
+from continuum.errors import StickinessError
+from continuum.runs.tasks import Job, Task, timed
+
+__all__ = ["Worker", "serve"]
+
+_CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.runs.workers import serve; serve(int(sys.argv[1]))"
+_TERMINAL = (signal.SIGINT, signal.SIGHUP)
+"""What a terminal sends to all that it runs: the process that started the work hears it, and ends the others."""
+
+
+class Worker:
+    """A process that does one task after another; started with its first task, and again if it has died.
+
+    Parameters
+    ----------
+    environment : all variables of its environment.
+    """
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        self._environment = environment
+        self._process: subprocess.Popen[bytes] | None = None
+        self.connection: Connection[Any, Any]
+        """Can be read when a task has ended, or the process has died."""
+
+    def give(self, work: Job, task: Task) -> None:
+        """Let it begin a task."""
+        if self._process is None:
+            self._start()
+        with suppress(ConnectionError):  # it has died: the connection says so when it is read
+            self.connection.send((work, task))
+
+    def take(self) -> float | Exception | None:
+        """Wait for the task: the seconds that it took, what it raised, or None if the process has died."""
+        try:
+            found: float | Exception = self.connection.recv()
+        except (EOFError, OSError):
+            self.kill()
+            return None
+        return found
+
+    def end(self) -> None:
+        """End the process when it has no task."""
+        if self._process is not None:
+            with suppress(ConnectionError):
+                self.connection.send(None)
+            self._process.wait()
+            self._close()
+
+    def kill(self) -> None:
+        """End the process now, whatever it does."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.wait()
+            self._close()
+
+    def _start(self) -> None:
+        self.connection, theirs = Pipe()
+        warnings = [f"-W{option}" for option in sys.warnoptions]
+        # Without -P, modules of the folder that the user works in could take the place of those of the library.
+        command = [sys.executable, "-P", *warnings, "-c", _CODE, str(theirs.fileno()), *sys.path]
+        with theirs, _blocked(_TERMINAL):
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, env=self._environment, pass_fds=(theirs.fileno(),)
+            )
+
+    def _close(self) -> None:
+        self.connection.close()
+        self._process = None
+
+
+@contextmanager
+def _blocked(signals: tuple[signal.Signals, ...]) -> Iterator[None]:
+    """Processes that are started meanwhile hear these signals only when they are ready to ignore them."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def serve(descriptor: int) -> None:
+    """Do the tasks that come through a pipe, until it is closed: the work of a process that a worker starts."""
+    for each in _TERMINAL:
+        signal.signal(each, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL)
+    os.set_inheritable(descriptor, False)  # a program that a task starts would keep the pipe open
+    connection: Connection[Any, Any] = Connection(descriptor)
+    tasks = queue.SimpleQueue[bytes]()
+    threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
+    while (task := _read(tasks.get())) is not None:
+        connection.send(task if isinstance(task, Exception) else _outcome(*task))
+
+
+def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -> None:
+    """Pass on what comes, also while a task is done: only so the end of the parent is seen at once."""
+    while True:
+        try:
+            tasks.put(connection.recv_bytes())
+        except (EOFError, OSError):
+            os._exit(1)
+
+
+def _read(message: bytes) -> tuple[Job, Task] | Exception | None:
+    """A task, None where there is no more, or why it cannot be read here: its modules are imported now."""
+    try:
+        task: tuple[Job, Task] | None = pickle.loads(message)
+    except Exception as error:
+        return StickinessError(f"{type(error).__name__}: {error}")
+    return task
+
+
+def _outcome(work: Job, task: Task) -> float | Exception:
+    try:
+        return timed(work, task)
+    except Exception as error:
+        return error
