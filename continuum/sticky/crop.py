@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 from scipy.signal.windows import tukey
 
+from continuum.arguments import choice, count, instance, number, pair
 from continuum.sticky.mending import detrend
 from continuum.sticky.topography import Topography, TopographyError, mirror
 from continuum.units import readable
@@ -49,7 +50,12 @@ def wall_of(
     TopographyError
         If the part does not lie within the map, has too few of its pixels, or is a plane.
     """
-    if edges == "mirror" and n % 2:
+    instance("topography", topography, Topography)
+    number("spacing", spacing, above=0)
+    choice("edges", edges, get_args(Edges))
+    for fraction in pair("centre", centre):
+        number("centre", fraction, above=0, below=1)
+    if count("n", n) % 2 and edges == "mirror":
         msg = f"{topography.source}: mirrors need an even number of atoms along a side, got {n}"
         raise TopographyError(msg)
     points = n // 2 if edges == "mirror" else n

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, label
 
 from continuum import units
+from continuum.arguments import instance
 from continuum.model.grid import Real
 from continuum.sticky.mending import Detrending, background, cut_off, detrend, fill_outliers
 from continuum.sticky.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
@@ -90,7 +91,7 @@ class Findings:
 
 def directions(topography: Topography) -> Directions:
     """Slopes and curvatures by direction, from differences of neighbouring heights."""
-    h, (dx, dy) = topography.heights, topography.grid.spacing
+    h, (dx, dy) = instance("topography", topography, Topography).heights, topography.grid.spacing
     sx, sy = np.diff(h, axis=0) / dx, np.diff(h, axis=1) / dy
     # In the middle of four points both are known.
     mx, my = (sx[:, 1:] + sx[:, :-1]) / 2, (sy[1:] + sy[:-1]) / 2
@@ -111,7 +112,7 @@ def find_faults(topography: Topography) -> Findings:
     ----------
     topography : as it is to be judged.
     """
-    lines = scan_lines(topography.heights)
+    lines = scan_lines(instance("topography", topography, Topography).heights)
     outside = spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2)
     marked, clean = lines.scars | outside, topography
     faults = _marks(lines, outside)

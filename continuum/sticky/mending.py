@@ -5,13 +5,14 @@ Each step is asked for, changes heights only, and is written into the steps of t
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
 from continuum import units
+from continuum.arguments import ArgumentError, array, choice, instance, number, pair
 from continuum.model.grid import Real
 from continuum.sticky.scanlines import Mask, line_offsets, scan_lines, spikes
 from continuum.sticky.topography import FLAT, Topography, TopographyError, mirror
@@ -36,6 +37,9 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
     TopographyError
         If nothing is left.
     """
+    instance("topography", topography, Topography)
+    if how is not None:
+        choice("how", how, get_args(Detrending))
     heights = topography.heights - topography.heights.mean()
     step = "mean height taken off"
     if how in ("plane", "curvature", "lines") or (how is None and not topography.periodic):
@@ -78,9 +82,11 @@ def prepare(
     if cutoff is None:
         return topography
     try:
-        wavelength = units.parse(cutoff, "length")
+        wavelength = units.parse(instance("cutoff", cutoff, str, 'a text such as "20nm"'), "length")
+    except ArgumentError:
+        raise
     except ValueError as error:
-        msg = f"--cutoff {error}"
+        msg = f"`cutoff` {error}"
         raise TopographyError(msg) from error
     return cut_off(topography, wavelength)
 
@@ -90,7 +96,7 @@ def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tup
 
     On a full rectangle 1, x, y, x² - <x²>, y² - <y²> and xy are independent, so that each is projected out by itself.
     """
-    heights = topography.heights
+    heights = instance("topography", topography, Topography).heights
     spacing = topography.grid.spacing
     x, y = (
         np.expand_dims((np.arange(n) - (n - 1) / 2) * d, 1 - i)
@@ -117,6 +123,9 @@ def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, floa
     ValueError
         If the part is not inside the map, or has no extent.
     """
+    heights, lengths = array("heights", heights), pair("lengths", lengths)
+    if len(corners) != 4:
+        raise ArgumentError("corners", corners, "four lengths, x0, x1, y0 and y1")
     part = []
     for name, n, length, low, high in zip("xy", heights.shape, lengths, corners[::2], corners[1::2], strict=True):
         if not 0 <= low < high <= length * (1 + 1e-9):
@@ -138,7 +147,8 @@ def harmonic(heights: Real, holes: Mask) -> Real:
     ValueError
         If nothing is known.
     """
-    if holes.all():
+    heights = array("heights", heights)
+    if array("holes", holes, heights.shape, "b").all():
         msg = "all heights are missing"
         raise ValueError(msg)
     number = np.full(heights.shape, -1)
@@ -178,11 +188,12 @@ def fill_outliers(topography: Topography, limit: float) -> Topography:
     TopographyError
         If more would have to be.
     """
-    mask = scan_lines(topography.heights).scars | spikes(topography.heights)
+    number("limit", limit, least=0, most=1)
+    mask = scan_lines(instance("topography", topography, Topography).heights).scars | spikes(topography.heights)
     share = float(mask.mean())
     if share > limit:
-        msg = f"{topography.source}: {100 * share:.2g} % of the points are scars or stand out, --fill allows "
-        msg += f"{100 * limit:.2g} %"
+        msg = f"{topography.source}: {100 * share:.2g} % of the points are scars or stand out, `fill` allows "
+        msg += f"{100 * limit:.3g} %"
         raise TopographyError(msg)
     if not mask.any():
         return topography
@@ -200,7 +211,8 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     TopographyError
         If no wave, or nothing, would be left out.
     """
-    pixel, size = max(topography.grid.spacing), min(topography.lengths)
+    number("wavelength", wavelength, above=0)
+    pixel, size = max(instance("topography", topography, Topography).grid.spacing), min(topography.lengths)
     if not 2 * pixel < wavelength < size / 2:
         ends = " and ".join(units.readable(value, "length", 3) for value in (2 * pixel, size / 2))
         msg = f"{topography.source}: a cut-off lies between two pixels and half the size of the map, {ends}; got "
