@@ -108,9 +108,9 @@ class RoughContact:
     def __post_init__(self) -> None:
         """Check that all values that are known are positive and finite."""
         optional = ("conformal_energy", "spacing", "roll_off")
-        for name, value in vars(self).items():
+        for name, value in tuple(vars(self).items()):
             if value is not None or name not in optional:
-                number(name, value, above=0)
+                object.__setattr__(self, name, number(name, value, above=0))
 
     @property
     def adhesion_length(self) -> float:

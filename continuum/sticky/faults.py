@@ -20,7 +20,7 @@ from continuum.model.grid import Real
 from continuum.sticky.mending import Detrending, background, cut_off, detrend, fill_outliers
 from continuum.sticky.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
 from continuum.sticky.scanlines import Mask, ScanLines, scan_lines, spikes
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.sticky.topography import FLAT, Topography, TopographyError
 
 __all__ = ["Directions", "Fault", "Findings", "directions", "find_faults"]
 
@@ -199,7 +199,10 @@ def _tilt(topography: Topography, lines: ScanLines) -> list[Fault]:
 def _bow(topography: Topography, lines: ScanLines) -> list[Fault]:
     """A paraboloid that carries most of what the plane leaves."""
     plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
-    share = (bowl - plane) / (float(np.var(topography.heights)) - plane)
+    whole = float(np.var(topography.heights))
+    left = whole - plane
+    # Of a plane nothing is left but rounding errors.
+    share = (bowl - plane) / left if left > FLAT * whole else 0.0
     if topography.periodic or share < BACKGROUND_SHARE:
         return []
     text = (

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from continuum import units
+from continuum.arguments import file_name
 from continuum.model.grid import Real
 from continuum.sticky.topography import TopographyError
 
@@ -50,7 +51,7 @@ def measurements(path: Path) -> tuple[str, ...]:
     TopographyError
         If it is a container that cannot be read.
     """
-    if not (path.is_file() and is_container(path)):
+    if not (file_name("path", path).is_file() and is_container(path)):
         return ()
     _need_reader(path)
     with warnings.catch_warnings(), ExitStack() as stack:

@@ -67,8 +67,8 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
     TopographyError
         If there is none, or their waves fill less than two bands.
     """
-    if not topographies:
-        msg = f"{source}: no measurement to join"
+    if not (isinstance(topographies, Sequence) and topographies):
+        msg = f"{source}: topographies: no measurement to join"
         raise TopographyError(msg)
     for one in topographies:
         instance("topographies", one, Topography)

@@ -145,7 +145,7 @@ def isotropic_surface(
     points = lines.shape[1]
     fault = f"points of the profile: {points}" if points < SHORTEST else fault_of(lines, (length,))
     if fault:
-        msg = f"{source}: {fault}; a line scan is at least {SHORTEST} heights, finite and not all the same"
+        msg = f"{source}: {fault}; the lines of a scan are at least {SHORTEST} heights, finite and not all the same"
         raise TopographyError(msg)
     spacing = length / points
     bands = surface_bands(*profile_spectrum(lines, spacing, periodic=periodic))

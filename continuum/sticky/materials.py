@@ -127,9 +127,9 @@ class Body:
     def __post_init__(self) -> None:
         """Check the values that are given."""
         if self.modulus is not None:
-            number("modulus", self.modulus, above=0)
+            object.__setattr__(self, "modulus", number("modulus", self.modulus, above=0))
         if self.poisson is not None:
-            number("poisson", self.poisson, above=-1, most=0.5)
+            object.__setattr__(self, "poisson", number("poisson", self.poisson, above=-1, most=0.5))
         if self.material is not None:
             instance("material", self.material, Material)
 
@@ -177,10 +177,10 @@ class Interface:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        for name in ("contact_modulus", "work_of_adhesion", "range"):
-            number(name, getattr(self, name), above=0)
-        if self.spacing is not None:
-            number("spacing", self.spacing, above=0)
+        for name in ("contact_modulus", "work_of_adhesion", "range", "spacing"):
+            value = getattr(self, name)
+            if value is not None or name != "spacing":
+                object.__setattr__(self, name, number(name, value, above=0))
 
     @property
     def adhesion_length(self) -> float:
@@ -308,6 +308,8 @@ def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quan
 
 def _ratio(faults: list[str], value: str | float) -> float | None:
     """Poisson's ratio; what is wrong with it is added to the faults."""
+    if not isinstance(value, str):
+        return number("poisson", value, above=-1, most=0.5)
     try:
         found = float(value)
     except ValueError:

@@ -5,6 +5,7 @@ Each step is asked for, changes heights only, and is written into the steps of t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -123,15 +124,19 @@ def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, floa
     ValueError
         If the part is not inside the map, or has no extent.
     """
-    heights, lengths = array("heights", heights), pair("lengths", lengths)
-    if len(corners) != 4:
+    heights = array("heights", heights)
+    sides = [number("lengths", length, above=0) for length in pair("lengths", lengths)]
+    if heights.ndim != 2:
+        raise ArgumentError("heights", heights, "a map of two directions")
+    if not isinstance(corners, Sequence) or len(corners) != 4:
         raise ArgumentError("corners", corners, "four lengths, x0, x1, y0 and y1")
+    edges = [number("corners", edge) for edge in corners]
     part = []
-    for name, n, length, low, high in zip("xy", heights.shape, lengths, corners[::2], corners[1::2], strict=True):
+    for name, n, length, low, high in zip("xy", heights.shape, sides, edges[::2], edges[1::2], strict=True):
         if not 0 <= low < high <= length * (1 + 1e-9):
             inside, asked = (units.readable(value, "length", 3) for value in (length, high))
-            msg = f"the part to be cut out along {name} begins at 0 or beyond and ends after that, inside {inside}; "
-            msg += f"asked for: up to {asked}"
+            msg = f"corners: the part to be cut out along {name} begins at 0 or beyond and ends after that, inside "
+            msg += f"{inside}; asked for: up to {asked}"
             raise ValueError(msg)
         part.append(slice(*(round(edge / length * n) for edge in (low, high))))
     return heights[tuple(part)]
@@ -148,7 +153,12 @@ def harmonic(heights: Real, holes: Mask) -> Real:
         If nothing is known.
     """
     heights = array("heights", heights)
-    if array("holes", holes, heights.shape, "b").all():
+    holes = array("holes", holes, kinds="b")
+    if holes.shape != heights.shape:
+        raise ArgumentError("holes", holes, f"a mask of the shape of the heights, {heights.shape}")
+    if not holes.any():
+        return heights.copy()
+    if holes.all():
         msg = "all heights are missing"
         raise ValueError(msg)
     number = np.full(heights.shape, -1)
@@ -211,12 +221,14 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     TopographyError
         If no wave, or nothing, would be left out.
     """
-    number("wavelength", wavelength, above=0)
+    wavelength = number("wavelength", wavelength, above=0)
     pixel, size = max(instance("topography", topography, Topography).grid.spacing), min(topography.lengths)
     if not 2 * pixel < wavelength < size / 2:
         ends = " and ".join(units.readable(value, "length", 3) for value in (2 * pixel, size / 2))
-        msg = f"{topography.source}: a cut-off lies between two pixels and half the size of the map, {ends}; got "
-        msg += units.readable(wavelength, "length", 3)
+        msg = (
+            f"{topography.source}: a cut-off wavelength lies between two pixels and half the size of the map, {ends}; "
+        )
+        msg += f"got {units.readable(wavelength, 'length', 3)}"
         raise TopographyError(msg)
     closed = topography if topography.periodic else mirror(topography)
     grid = closed.grid

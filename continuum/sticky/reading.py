@@ -238,6 +238,8 @@ def _with_units(
         msg = f"{found.source}: holds no heights, an array of {shape}: an empty file, or the wrong part of one?"
         raise TopographyError(msg)
     if size is not None:
+        if not isinstance(size, Sequence) or not size:
+            raise ArgumentError("size", size, "one length or two, in m")
         size = [number("size", length, above=0) for length in (size if len(size) == 1 else pair("size", size))]
     if unit is not None:
         number("unit", unit, above=0)

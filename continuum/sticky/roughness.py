@@ -96,7 +96,7 @@ class Roughness:
 
     def cut(self, wavelength: float) -> Cut:
         """The roughness of wavelengths above a cut-off."""
-        number("wavelength", wavelength, above=0)
+        wavelength = number("wavelength", wavelength, above=0)
         # One part in 1e9: a mode that lies on the cut-off belongs to the surface.
         count = int(np.searchsorted(self.wavenumber, 2 * np.pi / wavelength * (1 + 1e-9), "right"))
         height, slope, curvature, energy = (float(s[count - 1]) if count else 0.0 for s in self._sums)
@@ -220,9 +220,11 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
     ArgumentError
         If the wavenumbers are not positive and ascending, or the densities are not as many.
     """
-    density = array("density", density, np.shape(array("wavenumber", wavenumber)))
-    if np.ndim(wavenumber) != 1 or not np.all(np.diff(wavenumber, prepend=0.0) > 0):
+    wavenumber, density = array("wavenumber", wavenumber), array("density", density)
+    if wavenumber.ndim != 1 or not np.all(np.diff(wavenumber, prepend=0.0) > 0):
         raise ArgumentError("wavenumber", wavenumber, "positive numbers in ascending order")
+    if density.shape != wavenumber.shape:
+        raise ArgumentError("density", density, f"one for each wavenumber, {wavenumber.size} numbers")
     x, y, weight = _bands(wavenumber, density)
     if x.size < 6:
         return None

@@ -62,7 +62,8 @@ def fault_of(heights: Real, lengths: Sequence[float]) -> str:
         return "all heights are the same: not a measured surface, or the wrong channel of the file"
     if not all(_SMALLEST <= length <= _LARGEST for length in lengths):
         size = " x ".join(f"{length:g}" for length in lengths)
-        return f"lengths of {size} m: the size of a measurement is positive, from {_SMALLEST:g} to {_LARGEST:g} m"
+        what = "a length" if len(lengths) == 1 else "lengths"
+        return f"{what} of {size} m: the size of a measurement is positive, from {_SMALLEST:g} to {_LARGEST:g} m"
     return ""
 
 
