@@ -9,16 +9,15 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.signal.windows import tukey
 
 from continuum.arguments import choice, count, instance, number, pair
+from continuum.runs.tables import LARGEST_N
 from continuum.sticky.mending import detrend
 from continuum.sticky.topography import Topography, TopographyError, mirror
 from continuum.units import readable
 
-__all__ = ["MOST_POINTS", "Edges", "wall_of"]
+__all__ = ["Edges", "wall_of"]
 
 Edges = Literal["mirror", "window"]
 
-MOST_POINTS = 65536
-"""Points along a side of a wall, at most."""
 _FEWEST = 4
 """Pixels across a part: within fewer a cubic spline is one polynomial, whatever was measured."""
 _TAPER = 0.5
@@ -57,7 +56,7 @@ def wall_of(
     choice("edges", edges, get_args(Edges))
     for fraction in pair("centre", centre):
         number("centre", fraction, above=0, below=1)
-    if count("n", n, 1, MOST_POINTS) % 2 and edges == "mirror":
+    if count("n", n, 1, LARGEST_N) % 2 and edges == "mirror":
         msg = f"{topography.source}: mirrors need an even number n of atoms along a side, got {n}"
         raise TopographyError(msg)
     points = n // 2 if edges == "mirror" else n
