@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from continuum.errors import InputError
 
 __all__ = [
-    "ArgumentError", "array", "choice", "count", "field", "file_name", "flag", "instance", "number", "pair", "several",
-    "texts",
+    "ArgumentError", "array", "choice", "count", "field", "file_name", "flag", "function", "instance", "number", "pair",
+    "several", "texts",
 ]  # fmt: skip
 
 _Choice = TypeVar("_Choice", bound=str)
@@ -149,6 +149,18 @@ def instance(name: str, value: Any, kind: type[_Kind], allowed: str = "") -> _Ki
     if not isinstance(value, kind):
         raise ArgumentError(name, value, allowed or f"a {kind.__name__}")
     return value
+
+
+def function(name: str, value: Any) -> None:
+    """A function that is called with what was done, or None.
+
+    Raises
+    ------
+    ArgumentError
+        If it is something else.
+    """
+    if value is not None and not callable(value):
+        raise ArgumentError(name, value, "a function, or None")
 
 
 def texts(name: str, value: Any, example: str) -> tuple[str, ...]:

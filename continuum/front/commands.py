@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 import continuum.runs.analysis
 import continuum.runs.result
 import continuum.sticky.predict
-from continuum.arguments import ArgumentError, choice, count, file_name, flag
+from continuum.arguments import ArgumentError, choice, count, file_name, flag, function
 from continuum.files.inputs import load
 from continuum.files.settings import settings_of
 from continuum.files.tables import identity
@@ -24,6 +24,7 @@ from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import Progress
 from continuum.runs.run import run as follow_run
 from continuum.show.sheet import Column, Sheet
+from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import MOST_THREADS
 
 if TYPE_CHECKING:
@@ -222,6 +223,10 @@ def run(
         If an argument has no meaning.
     """
     given = settings_of(settings)
+    function("progress", progress)
+    function("warn", warn)
+    if device is not None:
+        choice("device", device, BACK_ENDS)
     if isinstance(file, RunConfig) and given:
         raise ArgumentError("settings", given, "values of keys of a file; this input was read already")
     config = file if isinstance(file, RunConfig) else load(file_name("file", file), RunConfig, given)

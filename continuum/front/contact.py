@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from continuum.arguments import ArgumentError, choice, count, instance, number, pair, several
+from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
 from continuum.front.states import Path, State
 from continuum.model.grid import Grid
@@ -103,7 +103,12 @@ class Contact:
         """The contact as the solver takes it."""
         heights = map_of("heights", self.heights)
         shape = (heights.shape[0], heights.shape[1])
-        lengths = (float(shape[0]), float(shape[1])) if self.period is None else pair("period", self.period)
+        if min(shape) < 2:
+            raise ArgumentError("heights", heights, "at least two points in each direction")
+        lengths = (float(shape[0]), float(shape[1]))
+        if self.period is not None:
+            along_x, along_y = (number("period", length, above=0) for length in pair("period", self.period))
+            lengths = along_x, along_y
         return ContactProblem(Grid(shape, lengths), self.wall, heights, self.substrate)
 
     @property
@@ -176,8 +181,7 @@ class Contact:
         name, given = _chosen(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
         control, targets = _CONTROLS[name], [_target(name, value) for value in several(name, given)]
         search = Search(self.area_tolerance, event_resolution=event_resolution)
-        if progress is not None and not callable(progress):
-            raise ArgumentError("progress", progress, "a function of a state, or None")
+        function("progress", progress)
         states = []
         for found in loading.follow(self.problem, control, targets, self.settings, search=search):
             states.append(State(self, found))

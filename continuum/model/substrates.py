@@ -12,7 +12,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from continuum.arguments import ArgumentError, number, pair
+from continuum.arguments import ArgumentError, array, instance, number, pair
 from continuum.model.cubic import (
     THICK,
     CubicConstants,
@@ -51,7 +51,7 @@ def _with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
 
 def _check_mean(mean: object) -> None:
     """Refuse what is no stiffness of the mean mode."""
-    if mean in ("clamped", "free"):
+    if isinstance(mean, str) and mean in ("clamped", "free"):
         return
     try:
         number("mean", mean, least=0)
@@ -78,7 +78,7 @@ class HalfSpace:
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0."""
-        return _with_mean(grid.wavenumber / 2, self.mean)
+        return _with_mean(instance("grid", grid, Grid).wavenumber / 2, self.mean)
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Layer:
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0."""
-        nu, q = self.poisson, grid.wavenumber
+        nu, q = self.poisson, instance("grid", grid, Grid).wavenumber
         q[0, 0] = 1.0  # its value is set below
         x = q * self.depth
         # Multiplied through by exp(-2x), so that no hyperbolic function overflows.
@@ -167,9 +167,9 @@ class CubicLayer:
         _check_mean(self.mean)
         number("axis", self.axis)
         given = self.constants
-        if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 3:
+        if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or np.shape(given)[:1] != (3,):
             raise ArgumentError("constants", given, "three elastic constants, (C11, C12, C44), in E*")
-        constants = CubicConstants(*(number(f"C{ij}", c) for ij, c in zip((11, 12, 44), given, strict=True)))
+        constants = CubicConstants(*(number("constants", constant) for constant in given))
         modulus = contact_modulus(constants)
         if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
             what = f"elastic constants in E*, of a contact modulus of about 1; of these it is {modulus:.6g}"
@@ -187,7 +187,7 @@ class CubicLayer:
         Costs about 50 µs for each mode whose wavelength exceeds a sixth of the depth; all others are those of a
         half-space.
         """
-        qx, qy = np.broadcast_arrays(*grid.wavevectors)
+        qx, qy = np.broadcast_arrays(*instance("grid", grid, Grid).wavevectors)
         q = grid.wavenumber
         angle = np.arctan2(qy, qx) + self.axis
         stiffness_q = q * directional_contact_modulus(self.constants, angle) / 2
@@ -216,24 +216,27 @@ class TabulatedSubstrate:
     def __post_init__(self) -> None:
         """Check the table."""
         what = "a half spectrum of positive finite numbers (q = 0: zero or more, or infinite)"
-        try:
-            table = np.array(self.table, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ArgumentError("table", self.table, what) from None
+        table = np.array(array("table", self.table), dtype=np.float64)
         others = table.ravel()[1:]
-        if table.ndim != 2 or not (np.isfinite(others).all() and (others > 0).all() and table[0, 0] >= 0):
+        if (
+            table.ndim != 2
+            or not table.size
+            or not (np.isfinite(others).all() and (others > 0).all() and table[0, 0] >= 0)
+        ):
             raise ArgumentError("table", table, what)
         lengths = tuple(number("lengths", length, above=0) for length in pair("lengths", self.lengths))
+        instance("source", self.source, str, "a text that says where the table comes from")
         table.flags.writeable = False
         object.__setattr__(self, "table", table)
         object.__setattr__(self, "lengths", lengths)
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0; refused on a grid that it was not made for."""
+        instance("grid", grid, Grid)
         if grid.shape_q != self.table.shape or not np.allclose(grid.lengths, self.lengths, rtol=1e-12):
             msg = (
-                f"this table holds {self.table.shape} modes of periods {self.lengths}, "
-                f"the grid has {grid.shape_q} and {grid.lengths}"
+                f"grid: {grid.shape_q} modes of periods {grid.lengths}, where the table of stiffness has "
+                f"{self.table.shape} and {self.lengths}"
             )
             raise ValueError(msg)
         return np.array(self.table)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from continuum.arguments import array
 from continuum.model import laws
 from continuum.model.grid import Real
 from continuum.model.laws import Law
@@ -39,18 +40,18 @@ class TabulatedWall(Wall):
 
     def __post_init__(self) -> None:
         """Refuse tables that are no wall."""
-        gap, traction = (np.array(a, dtype=np.float64) for a in (self.gap, self.traction))
+        gap, traction = (np.array(array(name, getattr(self, name)), np.float64) for name in ("gap", "traction"))
         if gap.ndim != 1 or gap.shape != traction.shape or gap.size < 4:
-            msg = f"a wall table is two columns of at least 4 rows, got {gap.shape} and {traction.shape}"
+            msg = f"gap, traction: a wall table is two columns of at least 4 rows, not {gap.shape} and {traction.shape}"
             raise ValueError(msg)
         if not (np.isfinite(gap).all() and np.isfinite(traction).all()):
-            msg = "a wall table holds finite numbers only"
+            msg = "gap, traction: a wall table holds finite numbers only"
             raise ValueError(msg)
         if not (np.diff(gap) > 0).all():
-            msg = "the gaps of a wall table increase from row to row"
+            msg = "gap: the gaps of a wall table increase from row to row"
             raise ValueError(msg)
         if not (traction[0] > 0 and abs(traction[-1]) <= 1e-12 * np.abs(traction).max()):
-            msg = "a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
+            msg = "traction: a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
             raise ValueError(msg)
         for name, values in (("gap", gap), ("traction", traction)):
             values.flags.writeable = False

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from continuum.arguments import ArgumentError, number, pair
+from continuum.arguments import ArgumentError, array, number, pair
 from continuum.model import laws
 from continuum.model.grid import Real
 from continuum.model.laws import Law
@@ -78,7 +78,7 @@ class Wall:
         if self.law is None:
             msg = "a hard wall has no traction as a function of the gap: take that of the solution"
             raise TypeError(msg)
-        return Interaction(*laws.evaluate(self.law, gap))
+        return Interaction(*laws.evaluate(self.law, array("gap", gap)))
 
     def energy(self, gap: Real) -> Real:
         """Energy per area at each gap, in E* a0."""
