@@ -227,5 +227,9 @@ def read_run(directory: Path) -> DeckRun:
         steps.append(DeckStep.of(result))
         gaps.append(result.gap)
     last = result or read_result(directory)  # which says why there is none
-    heights = read_heights(directory / "slab.data")
-    return DeckRun(directory, description, read_wall(directory), heights, tuple(steps), np.array(gaps), last)
+    try:
+        wall, heights = read_wall(directory), read_heights(directory / "slab.data")
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        msg = f"the wall of {directory} cannot be read: {error}; write the deck anew"
+        raise DeckError(msg) from error
+    return DeckRun(directory, description, wall, heights, tuple(steps), np.array(gaps), last)
