@@ -20,7 +20,7 @@ from atomistic.lammps.doctor import Doctor
 from atomistic.lammps.doctor import doctor as look
 from atomistic.lammps.engine import command_words, runner
 from atomistic.lammps.shape import Shape, shape_of
-from atomistic.relax.deckrun import read_run
+from atomistic.relax.deckrun import ContinuumStep, read_run
 from atomistic.relax.relax import deck_of, deck_under
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
@@ -90,10 +90,13 @@ class DeckRun(atomistic.relax.deckrun.DeckRun):
     """What a run of a deck left behind; see :class:`atomistic.relax.deckrun.DeckRun`."""
 
     def sheets(self, *, compare: bool = False) -> list[Sheet]:
-        """Its steps, the last of them in detail, and the continuum of the same wall beside them."""
+        """Its steps, the last in detail, and the continuum of the same wall beside them, or why there is none."""
         from atomistic.show.decks import run_sheets
 
-        return run_sheets(self, self.compare() if compare else ())
+        return run_sheets(self, self._beside(compare), self.incomparable if compare else "")
+
+    def _beside(self, compare: bool) -> tuple[ContinuumStep, ...]:
+        return self.compare() if compare and not self.incomparable else ()
 
     def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
         """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
@@ -105,7 +108,7 @@ class DeckRun(atomistic.relax.deckrun.DeckRun):
         """
         from atomistic.show.decks import write_run
 
-        return write_run(self, Path(folder), self.compare() if compare else ())
+        return write_run(self, Path(folder), self._beside(compare))
 
     def _repr_html_(self) -> str:
         return "".join(sheet._repr_html_() for sheet in self.sheets())
