@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 import numbers
 import operator
+import os
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,16 +18,31 @@ from numpy.typing import NDArray
 
 from continuum.errors import InputError
 
-__all__ = ["ArgumentError", "choice", "count", "field", "number", "pair"]
+__all__ = [
+    "ArgumentError", "array", "choice", "count", "field", "file_name", "flag", "instance", "number", "pair", "texts",
+]  # fmt: skip
 
 _Choice = TypeVar("_Choice", bound=str)
+_Kind = TypeVar("_Kind")
+_KINDS = {"c": "complex numbers", "b": "booleans", "U": "text", "S": "text"}
 
 
 class ArgumentError(InputError, ValueError):
     """An argument that has no meaning: the message names it, says what it was and what is allowed."""
 
     def __init__(self, name: str, value: object, allowed: str) -> None:
+        self.name, self.allowed = name, allowed
         super().__init__(f"{name} = {_short(value)}: allowed: {allowed}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel from one process to another with the message only: a value may be a whole map."""
+        return _restored, (self.name, self.allowed, str(self))
+
+
+def _restored(name: str, allowed: str, message: str) -> ArgumentError:
+    error = ArgumentError(name, None, allowed)
+    error.args = (message,)
+    return error
 
 
 def number(
@@ -63,8 +80,8 @@ def number(
     return float(value)
 
 
-def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1) -> int:
-    """A whole number within bounds.
+def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1, *, why: str = "") -> int:
+    """A whole number within bounds; ``why`` they are what they are is said where it is refused.
 
     Raises
     ------
@@ -74,7 +91,7 @@ def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1) -> int:
     whole = isinstance(value, numbers.Integral) and not isinstance(value, bool | np.bool_)
     if not (whole and least <= value <= most):
         limits = f"a whole number from {least} to {most}" if most < 2**31 - 1 else f"a whole number from {least} on"
-        raise ArgumentError(name, value, limits)
+        raise ArgumentError(name, value, f"{limits}: {why}" if why else limits)
     return int(value)
 
 
@@ -101,9 +118,92 @@ def pair(name: str, value: Any) -> tuple[Any, Any]:
     ArgumentError
         If they are not two.
     """
-    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray) or len(value) != 2:
+    values = value.tolist() if isinstance(value, np.ndarray) else value
+    if isinstance(values, str | bytes) or not isinstance(values, Sequence) or len(values) != 2:
         raise ArgumentError(name, value, "two values, along x and y")
-    return value[0], value[1]
+    return values[0], values[1]
+
+
+def flag(name: str, value: Any) -> bool:
+    """A boolean: a text such as "no" would count as true.
+
+    Raises
+    ------
+    ArgumentError
+        If it is something else.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise ArgumentError(name, value, "True or False")
+    return bool(value)
+
+
+def instance(name: str, value: Any, kind: type[_Kind], allowed: str = "") -> _Kind:
+    """An object of a class, which ``allowed`` puts into words.
+
+    Raises
+    ------
+    ArgumentError
+        If it is something else.
+    """
+    if not isinstance(value, kind):
+        raise ArgumentError(name, value, allowed or f"a {kind.__name__}")
+    return value
+
+
+def texts(name: str, value: Any, example: str) -> tuple[str, ...]:
+    """One text or several; none for None.
+
+    Raises
+    ------
+    ArgumentError
+        If it is something else, such as a number without its unit; the ``example`` says how to write it.
+    """
+    several = () if value is None else (value,) if isinstance(value, str) else value
+    if not (isinstance(several, Sequence) and all(isinstance(each, str) for each in several)):
+        raise ArgumentError(name, value, f"a text such as {example}, or several in a list")
+    return tuple(several)
+
+
+def file_name(name: str, value: Any) -> Path:
+    """The name of a file or folder, which need not exist.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none, or one that no system of files can hold.
+    """
+    if not isinstance(value, str | os.PathLike):
+        raise ArgumentError(name, value, "the name of a file")
+    try:
+        path = Path(value)
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        pass
+    except (OSError, ValueError, TypeError) as error:  # far too long; with a NUL; of bytes
+        raise ArgumentError(name, value, f"the name of a file ({getattr(error, 'strerror', None) or error})") from None
+    return path
+
+
+def array(name: str, value: Any, shape: tuple[int, ...] | None = None, kinds: str = "fiu") -> NDArray[Any]:
+    """An array of numbers, missing ones included, of a shape if one is given; ``kinds`` are those of NumPy's types.
+
+    Raises
+    ------
+    ArgumentError
+        If it holds something else (by default complex numbers, text or booleans), or its shape is another.
+    """
+    try:
+        found: NDArray[Any] = np.asarray(value)
+    except ValueError as error:  # rows of different lengths
+        raise ArgumentError(name, value, "a map of numbers, with rows of one length") from error
+    if found.dtype.kind not in kinds:
+        wanted = "complex" if kinds == "c" else "real"
+        was = _KINDS.get(found.dtype.kind, "objects" if found.dtype.kind not in "fiu" else "real numbers")
+        raise ArgumentError(name, value, f"a map of {wanted} numbers, not of {was}")
+    if shape is not None and found.shape != shape:
+        of = "the half spectrum of the grid" if kinds == "c" else "the grid"
+        raise ArgumentError(name, value, f"the shape of {of}, {shape}; its shape is {found.shape}")
+    return found
 
 
 def field(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
@@ -118,21 +218,14 @@ def field(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArra
     if np.ma.is_masked(value):
         missing = int(np.sum(np.ma.getmaskarray(value)))
         raise ArgumentError(name, value, f"a map without missing points; here {missing} are masked: fill them first")
-    try:
-        array = np.asarray(value)
-    except ValueError as error:  # rows of different lengths
-        raise ArgumentError(name, value, "a map of numbers, with rows of one length") from error
-    if array.dtype.kind not in "fiu":
-        kind = {"c": "complex numbers", "b": "booleans", "U": "text", "S": "text"}.get(array.dtype.kind, "objects")
-        raise ArgumentError(name, value, f"a map of real numbers, not of {kind}")
-    if array.ndim != 2 if shape is None else array.shape != shape:
-        what = "a map of two directions" if shape is None else f"the shape of the grid, {shape}"
-        raise ArgumentError(name, value, f"{what}; its shape is {array.shape}")
-    finite = np.isfinite(array)
+    found = array(name, value, shape)
+    if shape is None and found.ndim != 2:
+        raise ArgumentError(name, value, f"a map of two directions; its shape is {found.shape}")
+    finite = np.isfinite(found)
     if not finite.all():
-        missing = int(array.size - np.count_nonzero(finite))
-        raise ArgumentError(name, value, f"finite numbers; {missing} of {array.size} are NaN or infinite")
-    return np.asarray(array, dtype=np.float64)
+        missing = int(found.size - np.count_nonzero(finite))
+        raise ArgumentError(name, value, f"finite numbers; {missing} of {found.size} are NaN or infinite")
+    return np.asarray(found, dtype=np.float64)
 
 
 def _short(value: object) -> str:

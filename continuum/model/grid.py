@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.arguments import count, number, pair
+from continuum.arguments import array, count, number, pair
 from continuum.model.fourier import (
     Complex,
     Real,
@@ -22,6 +22,9 @@ from continuum.model.fourier import (
 )
 
 __all__ = ["Complex", "Grid", "Real"]
+
+SHORTEST, LONGEST = 1e-30, 1e30
+"""Periods, in any unit, whose moments and wavevectors to the fourth power are still numbers."""
 
 
 @dataclass(frozen=True)
@@ -36,23 +39,23 @@ class Grid:
     Raises
     ------
     ArgumentError
-        If a number of points is below 2 or a period is not a positive finite number.
+        If a number of points is below 2, or a period is not a positive number of a possible size.
     """
 
     shape: tuple[int, int]
     lengths: tuple[float, float]
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
+        """Check numbers of points and periods."""
         shape = tuple(count("shape", n, 2) for n in pair("shape", self.shape))
-        lengths = tuple(number("lengths", length, above=0) for length in pair("lengths", self.lengths))
+        lengths = tuple(number("lengths", each, least=SHORTEST, most=LONGEST) for each in pair("lengths", self.lengths))
         object.__setattr__(self, "shape", shape)
         object.__setattr__(self, "lengths", lengths)
 
     @classmethod
     def square(cls, n: int, spacing: float = 1.0) -> Grid:
         """An n x n grid of the given spacing: one point for each surface atom when the spacing is a0."""
-        length = count("n", n, 2) * number("spacing", spacing, above=0)
+        length = count("n", n, 2) * number("spacing", spacing, least=SHORTEST, most=LONGEST)
         return cls((n, n), (length, length))
 
     @property
@@ -119,7 +122,7 @@ class Grid:
 
     def forward(self, values: Real) -> Complex:
         """Half spectrum of a field: values_q = mean(values exp(-i q x))."""
-        values = np.asarray(values, dtype=np.float64)
+        values = np.asarray(array("values", values, self.shape), dtype=np.float64)
         spectrum: Complex = padded(self.shape_q, np.complex128)
         for a, b in pairwise(block_edges(self.shape[0], self.size)):
             rows_forward(values[a:b], spectrum[a:b])
@@ -132,7 +135,8 @@ class Grid:
 
         With ``overwrite`` the spectrum is destroyed, which saves memory.
         """
-        values, spectrum = np.empty(self.shape), values_q
+        values = np.empty(self.shape)
+        spectrum = np.asarray(array("values_q", values_q, self.shape_q, "c"), dtype=np.complex128)
         if not overwrite:
             spectrum = padded(self.shape_q, np.complex128)
             spectrum[...] = values_q
@@ -151,13 +155,14 @@ class Grid:
 
     def integrate(self, values: Real) -> float:
         """Integral of a field over the period: a traction becomes a load, an energy per area an energy."""
-        return float(np.sum(values)) * self.cell_area
+        return float(np.sum(array("values", values, self.shape, "fiub"))) * self.cell_area
 
     def mean(self, values: Real) -> float:
         """Mean of a field over the period."""
-        return float(np.sum(values)) / self.size
+        return float(np.sum(array("values", values, self.shape, "fiub"))) / self.size
 
     def inner_q(self, a_q: Complex, b_q: Complex) -> float:
         """Mean over the grid of a(x) b(x), from the half spectra (Parseval)."""
+        a_q, b_q = array("a_q", a_q, self.shape_q, "c"), array("b_q", b_q, self.shape_q, "c")
         product = a_q.real * b_q.real + a_q.imag * b_q.imag
         return float(np.sum(product * self.mode_weights))

@@ -9,15 +9,15 @@ import numpy as np
 from continuum.arguments import ArgumentError
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
+from continuum.model.surface import LARGEST_SLOPE
 from continuum.theory.paper import snap_in_wavelength
 
 __all__ = ["LARGEST_SLOPE", "POINTS", "SMALL_SLOPE", "check_slope", "short_waves", "steep", "unresolved"]
 
 POINTS = 4
 """Points of the grid that a wavelength needs."""
-SMALL_SLOPE, LARGEST_SLOPE = 0.3, 10.0
-"""Largest rms slope that small-slope theory covers (there tan and sin of a typical slope differ by 4 %), and
-the largest that is computed at all (beyond, heights are rather given in other units than a0)."""
+SMALL_SLOPE = 0.3
+"""Largest rms slope that small-slope theory covers: there tan and sin of a typical slope differ by 4 %."""
 LARGEST_SHARE = 0.05
 """Largest part of the mean square slope that may lie in shorter waves: what a surface with edges has anyway."""
 

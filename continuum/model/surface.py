@@ -10,10 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from continuum.arguments import field, number, pair
+from continuum.arguments import ArgumentError, count, field, flag, instance, number, pair
 from continuum.model.grid import Grid, Real
 
-__all__ = ["Moments", "SelfAffine", "cylinder", "moments", "power_spectrum", "punch", "sine", "sphere"]
+__all__ = [
+    "LARGEST_SLOPE", "SMALLEST_SLOPE", "Moments", "SelfAffine", "cylinder", "moments", "power_spectrum", "punch",
+    "sine", "sphere",
+]  # fmt: skip
+
+SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
+"""Rms slopes that are computed at all: below, squares are no numbers; above, heights are rather given in other units
+than a0."""
+_GENERATOR = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
 
 
 class Moments(NamedTuple):
@@ -35,10 +43,21 @@ def _moments(grid: Grid, power_q: Real) -> Moments:
 
 
 def moments(grid: Grid, heights: Real) -> Moments:
-    """Spectral moments of given heights; the mean height does not count."""
-    power_q = np.abs(grid.forward(field("heights", heights, grid.shape))) ** 2
-    power_q[0, 0] = 0.0
-    return _moments(grid, power_q)
+    """Spectral moments of given heights; the mean height does not count.
+
+    Raises
+    ------
+    ArgumentError
+        If the heights are no map of finite numbers on that grid, or their squares are too large to be numbers.
+    """
+    heights = field("heights", heights, instance("grid", grid, Grid).shape)
+    with np.errstate(over="ignore", invalid="ignore"):
+        power_q = np.abs(grid.forward(heights)) ** 2
+        power_q[0, 0] = 0.0
+        found = _moments(grid, power_q)
+    if not all(np.isfinite(found)):
+        raise ArgumentError("heights", heights, "heights whose mean squares are finite numbers; these are too large")
+    return found
 
 
 @dataclass(frozen=True)
@@ -57,7 +76,7 @@ class SelfAffine:
     Parameters
     ----------
     hurst : H, between 0 and 1.
-    rms_slope : target of h'_rms.
+    rms_slope : target of h'_rms, at most 10.
     lambda_s, lambda_L : shortest and roll-off wavelength, in a0.
     rescale : multiply the realisation so that its rms slope is the target exactly.
     """
@@ -69,22 +88,30 @@ class SelfAffine:
     rescale: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
+        """Check the numbers, and that the wavelengths are in order."""
         number("hurst", self.hurst, above=0, below=1)
-        number("rms_slope", self.rms_slope, above=0)
-        number("lambda_s", self.lambda_s, above=0, most=number("lambda_L", self.lambda_L, above=0))
+        number("rms_slope", self.rms_slope, least=SMALLEST_SLOPE, most=LARGEST_SLOPE)
+        if number("lambda_s", self.lambda_s, above=0) > number("lambda_L", self.lambda_L, above=0):
+            raise ArgumentError("lambda_s", self.lambda_s, f"at most lambda_L, {self.lambda_L:g}")
+        flag("rescale", self.rescale)
 
     def power_q(self, grid: Grid) -> Real:
-        """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""
-        q = grid.wavenumber
+        """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope.
+
+        Raises
+        ------
+        ArgumentError
+            If no wave of the period is long enough for λ_s.
+        """
+        q = instance("grid", grid, Grid).wavenumber
+        q[0, 0] = np.inf  # no power
         power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-2 - 2 * self.hurst)
         # One part in 1e12: a mode that lies on the cut-off belongs to the surface on every grid.
         power[q > 2 * np.pi / self.lambda_s * (1 + 1e-12)] = 0.0
-        power[0, 0] = 0.0
         slope = _moments(grid, power).rms_slope
         if slope == 0.0:
-            msg = f"no wavevector of the grid lies below 2π/λ_s: λ_s = {self.lambda_s}, periods {grid.lengths}"
-            raise ValueError(msg)
+            allowed = f"at most the longest period, {max(grid.lengths):g}: no wavevector of the grid lies below 2π/λ_s"
+            raise ArgumentError("lambda_s", self.lambda_s, allowed)
         return power * (self.rms_slope / slope) ** 2
 
     def expected_moments(self, grid: Grid) -> Moments:
@@ -102,14 +129,21 @@ class SelfAffine:
 
         The same generator state gives the same surface on every grid of the same periods that resolves λ_s.
 
+        Parameters
+        ----------
+        grid : where the heights are wanted.
+        rng : from which phases and amplitudes are drawn, as ``numpy.random.default_rng(seed)`` makes one.
+
         Raises
         ------
-        ValueError
-            If λ_s is below two spacings: the grid would alias the surface.
+        ArgumentError
+            If λ_s is below two spacings, where the grid would alias the surface, or above the period.
         """
-        if self.lambda_s < 2 * max(grid.spacing) * (1 - 1e-12):
-            msg = f"λ_s = {self.lambda_s} is below two grid spacings, 2 x {max(grid.spacing)}"
-            raise ValueError(msg)
+        finest = 2 * max(instance("grid", grid, Grid).spacing)
+        instance("rng", rng, np.random.Generator, _GENERATOR)
+        if self.lambda_s < finest * (1 - 1e-12):
+            allowed = f"at least {finest:g}; below two grid spacings the grid would alias the surface"
+            raise ArgumentError("lambda_s", self.lambda_s, allowed)
         m, n = _shells(max(int(length / self.lambda_s + 1e-9) for length in grid.lengths))
         # Two streams, so that a smaller λ_s adds modes and leaves the others as they were.
         phases, gaussians = rng.spawn(2)
@@ -152,6 +186,7 @@ def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
     Returns the mean wavenumber of each ring, in 1/a0, and C = A0 |h_q|²/(2π)², in a0⁴, so that
     h_rms² = ∫ C d²q.
     """
+    heights = field("heights", heights, instance("grid", grid, Grid).shape)
     power = np.abs(grid.forward(heights)) ** 2 * grid.area / (2 * np.pi) ** 2
     q, weights = grid.wavenumber, np.broadcast_to(grid.mode_weights, grid.shape_q)
     ring = np.rint(q / (2 * np.pi / max(grid.lengths))).astype(np.int64).ravel()
@@ -167,25 +202,36 @@ def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
 
 def sphere(grid: Grid, radius: float) -> Real:
     """The lower side of a paraboloid of the given radius (in a0) that touches at the centre of the period."""
-    x, y = grid.positions
-    number("radius", radius, above=0)
+    x, y = instance("grid", grid, Grid).positions
+    radius = number("radius", radius, above=0)
     r2 = (x - grid.lengths[0] / 2) ** 2 + (y - grid.lengths[1] / 2) ** 2
-    return r2 / (2 * radius)
+    return _parabola(r2, "radius", radius)
 
 
 def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
-    """Heights amplitude (1 - cos q.x) with q = 2π (waves[0]/Lx, waves[1]/Ly): lowest at the origin."""
-    x, y = grid.positions
-    number("amplitude", amplitude)
-    waves = pair("waves", waves)
+    """Heights amplitude (1 - cos q.x) with q = 2π (waves[0]/Lx, waves[1]/Ly): lowest at the origin.
+
+    Parameters
+    ----------
+    amplitude : half the height from valley to crest, in a0.
+    waves : per period along x and y, at most half the points: whole numbers, negative for the other diagonal.
+    """
+    x, y = instance("grid", grid, Grid).positions
+    amplitude = number("amplitude", amplitude)
+    for wave, n in zip(pair("waves", waves), grid.shape, strict=True):
+        count("waves", wave, -(n // 2), n // 2, why="a wave has two points at least")
+    if not any(waves):
+        raise ArgumentError("waves", waves, "at least one wave along x or y")
     phase = 2 * np.pi * (waves[0] * x / grid.lengths[0] + waves[1] * y / grid.lengths[1])
     return amplitude * (1 - np.cos(phase))
 
 
 def cylinder(grid: Grid, radius: float, axis: int = 1) -> Real:
     """The lower side of a parabolic cylinder of the given radius (in a0), along x (axis 0) or y (1), at the centre."""
-    across = grid.positions[1 - axis] - grid.lengths[1 - axis] / 2
-    return np.broadcast_to(across**2 / (2 * radius), grid.shape).copy()
+    across = 1 - count("axis", axis, 0, 1)
+    distance = instance("grid", grid, Grid).positions[across] - grid.lengths[across] / 2
+    radius = number("radius", radius, above=0)
+    return np.broadcast_to(_parabola(distance**2, "radius", radius), grid.shape).copy()
 
 
 def punch(grid: Grid, flat_radius: float, edge_radius: float) -> Real:
@@ -194,6 +240,18 @@ def punch(grid: Grid, flat_radius: float, edge_radius: float) -> Real:
     Heights (r - b)²/(2R) for r > b, b the flat and R the edge radius: the rounded punch of Ciavarella, Hills and
     Monno, Proc. Inst. Mech. Eng. C 212, 319 (1998).
     """
-    x, y = grid.positions
+    x, y = instance("grid", grid, Grid).positions
     r = np.hypot(x - grid.lengths[0] / 2, y - grid.lengths[1] / 2)
-    return np.maximum(r - flat_radius, 0.0) ** 2 / (2 * edge_radius)
+    b = number("flat_radius", flat_radius, least=0)
+    if not b < r.max():
+        raise ArgumentError("flat_radius", flat_radius, f"below {r.max():g}: within the period, which needs an edge")
+    return _parabola(np.maximum(r - b, 0.0) ** 2, "edge_radius", number("edge_radius", edge_radius, above=0))
+
+
+def _parabola(squared: Real, name: str, radius: float) -> Real:
+    """Heights r²/(2R); a radius so small that they are no numbers is refused by its name."""
+    with np.errstate(over="ignore"):
+        heights: Real = squared / (2 * radius)
+    if not np.isfinite(heights).all():
+        raise ArgumentError(name, radius, "a radius that is not so small that the heights overflow")
+    return heights

@@ -67,8 +67,8 @@ def build(config: RunConfig) -> System:
     if heights is None or wall is None:
         raise refuse(config, *faults)
 
-    realised = moments(grid, heights)
     try:
+        realised = moments(grid, heights)
         check_slope(realised.rms_slope)
     except ArgumentError as error:
         raise refuse(config, _unusable("surface", config.surface, error)) from None
@@ -80,7 +80,12 @@ def build(config: RunConfig) -> System:
 
 
 def _unusable(name: str, table: Table, error: Exception) -> Fault:
-    return Fault((name, table.origin), f"what can be used; here: {error}")
+    """The fault of a table at the key that the error names, else at the one that the values come from."""
+    if not isinstance(error, ArgumentError):
+        return Fault((name, table.origin), f"what can be used; here: {error}")
+    if error.name in type(table).model_fields:
+        return Fault((name, error.name), error.allowed)
+    return Fault((name, table.origin), error.allowed, f"this makes the {str(error).partition(': allowed')[0]}")
 
 
 def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:

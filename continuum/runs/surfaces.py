@@ -8,11 +8,12 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from continuum.arguments import ArgumentError
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.files.tables import InputFile, Positive, Table, check
 from continuum.files.toml import Fault
 from continuum.model.grid import Grid, Real
-from continuum.model.surface import Moments, SelfAffine, cylinder, punch, sine, sphere
+from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, Moments, SelfAffine, cylinder, punch, sine, sphere
 from continuum.runs.tables import LARGEST_N, Unit, pair
 
 __all__ = [
@@ -29,6 +30,14 @@ __all__ = [
 
 class _Surface(Table):
     """What all tables of surfaces have."""
+
+    sizes: ClassVar[tuple[str, ...]] = ()
+    """Keys that say how large the heights are, of which one is given: at fault where the slope is none."""
+
+    @property
+    def origin(self) -> str:
+        """The key that says how large the heights are, or the file that they are read from."""
+        return next((name for name in self.sizes if getattr(self, name) is not None), super().origin)
 
     @property
     def shortest(self) -> float | None:
@@ -59,9 +68,10 @@ class SelfAffineSurface(SelfAffineTable):
     """[surface] of kind "self-affine": the paper's random surface."""
 
     newer: ClassVar[frozenset[str]] = frozenset({"rms_height"})
+    sizes: ClassVar[tuple[str, ...]] = ("rms_slope", "rms_height")
 
     kind: Literal["self-affine"]
-    rms_slope: Positive | None = None
+    rms_slope: Annotated[float, Field(ge=SMALLEST_SLOPE, le=LARGEST_SLOPE)] | None = None
     """h'rms; instead of rms_height"""
     rms_height: Positive | None = None
     """h_rms, in a0; instead of rms_slope"""
@@ -94,11 +104,22 @@ class SelfAffineSurface(SelfAffineTable):
         return float(self.rms_height * np.sqrt(slopes / heights))
 
     def _slope(self, grid: Grid) -> float:
-        """Of the ensemble."""
+        """Rms slope of the ensemble.
+
+        Raises
+        ------
+        ArgumentError
+            If the height that is given makes it steeper, or less steep, than any surface that is computed.
+        """
         if self.rms_height is None:
             assert self.rms_slope is not None
             return self.rms_slope
-        return self.rms_height / self.spectrum(1.0).expected_moments(grid).rms_height
+        slope = self.rms_height / self.spectrum(1.0).expected_moments(grid).rms_height
+        if not SMALLEST_SLOPE <= slope <= LARGEST_SLOPE:
+            least, most = (bound / slope * self.rms_height for bound in (SMALLEST_SLOPE, LARGEST_SLOPE))
+            allowed = f"from {least:.3g} to {most:.3g} a0, where the rms slope is {LARGEST_SLOPE:g}"
+            raise ArgumentError("rms_height", self.rms_height, allowed)
+        return slope
 
     def build(self, grid: Grid) -> Real:
         """Heights, shape ``grid.shape``, in a0."""
@@ -122,6 +143,8 @@ class SelfAffineSurface(SelfAffineTable):
 class SineSurface(_Surface):
     """[surface] of kind "sine"."""
 
+    sizes: ClassVar[tuple[str, ...]] = ("amplitude",)
+
     kind: Literal["sine"]
     amplitude: Positive
     """half the height from valley to crest, in a0"""
@@ -144,6 +167,8 @@ class SineSurface(_Surface):
 class SphereSurface(_Surface):
     """[surface] of kind "sphere"."""
 
+    sizes: ClassVar[tuple[str, ...]] = ("radius",)
+
     kind: Literal["sphere"]
     radius: Positive
     """radius of the sphere, in a0"""
@@ -155,6 +180,8 @@ class SphereSurface(_Surface):
 
 class CylinderSurface(_Surface):
     """[surface] of kind "cylinder"."""
+
+    sizes: ClassVar[tuple[str, ...]] = ("radius",)
 
     kind: Literal["cylinder"]
     radius: Positive
@@ -169,6 +196,8 @@ class CylinderSurface(_Surface):
 
 class PunchSurface(_Surface):
     """[surface] of kind "punch": round, flat, with a rounded edge."""
+
+    sizes: ClassVar[tuple[str, ...]] = ("edge_radius",)
 
     kind: Literal["punch"]
     flat_radius: Positive

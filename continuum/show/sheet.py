@@ -132,6 +132,10 @@ class Sheet:
         writer.writerows(["" if cell is None else cell for cell in row] for row in self.rows)
         return out.getvalue()
 
+    def __str__(self) -> str:
+        """The text, which is what `print` is asked for."""
+        return self.text()
+
     def _repr_html_(self) -> str:
         """As a notebook shows it."""
         note = f"<p>{html.escape(self.note)}</p>" if self.note else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.arguments import ArgumentError, choice, count, field, number
+from continuum.arguments import ArgumentError, choice, count, field, file_name, flag, number, pair, texts
 from continuum.path.loading import follow, solve
 from continuum.runs.engine import run_tasks
 from continuum.solve.solution import Settings
@@ -70,6 +71,42 @@ def test_a_field_is_not_copied_without_need_and_never_converted() -> None:
     for bad in (values + 0j, values > 0, np.full((3, 4), "1"), [[1.0], [1.0, 2.0]], np.zeros(3), None, object()):
         with pytest.raises(ArgumentError, match=r"z = .*allowed"):
             field("z", bad)
+
+
+def test_a_flag_is_no_text_and_a_text_no_number() -> None:
+    assert flag("x", np.True_) is True
+    assert texts("x", "10um", '"10um"') == ("10um",)
+    assert texts("x", ["a", "b"], '"10um"') == ("a", "b")
+    assert texts("x", None, '"10um"') == ()
+    for bad in ("no", 1, None):
+        with pytest.raises(ArgumentError, match=r"x = .*: allowed: True or False"):
+            flag("x", bad)
+    for bad in (3, ["a", 3], b"10um", np.array("10um")):
+        with pytest.raises(ArgumentError, match=r'x = .*: allowed: a text such as "10um"'):
+            texts("x", bad, '"10um"')
+
+
+@pytest.mark.parametrize("value", [3, None, b"name", "a\0b", "a" * 5000, object(), ["a"]])
+def test_a_name_that_no_file_can_have_is_refused_and_not_echoed_whole(value: Any) -> None:
+    with pytest.raises(ArgumentError, match=r"^result = .{,90}: allowed: the name of a file"):
+        file_name("result", value)
+
+
+def test_a_pair_is_of_two() -> None:
+    assert pair("x", np.array([1, 2])) == pair("x", (1, 2)) == (1, 2)
+    assert pair("x", ((1, 2), 3)) == ((1, 2), 3)
+    for bad in ("ab", b"ab", np.array(0.25), (1,), 3, {1, 2}):
+        with pytest.raises(ArgumentError, match=r"x = .*two values"):
+            pair("x", bad)
+
+
+def test_an_error_travels_between_processes() -> None:
+    """It is unpickled from its arguments, which are not those of Exception: in a pool of workers it was lost."""
+    with pytest.raises(ArgumentError) as caught:
+        field("heights", np.zeros((2, 3)), (4, 4))
+    back = pickle.loads(pickle.dumps(caught.value))
+    assert type(back) is ArgumentError
+    assert (str(back), back.name, back.allowed) == (str(caught.value), "heights", caught.value.allowed)
 
 
 GRID = c.Grid.square(16)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from continuum.arguments import ArgumentError
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, cylinder, moments, power_spectrum, punch, sine, sphere
+from tests.wrong import ANYTHING, refused_by_name
 
 PAPER = SelfAffine(hurst=0.8, rms_slope=0.1, lambda_s=16.0, lambda_L=128.0)
 
@@ -112,12 +116,12 @@ def test_power_spectrum_integrates_to_the_mean_square() -> None:
 
 
 def test_a_surface_finer_than_the_grid_is_refused() -> None:
-    with pytest.raises(ValueError, match="below two grid spacings"):
+    with pytest.raises(ArgumentError, match=r"lambda_s = 1.9: allowed: .*below two grid spacings"):
         SelfAffine(0.8, 0.1, 1.9, 16).synthesise(Grid.square(32), np.random.default_rng(0))
 
 
 def test_a_surface_without_modes_is_refused() -> None:
-    with pytest.raises(ValueError, match="no wavevector"):
+    with pytest.raises(ArgumentError, match=r"lambda_s = 40: allowed: .*no wavevector"):
         SelfAffine(0.8, 0.1, 40, 80).synthesise(Grid.square(32), np.random.default_rng(0))
 
 
@@ -145,3 +149,78 @@ def test_a_punch_is_flat_and_rises_at_its_edge() -> None:
     r = np.hypot(*(position - 16 for position in grid.positions))
     assert (heights[r <= 8] == 0).all()
     assert heights[16 + 12, 16] == pytest.approx(4**2 / 20)
+
+
+@given(st.tuples(st.integers(2, 17), st.integers(2, 17)), st.tuples(st.integers(-99, 99), st.integers(-99, 99)))
+def test_a_wave_is_the_one_asked_for_or_is_refused(shape: tuple[int, int], waves: tuple[int, int]) -> None:
+    """On 16 points 99 waves look like 3, and they were taken for these."""
+    grid = Grid(shape, (3.0, 5.0))
+    if not any(waves) or any(abs(m) > n // 2 for m, n in zip(waves, shape, strict=True)):
+        with pytest.raises(ArgumentError, match=r"^waves = "):
+            sine(grid, 0.1, waves)
+        return
+    spectrum = np.fft.fft2(sine(grid, 0.1, waves)) / grid.size
+    wave = np.zeros(shape)
+    # A half of -cos at each of q and -q, which are the same where both are at the end of the spectrum.
+    for sign in (1, -1):
+        wave[sign * waves[0] % shape[0], sign * waves[1] % shape[1]] -= 0.05
+    wave[0, 0] = 0.1
+    np.testing.assert_allclose(spectrum, wave, atol=1e-15)
+
+
+@given(st.floats(-20, 20).filter(lambda x: x != round(x)))
+def test_a_part_of_a_wave_has_a_step_at_the_edge_and_is_refused(wave: float) -> None:
+    with pytest.raises(ArgumentError, match=r"^waves = .*whole number"):
+        sine(Grid.square(64), 0.1, (wave, 0))  # type: ignore[arg-type]
+
+
+SMALL = Grid.square(4)
+WAVES = SelfAffine(0.8, 0.1, 2.0, 4.0)
+FLAT = np.zeros(SMALL.shape)
+CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
+    "SelfAffine": (SelfAffine, {"hurst": 0.8, "rms_slope": 0.1, "lambda_s": 2.0, "lambda_L": 4.0, "rescale": True}),
+    "synthesise": (WAVES.synthesise, {"grid": SMALL, "rng": np.random.default_rng(1)}),
+    "power_q": (WAVES.power_q, {"grid": SMALL}),
+    "expected_moments": (WAVES.expected_moments, {"grid": SMALL}),
+    "slope_scatter": (WAVES.slope_scatter, {"grid": SMALL}),
+    "moments": (moments, {"grid": SMALL, "heights": FLAT}),
+    "power_spectrum": (power_spectrum, {"grid": SMALL, "heights": FLAT}),
+    "sphere": (sphere, {"grid": SMALL, "radius": 5.0}),
+    "sine": (sine, {"grid": SMALL, "amplitude": 0.1, "waves": (1, 0)}),
+    "cylinder": (cylinder, {"grid": SMALL, "radius": 5.0, "axis": 1}),
+    "punch": (punch, {"grid": SMALL, "flat_radius": 1.0, "edge_radius": 5.0}),
+    "Grid": (Grid, {"shape": (4, 4), "lengths": (4.0, 4.0)}),
+    "square": (Grid.square, {"n": 4, "spacing": 1.0}),
+    "forward": (SMALL.forward, {"values": FLAT}),
+    "inverse": (SMALL.inverse, {"values_q": SMALL.forward(FLAT)}),
+    "integrate": (SMALL.integrate, {"values": FLAT}),
+    "mean": (SMALL.mean, {"values": FLAT}),
+    "inner_q": (SMALL.inner_q, {"a_q": SMALL.forward(FLAT), "b_q": SMALL.forward(FLAT)}),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+@given(data=st.data())
+@settings(max_examples=40, deadline=None)
+def test_what_is_no_argument_is_refused_by_its_name(call: str, data: st.DataObject) -> None:
+    function, good = CALLS[call]
+    assert not refused_by_name(function, good, *next(iter(good.items())))
+    refused_by_name(function, good, data.draw(st.sampled_from(sorted(good))), data.draw(ANYTHING))
+
+
+def test_no_size_of_a_surface_is_computed_with_that_is_no_number() -> None:
+    rough = np.random.default_rng(1).normal(size=SMALL.shape)
+    for made, name in (
+        (lambda: moments(SMALL, 1e200 * rough), "heights"),
+        (lambda: sphere(SMALL, 1e-320), "radius"),
+        (lambda: cylinder(SMALL, 0.0), "radius"),
+        (lambda: punch(SMALL, 1.0, 0.0), "edge_radius"),
+        (lambda: punch(SMALL, 9.0, 1.0), "flat_radius"),  # flat all over the period
+        (lambda: SelfAffine(0.8, 1e6, 2.0, 4.0), "rms_slope"),
+        (lambda: Grid((4, 4), (1e-300, 1.0)), "lengths"),
+    ):
+        with pytest.raises(ArgumentError, match=f"^{name} = "):
+            made()
+    # A roll-off beyond all periods is none.
+    long = SelfAffine(0.8, 0.1, 2.0, 1e300)
+    np.testing.assert_array_equal(long.power_q(SMALL), SelfAffine(0.8, 0.1, 2.0, 1e3).power_q(SMALL))

@@ -15,6 +15,7 @@ from continuum.cli import main
 from continuum.files.inputs import load
 from continuum.files.tables import ConfigError, identity, resolved
 from continuum.files.toml import find, text_of, value_of
+from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from tests.problems import SMALL
 
@@ -71,6 +72,47 @@ def test_a_fault_is_named_with_its_place(small: Path, old: str, new: str, line: 
     assert key in message
     assert words in message
     assert "allowed:" in message
+
+
+def surface_faults(small: Path, surface: str) -> str:
+    """What is said of an input with another table [surface]."""
+    before, after = SMALL.split("[surface]\n")[0], SMALL.split("[wall]\n")[1]
+    small.write_text(f"{before}[surface]\n{surface}\n[wall]\n{after}")
+    with pytest.raises(ConfigError) as caught:
+        build(load(small, RunConfig))
+    return str(caught.value)
+
+
+SPECTRUM = 'kind = "self-affine"\nhurst = 0.8\nlambda_s = 6.0\nlambda_L = 12.0\nseed = 3\n'
+
+
+@pytest.mark.parametrize(
+    ("surface", "key"),
+    [
+        (SPECTRUM + "rms_slope = 1e6", "rms_slope = 1000000.0"),
+        (SPECTRUM + "rms_slope = 1e-300", "rms_slope = 1e-300"),
+        (SPECTRUM + "rms_height = 1e6", "rms_height = 1000000.0"),
+        (SPECTRUM + "rms_height = 1e-300", "rms_height = 1e-300"),
+        ('kind = "sine"\namplitude = 1e6\nwaves = [1, 0]', "amplitude = 1000000.0"),
+        ('kind = "sine"\namplitude = 0.1\nwaves = [13, 0]', "waves = [13, 0]"),
+        ('kind = "sine"\namplitude = 0.1\nwaves = [1.5, 0]', "waves = [1.5, 0]"),
+        ('kind = "sphere"\nradius = 1e-3', "radius = 0.001"),
+        ('kind = "sphere"\nradius = 1e-320', "radius = 1e-320"),
+        ('kind = "cylinder"\nradius = 1e-3', "radius = 0.001"),
+        ('kind = "punch"\nflat_radius = 100.0\nedge_radius = 3.0', "flat_radius = 100.0"),
+        ('kind = "punch"\nflat_radius = 3.0\nedge_radius = 1e-3', "edge_radius = 0.001"),
+        ('kind = "file"\npath = "flat.npy"', 'path = "flat.npy"'),
+        ('kind = "file"\npath = "huge.npy"', 'path = "huge.npy"'),
+    ],
+)
+def test_a_fault_of_a_surface_is_at_the_key_that_is_wrong(small: Path, surface: str, key: str) -> None:
+    """Whatever made a slope impossible, "kind" was blamed for it."""
+    rough = np.random.default_rng(1).normal(size=(24, 30))
+    for name, factor in (("flat", 0.0), ("huge", 1e200)):
+        np.save(small.parent / f"{name}.npy", factor * rough)
+    message = surface_faults(small, surface)
+    assert f"surface.{key}\n" in message
+    assert message.count("allowed:") == 1
 
 
 def test_a_range_of_targets_is_the_list_of_its_values(tmp_path: Path) -> None:

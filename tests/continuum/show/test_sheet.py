@@ -26,6 +26,7 @@ def test_every_form_holds_every_cell(rows: list[tuple[str | float | int | None, 
     sheet = Sheet.of("a title", [Column(f"c{i}", "a0" if i else "") for i in range(width)], rows, "a note")
     assert sheet.text().startswith("a title\n")
     assert sheet.text().endswith("a note")
+    assert f"{sheet}" == str(sheet) == sheet.text()
     assert sheet.html().count("<tr>") == len(rows) + 1
     assert sheet.html().count("<td>") == len(rows) * width
     back = list(csv.reader(io.StringIO(sheet.csv())))
