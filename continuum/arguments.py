@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from continuum.errors import InputError
 
 __all__ = [
-    "ArgumentError", "array", "choice", "count", "field", "file_name", "flag", "instance", "number", "pair", "texts",
+    "ArgumentError", "array", "choice", "count", "field", "file_name", "flag", "function", "instance", "number", "pair",
+    "several", "texts",
 ]  # fmt: skip
 
 _Choice = TypeVar("_Choice", bound=str)
@@ -234,3 +235,30 @@ def _short(value: object) -> str:
         return f"an array of {value.dtype}, shape {value.shape}"
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def several(name: str, value: Any, *, longest: int = 10_000, **bounds: float | None) -> tuple[float, ...]:
+    """Finite numbers in a list, at least one, each within the bounds of :func:`number`.
+
+    Raises
+    ------
+    ArgumentError
+        If it is something else, or there are more than ``longest``.
+    """
+    values = value.tolist() if isinstance(value, np.ndarray) else value
+    if isinstance(values, str | bytes) or not isinstance(values, Sequence) or not 1 <= len(values) <= longest:
+        raise ArgumentError(name, value, f"a list of 1 to {longest} finite numbers")
+    return tuple(number(f"{name}[{i}]", each, **bounds) for i, each in enumerate(values))
+
+
+def function(name: str, value: Any) -> Any:
+    """Something that can be called.
+
+    Raises
+    ------
+    ArgumentError
+        If it cannot.
+    """
+    if not callable(value):
+        raise ArgumentError(name, value, "a function")
+    return value

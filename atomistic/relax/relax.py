@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from atomistic.config import AtomsSolverTable, DeckConfig, Steps, TopographySurface, Windows, kelvin
+from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
@@ -25,15 +26,18 @@ from atomistic.lammps.motion import largest_timestep, thermal_energy
 from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckResult, DeckStatus, LammpsError, distortion
 from atomistic.lammps.session import Session
-from atomistic.lammps.shape import Shape
+from atomistic.lammps.shape import Shape, misfit
+from atomistic.relax.limits import require_motion, require_steps
 from atomistic.relax.shapes import shape_notes, shape_under
-from atomistic.relax.specimen import Specimen, specimen_of
+from atomistic.relax.specimen import Specimen, specimen_under
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
+from continuum.arguments import ArgumentError
 from continuum.errors import InputError
 from continuum.files.tables import Fault, refuse
-from continuum.model.grid import Real
+from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
+from continuum.model.resolution import check_slope
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.path import loading
@@ -72,30 +76,38 @@ def deck_of(config: DeckConfig) -> Deck:
     ------
     continuum.solve.smooth.NotConvergedError
         If the lattice model has no equilibrium at its first step, or at one of its pressures.
-    ConfigError, PotentialError, LammpsError
+    ConfigError
+        If its parts do not fit one another, or its numbers are not those of a crystal under a wall.
+    PotentialError, LammpsError
         See :func:`~atomistic.relax.specimen.specimen_of`.
     """
-    specimen = specimen_of(config)
-    try:
-        heights, notes = _heights(config, specimen)
-    except (ValueError, OSError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise refuse(config, Fault(("surface",), str(error))) from error
     try:
         wall = config.wall.build()
+        native_law(wall)
     except (ValueError, OSError) as error:
         raise refuse(config, Fault(("wall",), str(error))) from error
+    model = model_of(config.interatomic.potential())
+    require_motion(config, model)  # as `check` does
+    grid, steps = Grid.square(config.slab.n), config.steps()
+    try:
+        heights, notes = _heights(config, grid, model)
+        if (slope := moments(grid, heights).rms_slope) > 0:  # a flat wall is one, too
+            check_slope(slope)
+    except (ValueError, OSError) as error:
+        if isinstance(error, InputError) and not isinstance(error, ArgumentError):
+            raise
+        raise refuse(config, Fault(("surface",), str(error))) from error
+    require_steps(steps, Slab.of_depth(grid, config.slab.depth, model.reach), model, wall, heights, config)
     shape = shape_under(config, heights)
-    made = _started(specimen, wall, heights, config.steps(), config.solver, shape)
+    made = _started(specimen_under(config, model), wall, heights, steps, config.solver, shape)
     return replace(made, notes=notes + shape_notes(shape))
 
 
-def _heights(config: DeckConfig, specimen: Specimen) -> tuple[Real, tuple[str, ...]]:
+def _heights(config: DeckConfig, grid: Grid, model: Model) -> tuple[Real, tuple[str, ...]]:
     """Of the wall, in a0, and where they come from."""
-    surface, real = config.surface, specimen.model.real_units
+    surface, real = config.surface, model.real_units
     if not isinstance(surface, TopographySurface):
-        return surface.build(specimen.slab.grid), ()
+        return surface.build(grid), ()
     if real is None and surface.spacing is not None:
         a0 = parse(surface.spacing, "length")
     elif real is not None and surface.spacing is None:
@@ -112,7 +124,6 @@ def _started(
 ) -> Deck:
     """A deck that starts from the lattice solution of its first step."""
     slab, response = specimen.slab, specimen.response
-    native_law(wall)  # refused before anything is solved
     slope = moments(slab.grid, heights).rms_slope
     scale = slope or 1.0  # a flat wall
     problem = ContactProblem(slab.grid, wall, heights, response)
@@ -146,7 +157,8 @@ def _motion(windows: Windows, model: Model, wall: Wall) -> Motion:
     if isinstance(temperature, str):
         temperature = thermal_energy(kelvin(temperature), model.real_units)
     return Motion(
-        windows.separations, windows.offsets, windows.duration, temperature, windows.layers, windows.damping,
+        windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
+        windows.damping,
         windows.seed, largest_timestep(model, wall), windows.along,
     )  # fmt: skip
 
@@ -170,13 +182,21 @@ def deck_under(
 
     Raises
     ------
-    ValueError, TypeError
-        If the grid has not one point for each atom, or the deck has no formula for the law.
+    ArgumentError, ConfigError, TypeError
+        If the grid has not one point for each atom, the deck has no formula for the law, or the steps are not those of
+        a crystal under this wall.
     NotConvergedError, PotentialError, LammpsError
         As :func:`deck_of`.
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
-    specimen = Specimen.of_model(model_of(model or Springs()), grid, max(grid.lengths) if depth is None else depth)
+    native_law(wall)  # refused before anything is measured
+    if shape is not None and (apart := misfit(shape, heights)):
+        raise ArgumentError("follows", shape, f"a shape of the heights of the contact, not of others by {apart:.2g} a0")
+    if shape is None and steps.windows is not None and any(steps.windows.offsets):
+        raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
+    model, depth = model_of(model or Springs()), max(grid.lengths) if depth is None else depth
+    require_steps(steps, Slab.of_depth(grid, depth, model.reach), model, wall, heights)
+    specimen = Specimen.of_model(model, grid, depth)
     return replace(_started(specimen, wall, heights, steps, AtomsSolverTable(), shape), notes=shape_notes(shape))
 
 
@@ -287,6 +307,8 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
         # An unconverged contact only makes a worse iterate: the forces judge it.
         gap = loading.solve(problem, "separation", separation, settings, start=gap).gap
+        if not np.isfinite(gap).all():
+            break
         u = lattice_start(response, wall, gap)
         u[:mobile] += w
     return Iterated(best, tuple(largest), min(largest) <= deck.tolerance / 2)

@@ -8,14 +8,20 @@ from functools import lru_cache
 from atomistic.config import DeckConfig, ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Springs
+from atomistic.crystal.potentials import PotentialError
 from atomistic.response.cache import default_folder, response_key, stored_response
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
+from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
 from continuum.files.tables import Fault, refuse
 from continuum.model.grid import Grid
+from continuum.runs.build import physical_memory
 
-__all__ = ["Specimen", "specimen_of"]
+__all__ = ["BYTES", "BYTES_PER_ATOM", "Specimen", "specimen_of", "specimen_under"]
+
+BYTES, BYTES_PER_ATOM = 2.5e8, 1600
+"""Memory of a process: what the libraries take, and about what each atom takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +43,14 @@ class Specimen:
         Raises
         ------
         ValueError
-            If forces reach further than the slab.
+            If forces reach further than the slab, or it does not fit into memory.
         """
         slab = Slab.of_depth(grid, depth, model.reach)
         require_room(slab, model)
+        needed, available = BYTES + BYTES_PER_ATOM * slab.size, physical_memory()
+        if needed > available:
+            allowed = f"a slab that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
+            raise ArgumentError("depth", depth, allowed)
         if isinstance(model, Springs):
             return cls(model, LatticeResponse.of_springs(slab, model))
         return cls(model, stored_response(slab, model, default_folder()))
@@ -70,21 +80,33 @@ class Specimen:
 
 
 @lru_cache(maxsize=1)
-def specimen_of(config: ValidateConfig | DeckConfig) -> Specimen:
+def specimen_of(config: ValidateConfig) -> Specimen:
     """The substrate of an input.
 
     Raises
     ------
     ConfigError
-        If forces reach further than its slab.
+        If forces reach further than its slab, or it does not fit into memory.
     PotentialError
         If the crystal of the potential is not a stable fcc one.
     LammpsError
         If LAMMPS fails.
     """
-    model = model_of(config.interatomic.potential())
+    return specimen_under(config, model_of(config.interatomic.potential()))
+
+
+def specimen_under(config: ValidateConfig | DeckConfig, model: Model) -> Specimen:
+    """The slab of an input, of a crystal that has been measured.
+
+    Raises
+    ------
+    ConfigError, PotentialError, LammpsError
+        As :func:`specimen_of`.
+    """
     try:
         return Specimen.of_model(model, Grid.square(config.slab.n), config.slab.depth)
     except ValueError as error:
+        if isinstance(error, PotentialError):
+            raise
         cause = "a cell made for springs, which reach one layer only"
         raise refuse(config, Fault(("slab",), str(error), cause)) from None

@@ -254,8 +254,9 @@ def test_an_array_slides_in_this_process(tmp_path):
         ({"temperature": "300K"}, "this crystal has no size"),
         ({"temperature": -1.0}, "zero or more"),
         ({"separations": [1.0, 1.0]}, "another one each time"),
-        ({"window": 1e-7}, "at most 10000 windows"),
-        ({"thermostat_layers": 40}, "less layers than move"),
+        ({"window": 1e-7}, "greater than or equal to 1"),
+        ({"separations": [100.0, 0.0], "velocity": 1e-4}, "at most 10000 windows"),
+        ({"thermostat_layers": 40}, "fewer than the layers that move"),
         ({"kind": "sliding", "separation": 1.0, "distance": 1.0}, "cannot slide"),
     ],
 )

@@ -263,14 +263,13 @@ def test_the_estimate_of_the_cost_is_honest(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", sorted(Path("inputs/sweep").glob("*.toml")), ids=lambda path: path.stem)
 def test_the_estimate_holds_for_the_systems_of_the_sweeps(path: Path, tmp_path: Path) -> None:
     """Their sum over some systems of a reduced sweep; single ones beside an instability take more."""
-    configs = [config for _, config in Sweep.read(path, reduced=True).systems()]
+    # Every seventh system; of these a dozen where there are more, and no more than two minutes of a core.
+    configs = [config for _, config in list(Sweep.read(path, reduced=True).systems())[::7]]
     np.random.default_rng(1).shuffle(configs)
-    costs = [cost_of(config) for config in configs]
-    # Half a minute of a core for each sweep, but two systems at least, where it has as many.
+    costs = [cost_of(config) for config in configs[:12]]
     work = np.cumsum([float(cost.fft_pairs) * cost.size for cost in costs])
-    sample = slice(max(2, int(np.searchsorted(work, 1e9))))
-    expected = np.array([float(cost.fft_pairs) for cost in costs[sample]])
-    ratios = [sums_to(config, tmp_path / str(i)) for i, config in enumerate(configs[sample])]
+    expected = np.array([float(cost.fft_pairs) for cost in costs])[work - work[0] < 4e9]
+    ratios = [sums_to(config, tmp_path / str(i)) for i, config in enumerate(configs[: expected.size])]
     assert expected.sum() / 2 < (expected * ratios).sum() < 2 * expected.sum()
 
 
