@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
+import numpy as np
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
@@ -175,14 +176,15 @@ class _ProtocolOnly(Document):
 
 
 def steps_of(protocol: Mapping[str, Any]) -> Steps:
-    """What a table [protocol] does.
+    """What a table [protocol] does; its numbers may be NumPy's.
 
     Raises
     ------
     ConfigError
         With all faults of the table.
     """
-    source = Source(Path("protocol"), "", {"protocol": dict(protocol)}, {})
+    plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
+    source = Source(Path("protocol"), "", {"protocol": plain}, {})
     return Steps.of(parsed(source, _ProtocolOnly).protocol)
 
 

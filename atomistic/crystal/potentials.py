@@ -133,11 +133,12 @@ class EmbeddedAtom:
         """Check names and numbers: style and element enter a script."""
         choice("style", self.style, ("eam", "eam/alloy", "eam/fs"))
         _check_element(self.element)
-        for name in ("mass", "cutoff"):
-            number(name, getattr(self, name), above=0)
+        for key in ("mass", "cutoff"):
+            number(key, getattr(self, key), above=0)
         number("guess", self.guess, least=0)
-        instance("comment", self.comment, str, "what the file says of itself, a text")
-        instance("name", self.name, str, "the name of the file, a text")
+        for key in ("comment", "name"):
+            if not isinstance(text := getattr(self, key), str) or not text.isprintable():
+                raise ArgumentError(key, text, "a printable text of one line, which stands in records of results")
         instance("content", self.content, bytes, "the content of the file, as bytes")
 
     @classmethod
@@ -176,7 +177,8 @@ class EmbeddedAtom:
             msg = f"{path} holds the elements {', '.join(table.elements)}: {given}"
             raise PotentialError(msg)
         header = table.elements[element]
-        return cls(table.style, element, header.mass, table.cutoff, header.volume, table.comment, path.name, content)
+        name = "".join(c for c in path.name if c.isprintable())
+        return cls(table.style, element, header.mass, table.cutoff, header.volume, table.comment, name, content)
 
     @property
     def force_range(self) -> float:

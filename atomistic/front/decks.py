@@ -104,7 +104,7 @@ def deck(
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
         others = {"model": model, **steps, "depth": depth, "follows": follows}
-        _require_nothing_else([name for name, value in others.items() if value is not None])
+        _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
         config = contact if isinstance(contact, DeckConfig) else load(file_name("contact", contact), DeckConfig)
         return Deck(**vars(deck_of(config)))
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
@@ -121,13 +121,12 @@ def deck(
     return Deck(**vars(deck_under(contact.problem, model, _steps(**steps), depth, shape)))
 
 
-def _require_nothing_else(names: list[str]) -> None:
+def _require_nothing_else(contact: object, names: list[str]) -> None:
     """An input file says all that is said of its deck: what is given beside it would be ignored."""
     if names:
         said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
-        msg = (
-            f"{said}: given beside an input file, which says this itself: change it there, or give a continuum.Contact"
-        )
+        file = "an input" if isinstance(contact, DeckConfig) else f"the input file {str(contact)!r}"
+        msg = f"contact is {file}, which says all else itself: leave out {said}, or change the file"
         raise TypeError(msg)
 
 

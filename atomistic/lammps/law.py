@@ -59,7 +59,7 @@ def native_law(wall: Wall) -> NativeLaw:
         if wall.law is None
         else "it has no formula in LAMMPS' language"
     )
-    msg = f"a {type(wall).__name__} cannot act in a deck: {cause}"
+    msg = f"the wall law {type(wall).__name__} cannot act in a deck: {cause}"
     raise TypeError(msg)
 
 

@@ -105,7 +105,7 @@ class Newcomer(Exponential):
 
 def test_a_new_law_is_written_and_read_by_its_line_in_one_table(tmp_path, monkeypatch):
     wall = Newcomer(0.01, 0.2, 3.0)
-    with pytest.raises(TypeError, match="a Newcomer cannot act in a deck"):
+    with pytest.raises(TypeError, match="the wall law Newcomer cannot act in a deck"):
         native_law(wall)
     monkeypatch.setitem(LAWS, Newcomer, LAWS[Exponential])
     run_in_process(write_deck(tmp_path / "new", spread(wall)))
