@@ -172,7 +172,7 @@ class VelocityTable(_MotionTable):
         if any(a == b for a, b in pairwise(self.separations)):
             yield Fault(("separations",), "another one each time", "a wall at rest: hold")
         elif way / self.velocity / self.window > LARGEST:
-            yield Fault(("window",), f"at most {LARGEST} windows on the way along the separations")
+            yield Fault(("window",), f"at most {LARGEST} windows on the way along the separations at this velocity")
         elif any(abs(b - a) / self.velocity < SHORTEST for a, b in pairwise(self.separations)):
             yield Fault(("separations",), f"apart by at least velocity x {SHORTEST:g}, the shortest window")
 
@@ -197,7 +197,7 @@ class SlidingTable(_MotionTable):
     @check
     def _lasts(self) -> Iterator[Fault]:
         if self.distance / self.velocity / self.window > LARGEST:
-            yield Fault(("window",), f"at most {LARGEST} windows on the way, distance/velocity")
+            yield Fault(("window",), f"at most {LARGEST} windows over the distance at this velocity")
         elif self.distance / self.velocity < SHORTEST:
             yield Fault(("distance",), f"at least velocity x {SHORTEST:g}, the shortest window")
 

@@ -52,8 +52,8 @@ class Slab:
         shape = tuple(count("shape", n, 3) for n in pair("shape", self.shape))
         mobile, frozen = count("mobile", self.mobile), count("frozen", self.frozen)
         if shape[0] * shape[1] * (mobile + frozen) > _MOST_ATOMS:
-            layers = f"a slab of at most {_MOST_ATOMS} atoms, with {mobile} mobile and {frozen} frozen layers"
-            raise ArgumentError("shape", shape, layers)
+            layers = f"{mobile} mobile layers, as its depth asks for, and {frozen} frozen"
+            raise ArgumentError("shape", shape, f"a slab of at most {_MOST_ATOMS} atoms; this one has {layers}")
         for name, value in (("shape", shape), ("mobile", mobile), ("frozen", frozen)):
             object.__setattr__(self, name, value)
 
@@ -150,7 +150,7 @@ class Slab:
             at = at + field("displacements", displacements, (self.layers, *self.shape, 3))
         if not isinstance(symbol, str) or symbol not in ase.data.chemical_symbols:
             raise ArgumentError("symbol", symbol, 'a chemical symbol, or "X" for none')
-        number("spacing", spacing, above=0)
+        number("spacing", spacing, above=0, most=1e12)
         layer = np.repeat(np.arange(self.layers), self.shape[0] * self.shape[1])
         return ase.Atoms(
             [symbol] * self.size,

@@ -264,7 +264,8 @@ class LennardJones:
         choice("truncation", self.truncation, ("smooth/linear", "smooth", "mdf"))
         number("cutoff", self.cutoff, least=1.2, most=10)
         if self.truncation != "smooth/linear":
-            number("inner", self.inner, least=1, below=self.cutoff)
+            if number("inner", self.inner, least=1) >= self.cutoff:
+                raise ArgumentError("inner", self.inner, f"less than the cutoff, {self.cutoff:g}")
         elif self.inner is not None:
             raise ArgumentError("inner", self.inner, 'nothing but with truncation="smooth" or "mdf"')
 

@@ -173,7 +173,7 @@ class EmbeddedAtom:
         if element is None and len(table.elements) == 1:
             element = next(iter(table.elements))
         if element not in table.elements:
-            given = "none was named" if element is None else f"{element!r} is not among them"
+            given = "no element was named" if element is None else f"the element {element!r} is not among them"
             msg = f"{path} holds the elements {', '.join(table.elements)}: {given}"
             raise PotentialError(msg)
         header = table.elements[element]

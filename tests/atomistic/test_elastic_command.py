@@ -60,7 +60,7 @@ def test_other_tables_of_an_input_do_not_matter(capsys, tmp_path):
         ('kind = "eam"\nfile = 3', "the name of a potential file"),
         ('kind = "eam"\nfile = "SiC.tersoff"', "is no potential of pair_style eam"),
         ('kind = "eam"\nfile = "Ni_u3.eam"\nelement = "Cu"', "holds the elements Ni: 'Cu' is not among them"),
-        ('kind = "eam"\nfile = "CuNi.eam.alloy"', "holds the elements Ni, Cu: none was named"),
+        ('kind = "eam"\nfile = "CuNi.eam.alloy"', "holds the elements Ni, Cu: no element was named"),
         ('kind = "eam"\nfile = "Ni_u3.eam"\nelement = "Ni; shell ls"', "text of this form"),
         ('kind = "eam"\nfile = "Fe_mm.eam.fs"', "not fcc at its minimum: bcc"),
     ],

@@ -105,9 +105,9 @@ def test_numbers_that_are_none_and_files_cut_short_are_refused(tmp_path):
 
 def test_an_element_that_is_not_there_is_refused():
     path = find_potential("CuNi.eam.alloy")
-    with pytest.raises(PotentialError, match="holds the elements Ni, Cu: 'Al' is not among them"):
+    with pytest.raises(PotentialError, match="holds the elements Ni, Cu: the element 'Al' is not among them"):
         EmbeddedAtom.read(path, "Al")
-    with pytest.raises(PotentialError, match="none was named"):
+    with pytest.raises(PotentialError, match="no element was named"):
         EmbeddedAtom.read(path)
 
 
