@@ -10,7 +10,6 @@ import atomistic.ladder.validate
 from atomistic.config import (
     DeckConfig,
     ElasticConfig,
-    Steps,
     ValidateConfig,
 )
 from atomistic.crystal.elastic import ContactModulus
@@ -19,7 +18,7 @@ from atomistic.ladder.validate import Progress
 from atomistic.lammps.doctor import Doctor
 from atomistic.lammps.doctor import doctor as look
 from atomistic.lammps.engine import command_words
-from atomistic.relax.limits import require_motion
+from atomistic.relax.decks import parts_of
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
@@ -194,7 +193,7 @@ def check(file: str | Path) -> Sheet:
     ArgumentError, ConfigError
         If that is no name of a file; with all faults of the file.
     PotentialError, LammpsError
-        If the crystal of a motion has to be measured, and that fails: its temperature may be in kelvin.
+        If the crystal of a deck, which is measured, is no stable fcc one, or LAMMPS fails.
     """
     from atomistic.ladder.cost import cost_of_deck, cost_of_validation
 
@@ -203,8 +202,7 @@ def check(file: str | Path) -> Sheet:
         cost, kind = cost_of_validation(load(file, ValidateConfig)), "atomistic validate"
     elif "wall" in tables or "surface" in tables:
         config = load(file, DeckConfig)
-        if config.protocol is not None and Steps.of(config.protocol).windows is not None:
-            require_motion(config, model_of(config.interatomic.potential()))
+        parts_of(config)
         cost, kind = cost_of_deck(config), "atomistic deck"
     else:
         load(file, ElasticConfig)

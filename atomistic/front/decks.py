@@ -15,7 +15,7 @@ from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.deckrun import ContinuumStep, read_run
-from atomistic.relax.relax import deck_of, deck_under
+from atomistic.relax.decks import deck_of, deck_under
 from continuum.arguments import ArgumentError, choice, file_name, flag, function, instance, number, several
 from continuum.files.inputs import load
 from continuum.front.contact import Contact

@@ -17,7 +17,7 @@ from continuum.files.toml import Source
 from continuum.model.grid import Real
 from continuum.model.walls import Wall
 
-__all__ = ["FARTHEST", "require_motion", "require_steps", "scale_of"]
+__all__ = ["FARTHEST", "require_steps", "scale_of"]
 
 FARTHEST = 100.0
 """Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""
@@ -32,23 +32,6 @@ def scale_of(model: Model) -> Scale | None:
         return None
     mass = model.mass * scipy.constants.atomic_mass
     return Scale(1 / thermal_energy(1.0, real), float((real.si("energy") / mass) ** 0.5))
-
-
-def require_motion(config: DeckConfig, model: Model) -> None:
-    """Refuse an input whose wall is faster, or whose atoms are warmer, than its crystal stands.
-
-    Raises
-    ------
-    ConfigError
-        With both faults.
-    """
-    windows = config.steps().windows
-    if windows is None:
-        return
-    found = beyond_physics(windows.temperature, windows.velocity, scale_of(model))
-    faults = [replace(fault, key=("protocol", *fault.key)) for fault in found]
-    if faults:
-        raise refuse(config, *faults)
 
 
 def require_steps(

@@ -46,7 +46,7 @@ def accept(*_: object, **__: object) -> None:
 
 @pytest.fixture(autouse=True)
 def nothing_expensive(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("atomistic.relax.specimen.Specimen.of_model", accept)
+    monkeypatch.setattr("atomistic.relax.specimen.Specimen.of_slab", accept)
     monkeypatch.setattr("atomistic.front.commands.model_of", accept)
     monkeypatch.setattr("atomistic.ladder.validate.validate", accept)
     monkeypatch.setattr("atomistic.lammps.engine.run_in_process", accept)
