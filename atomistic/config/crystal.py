@@ -47,7 +47,7 @@ class LennardJonesTable(Table):
             self.potential()
         except ArgumentError as error:
             cause = "a length in other units than sigma, or a key of another truncation"
-            yield Fault((error.name,), error.allowed, cause)
+            yield Fault((error.name,), f"{error.allowed}, in sigma", cause)
 
     def potential(self) -> Potential:
         """As a potential."""
