@@ -181,7 +181,8 @@ def file_name(name: str, value: Any) -> Path:
     except (FileNotFoundError, NotADirectoryError, PermissionError):
         pass
     except (OSError, ValueError, TypeError) as error:  # far too long; with a NUL; of bytes
-        raise ArgumentError(name, value, f"the name of a file ({getattr(error, 'strerror', None) or error})") from None
+        why = getattr(error, "strerror", None) or error
+        raise ArgumentError(name, os.fspath(value), f"the name of a file ({why})") from None
     return path
 
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from continuum.options import completion, parser, until_stopped
+from continuum.options import as_options, completion, parser, until_stopped
 
 if TYPE_CHECKING:
     from continuum.front.commands import Prediction
@@ -233,15 +233,20 @@ def _predict(parsed: argparse.Namespace) -> int:
 
 def _predicted(parsed: argparse.Namespace, files: Sequence[Path], part: Sequence[str] | None = None) -> Prediction:
     from continuum.front.commands import predict
+    from continuum.sticky.materials import InterfaceError
+    from continuum.sticky.topography import TopographyError
 
-    return predict(
-        *files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=part or parsed.part,
-        periodic=parsed.periodic, override_size=parsed.override_size,
-        detrend=parsed.detrend, fill=parsed.fill, crop=parsed.crop, cutoff=parsed.cutoff,
-        material=parsed.material, modulus=parsed.modulus,
-        poisson=parsed.poisson, contact_modulus=parsed.estar, work=parsed.work, range=parsed.range,
-        spacing=parsed.spacing,
-    )  # fmt: skip
+    try:
+        return predict(
+            *files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=part or parsed.part,
+            periodic=parsed.periodic, override_size=parsed.override_size,
+            detrend=parsed.detrend, fill=parsed.fill, crop=parsed.crop, cutoff=parsed.cutoff,
+            material=parsed.material, modulus=parsed.modulus,
+            poisson=parsed.poisson, contact_modulus=parsed.estar, work=parsed.work, range=parsed.range,
+            spacing=parsed.spacing,
+        )  # fmt: skip
+    except (TopographyError, InterfaceError) as error:
+        raise type(error)(as_options(str(error), vars(parsed))) from error
 
 
 def _planned(found: Prediction) -> str:
@@ -286,7 +291,7 @@ def _predict_each(parsed: argparse.Namespace) -> int:
 def _contacts(parsed: argparse.Namespace) -> Iterator[tuple[Path, str | None]]:
     """Each file, and of a container each measurement, unless one is chosen."""
     from continuum.errors import InputError
-    from continuum.sticky.reading import measurements
+    from continuum.sticky.instruments import measurements
 
     for path in parsed.files:
         try:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from continuum.errors import EXIT_CODES, InputError
 
 __all__ = [
-    "FORMATS", "KINDS", "add_common", "add_format", "add_init", "at_least_one", "completion", "exit_codes", "parser",
-    "until_stopped",
+    "FORMATS", "KINDS", "add_common", "add_format", "add_init", "as_options", "at_least_one", "completion",
+    "exit_codes", "parser", "until_stopped",
 ]  # fmt: skip
 
 FORMATS = ("png", "pdf", "svg")
@@ -31,6 +32,16 @@ def until_stopped(command: Callable[[], int]) -> int:
     except KeyboardInterrupt:
         sys.stderr.write("stopped; nothing was done\n")
         return 1
+
+
+def as_options(message: str, known: Container[str]) -> str:
+    """A message in which arguments stand in backticks, with the options of the command in their place."""
+
+    def option(found: re.Match[str]) -> str:
+        name = "estar" if found[1] == "contact_modulus" else found[1]
+        return f"--{name.replace('_', '-')}" if name in known else found[0]
+
+    return re.sub(r"`(\w+)`", option, message)
 
 
 def add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser], kinds: Sequence[str]) -> None:

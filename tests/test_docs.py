@@ -17,6 +17,12 @@ import pytest
 
 import atomistic.cli
 import continuum.options
+from continuum.measure.outline import outline
+from continuum.model.grid import Grid
+from continuum.model.resolution import LARGEST_SLOPE, POINTS, SMALL_SLOPE
+from continuum.runs import cost
+from continuum.runs.tables import LARGEST_N
+from continuum.sticky.record import recorded
 
 ROOT = Path(__file__).parent.parent
 PAGES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in (ROOT / "docs").rglob("*.md")
@@ -58,6 +64,31 @@ def test_every_command_and_option_named_exists(page: str) -> None:
             continue  # it has sub-commands, each with options of its own
         options = {word.split("=")[0] for word in words if word.startswith("--")}
         assert options <= known[program, command], line
+
+
+def test_the_glossary_has_the_mean_diameter_of_the_paper() -> None:
+    """A_rep = P d_rep/π, above Eq. (4): of a disc the mean chord, π/4 of its diameter, where 4 A/P is the diameter."""
+    entry = re.search(r"\| d_rep \| .*?(\w+) A/P", PAGES["docs/glossary.md"])
+    assert entry is not None
+    factor = {"π": np.pi}.get(entry[1]) or float(entry[1])
+    grid, radius = Grid.square(256), 100.0
+    x, y = (position - 128 for position in grid.positions)
+    disc = outline(grid, x**2 + y**2 < radius**2)
+    # The outline is known to one cell in the diameter, on each side.
+    assert factor * disc.area / disc.perimeter("edges") == pytest.approx(disc.diameter("edges"), rel=1e-12)
+    assert factor * disc.area / disc.perimeter("edges") == pytest.approx(np.pi / 2 * radius, rel=1 / radius)
+
+
+def test_the_numbers_of_the_limits_are_those_of_the_code() -> None:
+    surfaces = {(s.contact.rms_height, s.contact.rms_curvature, s.contact.roll_off) for s in recorded()}
+    for said in (
+        f"slopes above {SMALL_SLOPE:g} (a warning), above {LARGEST_SLOPE:g} (refused)",
+        f"waves of fewer than {POINTS} points",
+        f"{LARGEST_N} points along a side",
+        f"{cost._BYTES_PER_POINT} are reckoned with",
+        f"{len(recorded())} contacts of {len(surfaces)} surfaces",
+    ):
+        assert said in PAGES["docs/limits.md"], said
 
 
 class Told(NamedTuple):

@@ -66,6 +66,7 @@ def read_text(path: Path) -> Real:
             warnings.simplefilter("ignore", UserWarning)  # an empty file: its shape says it
             values: Real = np.loadtxt(path, dtype=np.float64, delimiter=delimiter, ndmin=2, encoding="utf-8-sig")
     except ValueError as error:
-        msg = f"{path} is not a table of numbers with a point as decimal mark ({error})"
+        why = str(error).partition("; use `usecols`")[0]  # of a function that the reader did not call
+        msg = f"{path} is not a table of numbers with a point as decimal mark ({why})"
         raise ValueError(msg) from error
     return values

@@ -6,12 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
+
+from numpy.typing import ArrayLike
 
 import continuum.runs.analysis
 import continuum.runs.result
 import continuum.sticky.predict
-from continuum.errors import InputError
+from continuum.arguments import choice, count, file_name, flag
 from continuum.files.inputs import load
 from continuum.files.tables import identity
 from continuum.runs.build import System, build
@@ -20,6 +22,7 @@ from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import Progress
 from continuum.runs.run import run as follow_run
 from continuum.show.sheet import Column, Sheet
+from continuum.solve.solution import MOST_THREADS
 
 if TYPE_CHECKING:
     from continuum.sticky.materials import Interface
@@ -221,8 +224,10 @@ def analyse(result: str | Path) -> Analysis:
     ------
     StoreError
         If the file is no run.
+    ArgumentError
+        If it is no name of a file.
     """
-    return Result.read(result).analyse()
+    return Result.read(file_name("result", result)).analyse()
 
 
 def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
@@ -232,25 +237,29 @@ def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
     ------
     StoreError
         If the file is no run.
+    ArgumentError
+        If one of them is no name of a file or folder.
     """
-    return Result.read(result).plot(None if folder is None else Path(folder))
+    path = file_name("result", result)
+    into = None if folder is None else file_name("folder", folder)
+    return Result.read(path).plot(into)
 
 
 def predict(
-    *files: str | Path,
-    size: Sequence[str] | None = None,
-    unit: Sequence[str] | None = None,
-    dataset: Sequence[str] | None = None,
-    part: Sequence[str] | None = None,
+    *maps: str | Path | ArrayLike,
+    size: str | Sequence[str] | None = None,
+    unit: str | Sequence[str] | None = None,
+    dataset: str | Sequence[str] | None = None,
+    part: str | Sequence[str] | None = None,
     periodic: bool = False,
     override_size: bool = False,
     detrend: Detrending | None = None,
-    fill: str | None = None,
+    fill: str | float | None = None,
     crop: str | None = None,
     cutoff: str | None = None,
-    material: Sequence[str] = (),
-    modulus: Sequence[str] = (),
-    poisson: Sequence[str] = (),
+    material: str | Sequence[str] = (),
+    modulus: str | Sequence[str] = (),
+    poisson: str | float | Sequence[str | float] = (),
     contact_modulus: str | None = None,
     work: str | None = None,
     range: str | None = None,
@@ -264,52 +273,63 @@ def predict(
 
     Parameters
     ----------
-    files : one topography, or two for two rough bodies.
-    size, unit, dataset, part, periodic, crop, override_size : see :func:`continuum.sticky.reading.read_all`.
-    detrend, fill, cutoff : see :func:`continuum.sticky.mending.prepare`; fill as ``"5%"``.
+    maps : one topography, or two for two rough bodies: names of files, or arrays of heights, shape (nx, ny), out of the
+        body.  Masked points of an array are missing ones; an array of one row or column is a line scan.
+    size : physical size, ``"10um"`` or ``"10um,12um"``, along the first index and the second; an array needs it, a file
+        only if it does not say.  Of two maps one text for both, or one for each, ``"-"`` as the file says.
+    unit : of the heights, like ``"nm"``; given as the size is.
+    dataset, part, periodic, crop, override_size : see :func:`continuum.sticky.reading.read_all`.
+    detrend, fill, cutoff : see :func:`continuum.sticky.mending.prepare`; fill as ``"5%"`` or 0.05.
     material, modulus, poisson : of one elastic body on a rigid one, or of two.
     contact_modulus : E*, instead.
     work, range : w and Δr, if not those of the material.
     spacing : of the atoms.
-    solve : whether to solve the contact of the map, too.
-    threads : of the solver.
+    solve, threads : whether to solve the contact of the map, too, and on how many threads.
 
     Raises
     ------
     TopographyError, InterfaceError
         If a map or the contact cannot be used.
+    ArgumentError
+        If an argument is of another type, such as a number where a text with its unit is asked for.
     """
-    from continuum.sticky import materials, mending, reading
+    from continuum.sticky import materials, mending, quantities, reading
 
-    maps = partial(
-        reading.read_all, [Path(file) for file in files], size=_several(size), unit=_several(unit),
-        dataset=_several(dataset), part=_several(part), periodic=periodic, crop=crop, fill=fill,
-        override_size=override_size,
-    )  # fmt: skip
-    interface = partial(
-        materials.read_interface, material=_several(material), modulus=_several(modulus), poisson=_several(poisson),
-        contact_modulus=contact_modulus, work=work, range=range, spacing=spacing,
-    )  # fmt: skip
-    read, contact = _both(maps, interface)
-    ready = [mending.prepare(one, detrend, fill=reading.share(fill) if fill else 0.0, cutoff=cutoff) for one in read]
+    _check_choices(detrend, solve, threads)
+    maps_of = partial(reading.read_all, maps, size=size, unit=unit, dataset=dataset, part=part, periodic=periodic,
+                      crop=crop, fill=fill, override_size=override_size)  # fmt: skip
+    contact_of = partial(materials.read_interface, material=material, modulus=modulus, poisson=poisson, work=work,
+                         contact_modulus=contact_modulus, range=range, spacing=spacing)  # fmt: skip
+    read, contact = _both(maps_of, contact_of)
+    share = quantities.share(fill)
+    ready = [mending.prepare(one, detrend, fill=share, cutoff=cutoff) for one in read]
     found = Prediction(**vars(continuum.sticky.predict.predict(ready, contact)))
     return found.solved(threads) if solve else found
 
 
-def _several(text: str | Sequence[str] | None) -> Sequence[str]:
-    return () if text is None else (text,) if isinstance(text, str) else text
+def _check_choices(detrend: Detrending | None, solve: bool, threads: int) -> None:
+    """Check what is used only after the maps were read."""
+    from continuum.sticky.mending import Detrending
+
+    if detrend is not None:
+        choice("detrend", detrend, get_args(Detrending))
+    flag("solve", solve)
+    count("threads", threads, 1, MOST_THREADS)
 
 
 def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]) -> tuple[list[Topography], Interface]:
     """Maps and contact, or the faults of both at once."""
+    from continuum.sticky.materials import InterfaceError
+    from continuum.sticky.topography import TopographyError
+
     try:
         read = maps()
-    except InputError as error:
+    except TopographyError as error:
         try:
             contact()
-        except InputError as other:
+        except InterfaceError as other:
             msg = f"{error}\n{other}"
-            raise type(error)(msg) from error
+            raise TopographyError(msg) from error
         raise
     return read, contact()
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
+from continuum.arguments import number
 from continuum.theory import paper, rough
 from continuum.theory.smooth import JKR, tabor_parameter
 
@@ -107,11 +106,11 @@ class RoughContact:
     kappa_rep: float = paper.KAPPA_REP
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
-        for name, value in vars(self).items():
-            if value is not None and not (np.isfinite(value) and value > 0):
-                msg = f"the {name.replace('_', ' ')} of a contact is a positive finite number, got {value}"
-                raise ValueError(msg)
+        """Check that all values that are known are positive and finite."""
+        optional = ("conformal_energy", "spacing", "roll_off")
+        for name, value in tuple(vars(self).items()):
+            if value is not None or name not in optional:
+                object.__setattr__(self, name, number(name, value, above=0))
 
     @property
     def adhesion_length(self) -> float:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 from scipy.signal.windows import tukey
 
+from continuum.arguments import choice, count, instance, number, pair
 from continuum.sticky.mending import detrend
 from continuum.sticky.topography import Topography, TopographyError, mirror
 from continuum.units import readable
 
-__all__ = ["Edges", "wall_of"]
+__all__ = ["MOST_POINTS", "Edges", "wall_of"]
 
 Edges = Literal["mirror", "window"]
 
+MOST_POINTS = 65536
+"""Points along a side of a wall, at most."""
 _FEWEST = 4
 """Pixels across a part: within fewer a cubic spline is one polynomial, whatever was measured."""
 _TAPER = 0.5
@@ -49,8 +52,13 @@ def wall_of(
     TopographyError
         If the part does not lie within the map, has too few of its pixels, or is a plane.
     """
-    if edges == "mirror" and n % 2:
-        msg = f"{topography.source}: mirrors need an even number of atoms along a side, got {n}"
+    instance("topography", topography, Topography)
+    spacing = number("spacing", spacing, above=0)
+    choice("edges", edges, get_args(Edges))
+    for fraction in pair("centre", centre):
+        number("centre", fraction, above=0, below=1)
+    if count("n", n, 1, MOST_POINTS) % 2 and edges == "mirror":
+        msg = f"{topography.source}: mirrors need an even number n of atoms along a side, got {n}"
         raise TopographyError(msg)
     points = n // 2 if edges == "mirror" else n
     level = detrend(_cut(topography, points, spacing, centre))
@@ -73,14 +81,14 @@ def _cut(topography: Topography, points: int, spacing: float, centre: tuple[floa
         size = " x ".join(readable(length, "length") for length in topography.lengths)
         msg = (
             f"{topography.source}: a part {readable(side, 'length')} wide about {centre} does not lie within the map, "
-            f"{size}: fewer atoms, another centre, or another map"
+            f"{size}: a smaller n or spacing, another centre, or another map"
         )
         raise TopographyError(msg)
     if any(side < _FEWEST * pixel[1] for pixel in pixels):
         widest = readable(max(pixel[1] for pixel in pixels), "length")
         msg = (
             f"{topography.source}: a part {readable(side, 'length')} wide has fewer than {_FEWEST} pixels of {widest}: "
-            "it holds no roughness that was measured; more atoms, or a finer map"
+            "it holds no roughness that was measured; a larger n or spacing, or a finer map"
         )
         raise TopographyError(msg)
     heights = RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])

@@ -15,11 +15,12 @@ import numpy as np
 from scipy.ndimage import binary_dilation, label
 
 from continuum import units
+from continuum.arguments import instance
 from continuum.model.grid import Real
 from continuum.sticky.mending import Detrending, background, cut_off, detrend, fill_outliers
 from continuum.sticky.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
 from continuum.sticky.scanlines import Mask, ScanLines, scan_lines, spikes
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.sticky.topography import FLAT, Topography, TopographyError
 
 __all__ = ["Directions", "Fault", "Findings", "directions", "find_faults"]
 
@@ -90,7 +91,7 @@ class Findings:
 
 def directions(topography: Topography) -> Directions:
     """Slopes and curvatures by direction, from differences of neighbouring heights."""
-    h, (dx, dy) = topography.heights, topography.grid.spacing
+    h, (dx, dy) = instance("topography", topography, Topography).heights, topography.grid.spacing
     sx, sy = np.diff(h, axis=0) / dx, np.diff(h, axis=1) / dy
     # In the middle of four points both are known.
     mx, my = (sx[:, 1:] + sx[:, :-1]) / 2, (sy[1:] + sy[:-1]) / 2
@@ -111,7 +112,7 @@ def find_faults(topography: Topography) -> Findings:
     ----------
     topography : as it is to be judged.
     """
-    lines = scan_lines(topography.heights)
+    lines = scan_lines(instance("topography", topography, Topography).heights)
     outside = spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2)
     marked, clean = lines.scars | outside, topography
     faults = _marks(lines, outside)
@@ -198,7 +199,10 @@ def _tilt(topography: Topography, lines: ScanLines) -> list[Fault]:
 def _bow(topography: Topography, lines: ScanLines) -> list[Fault]:
     """A paraboloid that carries most of what the plane leaves."""
     plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
-    share = (bowl - plane) / (float(np.var(topography.heights)) - plane)
+    whole = float(np.var(topography.heights))
+    left = whole - plane
+    # Of a plane nothing is left but rounding errors.
+    share = (bowl - plane) / left if left > FLAT * whole else 0.0
     if topography.periodic or share < BACKGROUND_SHARE:
         return []
     text = (

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from continuum.arguments import count, instance
 from continuum.model.grid import Real
 from continuum.sticky.linescan import BANDS_PER_DECADE, random_surface
 from continuum.sticky.mending import detrend
@@ -66,9 +67,12 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
     TopographyError
         If there is none, or their waves fill less than two bands.
     """
-    if not topographies:
-        msg = f"{source}: no measurement to join"
+    if not (isinstance(topographies, Sequence) and topographies):
+        msg = f"{source}: topographies: no measurement to join"
         raise TopographyError(msg)
+    for one in topographies:
+        instance("topographies", one, Topography)
+    count("seed", seed, 0)
     q, c, scatter = joined_spectrum(topographies)
     if q.size < 2:
         msg = f"{source}: too few waves to join: a map of at least 16 x 16 points has enough"

@@ -14,8 +14,9 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.signal import detrend, welch
 
+from continuum.arguments import ArgumentError, flag, number
 from continuum.model.grid import Grid, Real
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.sticky.topography import Topography, TopographyError, fault_of, heights_of
 
 __all__ = [
     "BANDS_PER_DECADE",
@@ -136,13 +137,15 @@ def isotropic_surface(
     TopographyError
         If there are too few points, or heights are missing or constant.
     """
-    lines = np.atleast_2d(np.asarray(lines, dtype=np.float64))
+    lines = np.atleast_2d(heights_of("lines", lines))
+    flag("periodic", periodic)
+    length = number("length", length, above=0)
+    if lines.ndim != 2 or not len(lines):
+        raise ArgumentError("lines", lines, "one profile, or several in rows")
     points = lines.shape[1]
-    if points < SHORTEST or not np.isfinite(lines).all() or not np.ptp(lines) > 0 or not 0 < length < np.inf:
-        msg = (
-            f"{source}: a line scan is at least {SHORTEST} heights, all of them finite and not all the same, on a "
-            f"positive length; here: {points} heights, {np.count_nonzero(~np.isfinite(lines))} not finite, {length} m"
-        )
+    fault = f"points of the profile: {points}" if points < SHORTEST else fault_of(lines, (length,))
+    if fault:
+        msg = f"{source}: {fault}; the lines of a scan are at least {SHORTEST} heights, finite and not all the same"
         raise TopographyError(msg)
     spacing = length / points
     bands = surface_bands(*profile_spectrum(lines, spacing, periodic=periodic))

@@ -10,10 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
+from numbers import Real
+from typing import Any
 
 import numpy as np
 
 from continuum import units
+from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.errors import InputError
 
 __all__ = [
@@ -36,6 +39,7 @@ _POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
     "pressure": (1.0, 1e13), "energy_per_area": (1e-9, 1e3), "length": (1e-12, 1e-3),
 }  # fmt: skip
 """Values in SI beyond which a number is a slip of the pen; far beyond all materials, interfaces and ranges."""
+_EXAMPLES: dict[units.Quantity, str] = {"pressure": '"2MPa"', "energy_per_area": '"50mJ/m2"', "length": '"0.5nm"'}
 
 
 class InterfaceError(InputError, ValueError):
@@ -109,11 +113,25 @@ class Body:
     ----------
     modulus, poisson : Young's modulus and Poisson's ratio; they overrule those of the material.
     material : gives what is not given.
+
+    Raises
+    ------
+    ArgumentError
+        If a value is none that a body has.
     """
 
     modulus: float | None = None
     poisson: float | None = None
     material: Material | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values that are given."""
+        if self.modulus is not None:
+            object.__setattr__(self, "modulus", number("modulus", self.modulus, above=0))
+        if self.poisson is not None:
+            object.__setattr__(self, "poisson", number("poisson", self.poisson, above=-1, most=0.5))
+        if self.material is not None:
+            instance("material", self.material, Material)
 
     @property
     def plane_strain_modulus(self) -> float | None:
@@ -122,7 +140,7 @@ class Body:
         Raises
         ------
         InterfaceError
-            If one of E and ν is missing, or ν is none.
+            If one of E and ν is missing.
         """
         modulus, poisson = self.modulus, self.poisson
         if self.material is not None:
@@ -131,17 +149,20 @@ class Body:
         if modulus is None and poisson is None:
             return None
         if modulus is None or poisson is None:
-            msg = "a body has a modulus and a Poisson's ratio: --modulus and --poisson, or --material"
-            raise InterfaceError(msg)
-        if not -1 < poisson <= 0.5:
-            msg = f"a Poisson's ratio lies above -1 and is at most 0.5, got {poisson}"
+            msg = "a body has a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`"
             raise InterfaceError(msg)
         return modulus / (1 - poisson**2)
 
 
 @dataclass(frozen=True)
 class Interface:
-    """Two bodies in contact, in SI units."""
+    """Two bodies in contact, in SI units.
+
+    Raises
+    ------
+    ArgumentError
+        If a value is not a positive finite number.
+    """
 
     contact_modulus: float
     """E*, in Pa."""
@@ -153,6 +174,13 @@ class Interface:
     """a0 of the atoms, in m."""
     origin: tuple[str, ...] = ()
     """Where the values come from."""
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("contact_modulus", "work_of_adhesion", "range", "spacing"):
+            value = getattr(self, name)
+            if value is not None or name != "spacing":
+                object.__setattr__(self, name, number(name, value, above=0))
 
     @property
     def adhesion_length(self) -> float:
@@ -189,7 +217,7 @@ def interface(
     materials = [body.material for body in bodies if body.material is not None]
     if contact_modulus is not None:
         if any(body.modulus is not None or body.poisson is not None for body in bodies):
-            msg = "the contact modulus is given twice: by --estar, and by --modulus and --poisson; leave out one"
+            msg = "E* is given twice: by `contact_modulus`, and by `modulus` and `poisson`; leave out one"
             raise InterfaceError(msg)
         origin.append("E* as given")
     elif known:
@@ -197,17 +225,17 @@ def interface(
         origin.append("E* of two elastic bodies" if len(known) == 2 else "E* of one elastic body on a rigid one")
     missing = []
     if contact_modulus is None:
-        missing.append("a contact modulus (--estar, or --modulus with --poisson, or --material)")
+        missing.append("a contact modulus (`contact_modulus`, or `modulus` with `poisson`, or `material`)")
     if work_of_adhesion is None and materials:
         work_of_adhesion = float(np.exp(np.mean([np.log(m.work_of_adhesion) for m in materials])))
         if len(materials) == 2 and materials[0] != materials[1]:
             origin.append("w as the geometric mean of the two materials', an estimate for dispersion forces")
     elif work_of_adhesion is None:
-        missing.append("a work of adhesion (--work, or --material)")
+        missing.append("a work of adhesion (`work`, or `material`)")
     if range is None and materials:
         range = float(np.mean([m.range for m in materials]))
     elif range is None:
-        missing.append("a range of attraction (--range, or --material)")
+        missing.append("a range of attraction (`range`, or `material`)")
     if contact_modulus is None or work_of_adhesion is None or range is None:
         msg = "missing: " + "; ".join(missing)
         raise InterfaceError(msg)
@@ -221,9 +249,9 @@ def interface(
 
 def read_interface(
     *,
-    material: Sequence[str] = (),
-    modulus: Sequence[str] = (),
-    poisson: Sequence[str] = (),
+    material: str | Sequence[str] = (),
+    modulus: str | Sequence[str] = (),
+    poisson: str | float | Sequence[str | float] = (),
     contact_modulus: str | None = None,
     work: str | None = None,
     range: str | None = None,
@@ -235,46 +263,69 @@ def read_interface(
     ------
     InterfaceError
         All faults at once.
+    ArgumentError
+        If an argument is of another type, such as a number without its unit.
     """
     faults: list[str] = []
-
-    def number(text: str | None, quantity: units.Quantity, option: str) -> float | None:
-        if text is None:
-            return None
-        try:
-            value = units.parse(text, quantity)
-        except ValueError as error:
-            faults.append(f"{option} {error}")
-            return None
-        low, high = _POSSIBLE[quantity]
-        if not low <= value <= high:
-            ends = " to ".join(units.readable(end, quantity, 3) for end in (low, high))
-            faults.append(f"{option} {text!r}: no contact has this; possible are {ends}")
-        return value
-
-    def ratio(text: str) -> float | None:
-        try:
-            return float(text)
-        except ValueError:
-            faults.append(f"--poisson {text!r} is not a number")
-            return None
-
-    found = [MATERIALS.get(name.lower()) for name in material]
-    for name, one in zip(material, found, strict=True):
+    names = texts("material", material, '"silicon"')
+    found = [MATERIALS.get(name.lower()) for name in names]
+    for name, one in zip(names, found, strict=True):
         if one is None:
-            faults.append(f"--material {name!r} is unknown: one of {', '.join(MATERIALS)}")
-    moduli = [number(text, "pressure", "--modulus") for text in modulus]
-    ratios = [ratio(text) for text in poisson]
+            faults.append(f"`material` {name!r} is unknown: one of {', '.join(MATERIALS)}")
+    moduli = [_amount(faults, "modulus", text, "pressure") for text in texts("modulus", modulus, '"2MPa"')]
+    ratios = [_ratio(faults, value) for value in _ratios(poisson)]
     if max(len(found), len(moduli), len(ratios)) > 2:
-        faults.append("a contact has two bodies: --material, --modulus and --poisson can be given twice")
-
+        faults.append("a contact has two bodies: `material`, `modulus` and `poisson` can be given twice")
     given = [
-        number(contact_modulus, "pressure", "--estar"),
-        number(work, "energy_per_area", "--work"),
-        number(range, "length", "--range"),
-        number(spacing, "length", "--spacing"),
+        _amount(faults, "contact_modulus", contact_modulus, "pressure"),
+        _amount(faults, "work", work, "energy_per_area"),
+        _amount(faults, "range", range, "length"),
+        _amount(faults, "spacing", spacing, "length"),
     ]
     if faults:
         raise InterfaceError("\n".join(faults))
     bodies = [Body(*one) for one in zip_longest(moduli, ratios, found)]
     return interface(bodies, *given)
+
+
+def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quantity) -> float | None:
+    """A quantity with its unit, in SI; what is wrong with it is added to the faults."""
+    if text is None:
+        return None
+    try:
+        value = units.parse(instance(name, text, str, f"a text such as {_EXAMPLES[quantity]}"), quantity)
+    except ArgumentError:
+        raise
+    except ValueError as error:
+        faults.append(f"`{name}` {error}")
+        return None
+    low, high = _POSSIBLE[quantity]
+    if not low <= value <= high:
+        ends = " to ".join(units.readable(end, quantity, 3) for end in (low, high))
+        faults.append(f"`{name}` {text!r}: no contact has this; possible are {ends}")
+    return value
+
+
+def _ratio(faults: list[str], value: str | float) -> float | None:
+    """Poisson's ratio; what is wrong with it is added to the faults."""
+    if not isinstance(value, str):
+        return number("poisson", value, above=-1, most=0.5)
+    try:
+        found = float(value)
+    except ValueError:
+        faults.append(f"`poisson` {value!r} is not a number")
+        return None
+    if not -1 < found <= 0.5:
+        faults.append(f"`poisson` {value!r}: a Poisson's ratio lies above -1 and is at most 0.5")
+    return found
+
+
+def _ratios(poisson: Any) -> tuple[str | float, ...]:
+    """Poisson's ratios, numbers or texts of numbers: they have no unit."""
+    several = () if poisson is None else (poisson,) if isinstance(poisson, str | Real) else poisson
+    sound = isinstance(several, Sequence) and all(
+        isinstance(one, str | Real) and not isinstance(one, bool) for one in several
+    )
+    if not sound:
+        raise ArgumentError("poisson", poisson, "a number such as 0.5, or two in a list")
+    return tuple(several)

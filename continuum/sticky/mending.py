@@ -5,13 +5,15 @@ Each step is asked for, changes heights only, and is written into the steps of t
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
 from continuum import units
+from continuum.arguments import ArgumentError, array, choice, instance, number, pair
 from continuum.model.grid import Real
 from continuum.sticky.scanlines import Mask, line_offsets, scan_lines, spikes
 from continuum.sticky.topography import FLAT, Topography, TopographyError, mirror
@@ -36,6 +38,9 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
     TopographyError
         If nothing is left.
     """
+    instance("topography", topography, Topography)
+    if how is not None:
+        choice("how", how, get_args(Detrending))
     heights = topography.heights - topography.heights.mean()
     step = "mean height taken off"
     if how in ("plane", "curvature", "lines") or (how is None and not topography.periodic):
@@ -78,9 +83,11 @@ def prepare(
     if cutoff is None:
         return topography
     try:
-        wavelength = units.parse(cutoff, "length")
+        wavelength = units.parse(instance("cutoff", cutoff, str, 'a text such as "20nm"'), "length")
+    except ArgumentError:
+        raise
     except ValueError as error:
-        msg = f"--cutoff {error}"
+        msg = f"`cutoff` {error}"
         raise TopographyError(msg) from error
     return cut_off(topography, wavelength)
 
@@ -90,7 +97,7 @@ def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tup
 
     On a full rectangle 1, x, y, x² - <x²>, y² - <y²> and xy are independent, so that each is projected out by itself.
     """
-    heights = topography.heights
+    heights = instance("topography", topography, Topography).heights
     spacing = topography.grid.spacing
     x, y = (
         np.expand_dims((np.arange(n) - (n - 1) / 2) * d, 1 - i)
@@ -117,12 +124,19 @@ def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, floa
     ValueError
         If the part is not inside the map, or has no extent.
     """
+    heights = array("heights", heights)
+    sides = [number("lengths", length, above=0) for length in pair("lengths", lengths)]
+    if heights.ndim != 2:
+        raise ArgumentError("heights", heights, "a map of two directions")
+    if not isinstance(corners, Sequence) or len(corners) != 4:
+        raise ArgumentError("corners", corners, "four lengths, x0, x1, y0 and y1")
+    edges = [number("corners", edge) for edge in corners]
     part = []
-    for name, n, length, low, high in zip("xy", heights.shape, lengths, corners[::2], corners[1::2], strict=True):
+    for name, n, length, low, high in zip("xy", heights.shape, sides, edges[::2], edges[1::2], strict=True):
         if not 0 <= low < high <= length * (1 + 1e-9):
             inside, asked = (units.readable(value, "length", 3) for value in (length, high))
-            msg = f"the part to be cut out along {name} begins at 0 or beyond and ends after that, inside {inside}; "
-            msg += f"asked for: up to {asked}"
+            msg = f"corners: the part to be cut out along {name} begins at 0 or beyond and ends after that, inside "
+            msg += f"{inside}; asked for: up to {asked}"
             raise ValueError(msg)
         part.append(slice(*(round(edge / length * n) for edge in (low, high))))
     return heights[tuple(part)]
@@ -138,6 +152,12 @@ def harmonic(heights: Real, holes: Mask) -> Real:
     ValueError
         If nothing is known.
     """
+    heights = array("heights", heights)
+    holes = array("holes", holes, kinds="b")
+    if holes.shape != heights.shape:
+        raise ArgumentError("holes", holes, f"a mask of the shape of the heights, {heights.shape}")
+    if not holes.any():
+        return heights.copy()
     if holes.all():
         msg = "all heights are missing"
         raise ValueError(msg)
@@ -178,11 +198,12 @@ def fill_outliers(topography: Topography, limit: float) -> Topography:
     TopographyError
         If more would have to be.
     """
-    mask = scan_lines(topography.heights).scars | spikes(topography.heights)
+    number("limit", limit, least=0, most=1)
+    mask = scan_lines(instance("topography", topography, Topography).heights).scars | spikes(topography.heights)
     share = float(mask.mean())
     if share > limit:
-        msg = f"{topography.source}: {100 * share:.2g} % of the points are scars or stand out, --fill allows "
-        msg += f"{100 * limit:.2g} %"
+        msg = f"{topography.source}: {100 * share:.2g} % of the points are scars or stand out, `fill` allows "
+        msg += f"{100 * limit:.3g} %"
         raise TopographyError(msg)
     if not mask.any():
         return topography
@@ -200,11 +221,14 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     TopographyError
         If no wave, or nothing, would be left out.
     """
-    pixel, size = max(topography.grid.spacing), min(topography.lengths)
+    wavelength = number("wavelength", wavelength, above=0)
+    pixel, size = max(instance("topography", topography, Topography).grid.spacing), min(topography.lengths)
     if not 2 * pixel < wavelength < size / 2:
         ends = " and ".join(units.readable(value, "length", 3) for value in (2 * pixel, size / 2))
-        msg = f"{topography.source}: a cut-off lies between two pixels and half the size of the map, {ends}; got "
-        msg += units.readable(wavelength, "length", 3)
+        msg = (
+            f"{topography.source}: a cut-off wavelength lies between two pixels and half the size of the map, {ends}; "
+        )
+        msg += f"got {units.readable(wavelength, 'length', 3)}"
         raise TopographyError(msg)
     closed = topography if topography.periodic else mirror(topography)
     grid = closed.grid

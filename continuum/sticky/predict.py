@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from continuum import units
+from continuum.arguments import ArgumentError, instance
 from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.faults import Fault, Findings, find_faults
 from continuum.sticky.materials import Interface
@@ -146,12 +147,16 @@ def predict(topographies: Sequence[Topography], interface: Interface) -> Predict
 
     Raises
     ------
-    ValueError
-        If there are none or more than two, or a value of the interface is not positive and finite.
+    ArgumentError
+        If there are none or more than two, or they are no topographies.
     """
-    if not 1 <= len(topographies) <= 2:
-        msg = f"a contact has one or two rough surfaces, got {len(topographies)}"
-        raise ValueError(msg)
+    instance("interface", interface, Interface)
+    if not isinstance(topographies, Sequence) or not 1 <= len(topographies) <= 2:
+        raise ArgumentError(
+            "topographies", topographies, "one or two, in a list: a contact has one or two rough surfaces"
+        )
+    for one in topographies:
+        instance("topographies", one, Topography)
     findings = tuple(find_faults(topography) for topography in topographies)
     found = _predicted(topographies, interface, findings)
     better = [looked.mended or topography for topography, looked in zip(topographies, findings, strict=True)]

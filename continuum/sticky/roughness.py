@@ -14,6 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
+from continuum.arguments import ArgumentError, array, count, flag, instance, number, pair
+from continuum.arguments import field as map_of
 from continuum.model.grid import Grid, Real
 from continuum.model.surface import Moments, moments, power_spectrum
 from continuum.sticky.topography import Topography, mirror
@@ -94,6 +96,7 @@ class Roughness:
 
     def cut(self, wavelength: float) -> Cut:
         """The roughness of wavelengths above a cut-off."""
+        wavelength = number("wavelength", wavelength, above=0)
         # One part in 1e9: a mode that lies on the cut-off belongs to the surface.
         count = int(np.searchsorted(self.wavenumber, 2 * np.pi / wavelength * (1 + 1e-9), "right"))
         height, slope, curvature, energy = (float(s[count - 1]) if count else 0.0 for s in self._sums)
@@ -114,7 +117,7 @@ class Roughness:
 
 def hann(shape: tuple[int, int]) -> Real:
     """Hann window of a map, a product of two, with a mean square of 1."""
-    window = np.ones(shape)
+    window = np.ones([count("shape", n) for n in pair("shape", shape)])
     for axis, n in enumerate(shape):
         profile = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
         window = window * np.expand_dims(profile / np.sqrt(np.mean(profile**2)), 1 - axis)
@@ -134,6 +137,7 @@ def spectrum(topography: Topography) -> tuple[Real, Real]:
 
     Returns wavenumbers and C(q); h_rms² = ∫ C d²q.
     """
+    instance("topography", topography, Topography)
     q, c = power_spectrum(topography.grid, windowed(topography))
     # Rings beyond are cut by the corners of the Brillouin zone.
     whole = q <= np.pi / max(topography.grid.spacing)
@@ -145,7 +149,8 @@ def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
 
     A stencil sees wavelengths near two points less than they are: it agrees with the spectrum where these do not count.
     """
-    if periodic:
+    heights = map_of("heights", heights, instance("grid", grid, Grid).shape)
+    if flag("periodic", periodic):
         heights = np.pad(heights, 1, mode="wrap")
     dx, dy = grid.spacing
     slope = np.mean((np.diff(heights, axis=0) / dx) ** 2) + np.mean((np.diff(heights, axis=1) / dy) ** 2)
@@ -156,7 +161,7 @@ def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
 
 def roughness_of(topography: Topography) -> Roughness:
     """Statistics of a topography, which has been detrended before."""
-    grid, heights = topography.grid, topography.heights
+    grid, heights = instance("topography", topography, Topography).grid, topography.heights
     weighted = windowed(topography)
     power_q = np.abs(grid.forward(weighted)) ** 2 * grid.mode_weights
     q = grid.wavenumber.ravel()
@@ -183,6 +188,8 @@ def roughness_of(topography: Topography) -> Roughness:
 
 def together(first: Roughness, second: Roughness) -> Roughness:
     """Two rough bodies as one: of heights that are not correlated the spectra, and with them squared moments, add."""
+    instance("first", first, Roughness)
+    instance("second", second, Roughness)
     wavenumber = np.concatenate([first.wavenumber, second.wavenumber])
     order = np.argsort(wavenumber, kind="stable")
     a, b, c, d = (np.concatenate(pair)[order] for pair in zip(first.shares, second.shares, strict=True))
@@ -207,7 +214,17 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
 
     The two corners are where the squared deviations are least; each is kept only if it pays for what it costs
     (Schwarz's criterion).  None if fewer than six bands are filled, or no power law of a positive H fits.
+
+    Raises
+    ------
+    ArgumentError
+        If the wavenumbers are not positive and ascending, or the densities are not as many.
     """
+    wavenumber, density = array("wavenumber", wavenumber), array("density", density)
+    if wavenumber.ndim != 1 or not np.all(np.diff(wavenumber, prepend=0.0) > 0):
+        raise ArgumentError("wavenumber", wavenumber, "positive numbers in ascending order")
+    if density.shape != wavenumber.shape:
+        raise ArgumentError("density", density, f"one for each wavenumber, {wavenumber.size} numbers")
     x, y, weight = _bands(wavenumber, density)
     if x.size < 6:
         return None
@@ -249,6 +266,8 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
 
 def _bands(wavenumber: Real, density: Real) -> tuple[Real, Real, Real]:
     """Decimal logarithms of q and C, averaged over bands, and weights; without bands beyond the surface's cut-off."""
+    if not wavenumber.size:
+        return wavenumber, density, wavenumber
     band = np.floor(np.log10(wavenumber / wavenumber[0]) * BANDS_PER_DECADE + 0.5).astype(np.int64)
     count = np.bincount(band)
     filled = count > 0

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_opening
 
+from continuum.arguments import ArgumentError
+from continuum.arguments import field as map_of
 from continuum.model.grid import Real
 
 __all__ = ["Mask", "ScanLines", "line_offsets", "scan_lines", "spikes"]
@@ -65,8 +67,16 @@ def scan_lines(heights: Real) -> ScanLines:
 
     Parameters
     ----------
-    heights : shape (nx, ny).
+    heights : shape (nx, ny), at least 3 points along each.
+
+    Raises
+    ------
+    ArgumentError
+        If they are no such map.
     """
+    heights = map_of("heights", heights)
+    if min(heights.shape) < 3:
+        raise ArgumentError("heights", heights, "at least 3 lines of 3 points: a line is held against its neighbours")
     scars = [_scars(heights, axis) for axis in (0, 1)]
     found = [np.count_nonzero(mask) for mask in scars]
     bends = [_bend(line_offsets(heights, axis, scars[axis])) for axis in (0, 1)]

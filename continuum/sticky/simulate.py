@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from continuum import units
+from continuum.arguments import instance
 from continuum.model.attraction import attraction_on_core
 from continuum.model.grid import Grid, Real
 from continuum.model.problem import ContactProblem
@@ -83,7 +84,8 @@ def resolvable(topography: Topography, interface: Interface) -> tuple[Interface,
     UnresolvedError
         If that would exceed the rms height of the map, so that attraction would no longer act beside contacts only.
     """
-    pixel, length = max(topography.grid.spacing), interface.adhesion_length
+    instance("interface", interface, Interface)
+    pixel, length = max(instance("topography", topography, Topography).grid.spacing), interface.adhesion_length
     # Flats under the paper's law of reach r snap above π E*/softening = (π/4) r²/l_a.
     shortest = LennardJonesSpline(1.0).effective_range * float(np.sqrt(4 / np.pi * SAFE * pixel * length))
     if interface.range >= shortest * np.sqrt(SNAPPING / SAFE):

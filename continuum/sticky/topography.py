@@ -7,6 +7,7 @@ Heights are in m and point out of the body, so that the summits that touch first
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -14,21 +15,56 @@ from typing import Any
 import numpy as np
 
 from continuum import units
+from continuum.arguments import array, count, flag, instance, number, pair
 from continuum.errors import InputError
 from continuum.model.grid import Grid, Real
 
-__all__ = ["FLAT", "Topography", "TopographyError", "mirror", "opposed"]
+__all__ = ["FEWEST", "FLAT", "Topography", "TopographyError", "fault_of", "heights_of", "mirror", "opposed"]
 
 FEWEST = 16
 """Points in each direction below which a map has no statistics."""
 FLAT = 1e-12
 """Heights this much smaller than the largest number of the file are rounding errors."""
-_NOTHING = 1e-100
+_SMALLEST, _LARGEST = 1e-20, 1e20
+"""Sizes of a map, in m or whatever the unit is; heights are no larger, either."""
+_NOTHING = 1e-60
 """Heights whose squares, divided by pixels to the fourth power, would not be numbers."""
 
 
 class TopographyError(InputError, ValueError):
     """A file holds no topography that can be used: the message says why, and what helps."""
+
+
+def heights_of(name: str, value: Any) -> Real:
+    """A copy of an array of real numbers as heights, NaN where points are masked: these are missing.
+
+    Raises
+    ------
+    ArgumentError
+        If it holds something else; ``name`` is that of the argument.
+    """
+    heights = np.array(array(name, value), dtype=np.float64)
+    heights[np.ma.getmaskarray(value)] = np.nan
+    return heights
+
+
+def fault_of(heights: Real, lengths: Sequence[float]) -> str:
+    """What makes heights of a size no measurement, in words; empty if nothing does."""
+    missing = np.count_nonzero(~np.isfinite(heights))
+    if missing:
+        return (
+            f"{missing} of {heights.size} heights are missing or not finite: fill the holes, or cut a part "
+            "without, where you know what was measured (Gwyddion does both)"
+        )
+    if np.abs(heights).max() > _LARGEST:
+        return f"heights of more than {_LARGEST:g} m: the wrong unit, or no heights"
+    if np.ptp(heights) <= max(FLAT * np.abs(heights).max(), _NOTHING):
+        return "all heights are the same: not a measured surface, or the wrong channel of the file"
+    if not all(_SMALLEST <= length <= _LARGEST for length in lengths):
+        size = " x ".join(f"{length:g}" for length in lengths)
+        what = "a length" if len(lengths) == 1 else "lengths"
+        return f"{what} of {size} m: the size of a measurement is positive, from {_SMALLEST:g} to {_LARGEST:g} m"
+    return ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +73,7 @@ class Topography:
 
     Parameters
     ----------
-    heights : in m, out of the body, shape (nx, ny).
+    heights : in m, out of the body, shape (nx, ny); a masked point is a missing one.
     lengths : (Lx, Ly), physical size, in m; pixels need not be square.
     periodic : whether the map continues at its edges.
     source : where it comes from, in words.
@@ -49,7 +85,9 @@ class Topography:
     Raises
     ------
     TopographyError
-        If heights are missing, not finite, constant, or no map.
+        If heights are missing, not finite, constant, or no map, or sizes no sizes.
+    ArgumentError
+        If an argument is of another type.
     """
 
     heights: Real = field(repr=False)
@@ -62,23 +100,24 @@ class Topography:
     measurements: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse what is no map of heights."""
-        heights = np.array(self.heights, dtype=np.float64)
+        """Check heights and size."""
+        instance("source", self.source, str, "a text")
+        flag("periodic", self.periodic)
+        count("lines", self.lines, 0)
+        count("measurements", self.measurements, 0)
+        if self.cutoff is not None:
+            number("cutoff", self.cutoff, above=0)
+        heights = heights_of("heights", self.heights)
+        lengths = tuple(number("lengths", length) for length in pair("lengths", self.lengths))
         if heights.ndim != 2 or min(heights.shape) < FEWEST:
             shape = " x ".join(map(str, heights.shape))
-            self._refuse(f"an array of {shape or 'one number'}: a map has two directions of at least {FEWEST} points")
-        missing = np.count_nonzero(~np.isfinite(heights))
-        if missing:
-            self._refuse(
-                f"{missing} of {heights.size} heights are missing or not finite: fill the holes, or cut a part "
-                "without, where you know what was measured (Gwyddion does both)"
-            )
-        if not all(np.isfinite(length) and length > 0 for length in self.lengths):
-            self._refuse(f"the size of a map is positive and finite, got {self.lengths} m")
-        if np.ptp(heights) <= max(FLAT * np.abs(heights).max(), _NOTHING):
-            self._refuse("all heights are the same: not a measured surface, or the wrong channel of the file")
+            what = f"an array of {shape} heights" if shape else "heights that are one number"
+            self._refuse(f"{what}: a map has two directions of at least {FEWEST} points")
+        if fault := fault_of(heights, lengths):
+            self._refuse(fault)
         heights.flags.writeable = False
         object.__setattr__(self, "heights", heights)
+        object.__setattr__(self, "lengths", lengths)
 
     def _refuse(self, why: str) -> None:
         msg = f"{self.source}: {why}"
@@ -104,7 +143,7 @@ def mirror(topography: Topography) -> Topography:
 
     Continuous, unlike the map's own repetition, and without the loss of a window; slopes jump at the mirrors.
     """
-    heights = topography.heights
+    heights = instance("topography", topography, Topography).heights
     for axis in (0, 1):
         heights = np.concatenate([heights, np.flip(heights, axis)], axis)
     lengths = (2 * topography.lengths[0], 2 * topography.lengths[1])
@@ -121,6 +160,8 @@ def opposed(first: Topography, second: Topography) -> Topography:
     TopographyError
         If their pixels differ by more than one part in a million.
     """
+    instance("first", first, Topography)
+    instance("second", second, Topography)
     if not np.allclose(first.grid.spacing, second.grid.spacing, rtol=1e-6, atol=0):
         pixels = [" x ".join(units.readable(d, "length") for d in t.grid.spacing) for t in (first, second)]
         msg = (

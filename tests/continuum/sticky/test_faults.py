@@ -189,7 +189,7 @@ def test_a_cut_off_takes_the_short_waves_of_a_measured_map() -> None:
 
 def test_more_than_allowed_is_not_filled() -> None:
     scarred = as_measured("scars")
-    with pytest.raises(TopographyError, match="--fill allows"):
+    with pytest.raises(TopographyError, match="`fill` allows"):
         fill_outliers(scarred, 1e-3)
     assert fill_outliers(detrend(clean()), 1e-3).steps == detrend(clean()).steps
 

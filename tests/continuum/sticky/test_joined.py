@@ -11,9 +11,10 @@ import pytest
 from continuum.cli import main
 from continuum.model.grid import Grid, Real
 from continuum.model.surface import SelfAffine, moments
+from continuum.sticky.instruments import measurements
 from continuum.sticky.joined import joined, joined_spectrum
 from continuum.sticky.linescan import isotropic_surface
-from continuum.sticky.reading import measurements, read
+from continuum.sticky.reading import read
 from continuum.sticky.topography import Topography, TopographyError
 from tests.measured import MEASURED, needs_files, needs_reader
 

@@ -37,12 +37,13 @@ def test_plain_arrays_are_read_with_the_units_given(suffix: str, tmp_path: Path,
             file["deep/heights"] = heights
     else:
         np.savetxt(path, heights, delimiter="," if suffix == ".csv" else " ")
-    found = read(path, size=(1e-6,), unit=1e-9, dataset="deep/heights" if suffix == ".h5" else None)
+    dataset = "deep/heights" if suffix == ".h5" else None
+    found = read(path, size=(1e-6,), unit=1e-9, dataset=dataset)
     np.testing.assert_allclose(found.heights, heights * 1e-9, rtol=1e-15)
     assert found.lengths == pytest.approx((1e-6, 1.2e-6))  # square pixels
     assert not found.periodic
     assert found.source == path.name
-    assert read(path, size=(1e-6, 3e-6), unit=1e-9, dataset=found and "deep/heights").lengths == (1e-6, 3e-6)
+    assert read(path, size=(1e-6, 3e-6), unit=1e-9, dataset=dataset).lengths == (1e-6, 3e-6)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +105,7 @@ def test_what_is_no_map_is_refused_with_one_message_and_nothing_written(
         (["--size", "nm", "--unit", "nm"], "not a number"),
         (["--size", "1um,1um,1um", "--unit", "nm"], "one or two lengths"),
         (["--size", "100nm", "--unit", "furlong"], "no unit of length"),
-        (["--size", "100nm", "--unit", "nm", "--unit", "nm"], "2 values for 1 files"),
+        (["--size", "100nm", "--unit", "nm", "--unit", "nm"], "--unit: 2 values for one map"),
     ],
 )
 def test_units_of_a_map_are_never_guessed(

@@ -1,0 +1,151 @@
+"""Files of instruments and containers of contact.engineering, read by SurfaceTopography, which knows their units.
+
+It is an extra: ``pip install 'stickiness[topography]'``.
+"""
+
+from __future__ import annotations
+
+import warnings
+import zipfile
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+from importlib import util
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from continuum import units
+from continuum.arguments import file_name
+from continuum.model.grid import Real
+from continuum.sticky.topography import TopographyError
+
+__all__ = ["ALL", "RawMap", "from_instrument", "is_container", "measurements"]
+
+ALL = "all"
+"""Instead of the name of a part: all measurements of a container, joined."""
+
+
+class RawMap(NamedTuple):
+    """Heights as a file has them, and what it says of them."""
+
+    heights: Real
+    source: str
+    size: tuple[float, ...] | None = None
+    """In m."""
+    unit: float | None = None
+    """Of the heights, in m."""
+    periodic: bool = False
+    steps: tuple[str, ...] = ()
+    """What was chosen for it, in words."""
+    of: str = "the file"
+    """What it is, in a message: a file or an array in memory."""
+
+
+def measurements(path: Path) -> tuple[str, ...]:
+    """Names of the measurements of a container; none of any other file.
+
+    Raises
+    ------
+    TopographyError
+        If it is a container that cannot be read.
+    """
+    if not (file_name("path", path).is_file() and is_container(path)):
+        return ()
+    _need_reader(path)
+    with warnings.catch_warnings(), ExitStack() as stack:
+        warnings.simplefilter("ignore")
+        try:
+            return tuple(_maps(path, stack))
+        except Exception as error:
+            msg = f"{path}: SurfaceTopography cannot read it: {error or type(error).__name__}"
+            raise TopographyError(msg) from error
+
+
+def from_instrument(path: Path, part: str | None) -> RawMap:
+    """A map by SurfaceTopography: heights as they are in the file, size and unit in m if it says them.
+
+    Raises
+    ------
+    TopographyError
+        If it cannot be read, or holds several maps of which none is chosen.
+    """
+    _need_reader(path)
+    with warnings.catch_warnings(), ExitStack() as stack:
+        warnings.simplefilter("ignore")  # of imports, and of formats that are guessed
+        try:
+            maps = _maps(path, stack)
+            chosen = [name for name in maps if part is None or name == part]
+            if len(chosen) == 1:
+                return maps[chosen[0]]()
+            if chosen and part is None and not is_container(path):
+                # The first height channel is what an instrument shows; the others are other directions of the scan.
+                others = ", ".join(map(repr, chosen[1:]))
+                return maps[chosen[0]]()._replace(steps=(f"channel {chosen[0]!r} taken, not {others}",))
+        except Exception as error:  # vendors' formats fail in all ways
+            unknown = type(error).__name__ == "CannotDetectFileFormat"
+            reason = "none of its formats" if unknown else str(error) or type(error).__name__
+            msg = f"{path}: SurfaceTopography cannot read it: {reason}"
+            raise TopographyError(msg) from error
+    names = ", ".join(map(repr, maps)) or "none"
+    none = f"holds no map named {part!r}" if part else "holds no map"
+    several = f"holds {len(chosen)} maps, choose one by `part`, or all by `part` {ALL!r}"
+    msg = f"{path}: {several if chosen else none}; maps: {names}"
+    raise TopographyError(msg)
+
+
+def _need_reader(path: Path) -> None:
+    if util.find_spec("SurfaceTopography") is None:
+        msg = (
+            f"{path}: to read this format install SurfaceTopography (pip install 'stickiness[topography]'), "
+            "or save the map as .npy or text"
+        )
+        raise TopographyError(msg)
+
+
+def is_container(path: Path) -> bool:
+    """Whether a file is a container of contact.engineering."""
+    if not zipfile.is_zipfile(path):
+        return False
+    with zipfile.ZipFile(path) as archive:
+        return "meta.yml" in archive.namelist()
+
+
+def _maps(path: Path, stack: ExitStack) -> dict[str, Callable[[], RawMap]]:
+    """The maps of heights in a file, by name."""
+    if is_container(path):
+        from SurfaceTopography.Container.IO import read_container
+
+        members = [member for surface in read_container(str(path)) for member in surface]
+        names = [str(member.info.get("name", i)) for i, member in enumerate(members)]
+        return {name: partial(_values, path, name, member) for name, member in zip(names, members, strict=True)}
+    from SurfaceTopography import open_topography
+
+    reader = open_topography(str(path))
+    stack.callback(reader.close)
+    return {c.channel_id: partial(_load, path, reader, c) for c in reader.height_channels}
+
+
+def _load(path: Path, reader: Any, channel: Any) -> RawMap:
+    """A channel of a file; a size or unit that it does not say is put in as 1 and left out afterwards."""
+    size, unit = channel.physical_sizes, channel.unit
+    given: dict[str, Any] = {} if size is not None else {"physical_sizes": (1.0,) * channel.dim}
+    given |= {} if unit is not None else {"unit": "m"}
+    found = _values(path, None, reader.topography(channel_index=channel.index, **given))
+    scale = None if unit is None else found.unit
+    return found._replace(size=None if size is None or scale is None else found.size, unit=scale)
+
+
+def _values(path: Path, name: str | None, measured: Any) -> RawMap:
+    """What SurfaceTopography holds, holes as NaN."""
+    scale = units.unit_size(str(measured.unit), "length")
+    lengths = tuple(float(length) * scale for length in measured.physical_sizes)
+    source = path.name if name is None else f"{path.name}: {name}"
+    if not measured.is_uniform:
+        where, heights = (np.asarray(values, dtype=np.float64) for values in measured.positions_and_heights())
+        even = np.linspace(where[0], where[-1], where.size)
+        steps = ("resampled to points an equal distance apart",)
+        return RawMap(np.interp(even, where, heights), source, lengths, scale, bool(measured.is_periodic), steps)
+    heights = np.ma.filled(np.ma.asarray(measured.heights(), dtype=np.float64), np.nan)
+    return RawMap(heights, source, lengths, scale, bool(measured.is_periodic))

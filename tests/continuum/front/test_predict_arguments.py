@@ -1,0 +1,245 @@
+"""Predict of arrays and files that are no good map, and of arguments that are none: one message, which names them."""
+
+from __future__ import annotations
+
+import contextlib
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes
+
+import continuum as c
+from continuum.arguments import ArgumentError
+from continuum.cli import main
+from continuum.errors import InputError
+from continuum.sticky.topography import TopographyError
+from tests.problems import Rough
+from tests.wrong import ANYTHING, refused_by_name
+
+KNOWN: dict[str, Any] = {"size": "10nm", "unit": "A", "material": "mica"}
+ROUGH = Rough(32).heights()
+
+
+def margins(found: c.Prediction) -> list[float | None]:
+    return [verdict.margin for verdict in found.verdicts]
+
+
+@pytest.mark.parametrize("kind", ["map", "masked", "profile", "two", "integers", "list"])
+def test_an_array_says_what_its_file_says(kind: str, tmp_path: Path) -> None:
+    """Bit for bit: a map in memory is the same map."""
+    holes = np.zeros(ROUGH.shape, dtype=bool)
+    holes[10, 4:7] = True
+    arrays: list[Any] = {
+        "map": [ROUGH],
+        "masked": [np.ma.masked_array(ROUGH, holes)],
+        "profile": [np.random.default_rng(1).normal(size=128).cumsum()],
+        "two": [ROUGH, ROUGH[::-1]],
+        "integers": [np.rint(100 * ROUGH).astype(np.int16)],
+        "list": [ROUGH.tolist()],
+    }[kind]
+    options = KNOWN | ({"fill": "5%"} if kind == "masked" else {})
+    files = [tmp_path / f"{i}.npy" for i in range(len(arrays))]
+    for file, array in zip(files, arrays, strict=True):
+        np.save(file, np.ma.filled(array, np.nan) if isinstance(array, np.ma.MaskedArray) else array)
+    one, other = c.predict(*arrays, **options), c.predict(*files, **options)
+    assert margins(one) == margins(other)
+    assert [t.digest for t in one.topographies] == [t.digest for t in other.topographies]
+    assert [t.source for t in one.topographies] == (["array 1", "array 2"] if kind == "two" else ["array"])
+    assert "array" in one.sheets()[0].text()
+
+
+def test_an_array_is_left_as_it_was_and_may_face_a_file(tmp_path: Path) -> None:
+    heights = ROUGH.copy()
+    np.save(tmp_path / "map.npy", heights)
+    found = c.predict(heights, tmp_path / "map.npy", **KNOWN | {"size": ["10nm", "10nm,10nm"]})
+    np.testing.assert_array_equal(heights, ROUGH)
+    assert [t.source for t in found.topographies] == ["array 1", "map.npy"]
+    assert found.write(tmp_path / "page", "map")[0].stat().st_size > 10000
+
+
+def test_numbers_without_a_unit_are_taken_as_numbers() -> None:
+    by_text = c.predict(ROUGH, **KNOWN | {"material": ()}, modulus="2MPa", poisson="0.5", work="50mJ/m2", range="1nm")
+    by_number = c.predict(ROUGH, **KNOWN | {"material": ()}, modulus="2MPa", poisson=0.5, work="50mJ/m2", range="1nm")
+    assert margins(by_text) == margins(by_number)
+    assert margins(c.predict(ROUGH, **KNOWN, fill=0.05)) == margins(c.predict(ROUGH, **KNOWN, fill="5%"))
+
+
+BAD_FILES: dict[str, tuple[str, bytes | np.ndarray[Any, Any], str]] = {
+    "empty csv": ("map.csv", b"", "the file is empty"),
+    "empty npy": ("map.npy", b"", "the file is empty"),
+    "empty HDF5": ("map.h5", b"", "the file is empty"),
+    "empty file of an instrument": ("map.gwy", b"", "the file is empty"),
+    "comments only": ("map.csv", b"# nothing\n", "holds no heights"),
+    "words": ("map.txt", b"hello world\n", "not a table of numbers"),
+    "rows of two lengths": ("map.csv", b"1,2\n3\n", "not a table of numbers"),
+    "bytes": ("map.txt", bytes(range(256)), "not a table of numbers"),
+    "no rows": ("map.npy", np.zeros((0, 32)), "holds no heights, an array of 0 x 32"),
+    "no columns": ("map.npy", np.zeros((32, 0)), "holds no heights, an array of 32 x 0"),
+    "nothing": ("map.npy", np.zeros(0), "holds no heights, an array of 0"),
+    "one number": ("map.npy", np.array(3.0), "one number"),
+    "one point": ("map.npy", np.ones((1, 1)), "at least 64 heights"),
+    "one short row": ("map.npy", ROUGH[:1], "at least 64 heights"),
+    "one short column": ("map.npy", ROUGH[:, :1], "at least 64 heights"),
+    "one row of equals": ("map.npy", np.ones((1, 99)), "all heights are the same"),
+    "one row without a number": ("map.npy", np.full((1, 99), np.nan), "99 of 99 heights are missing"),
+    "equals": ("map.npy", np.ones((32, 32)), "all heights are the same"),
+    "no number": ("map.npy", np.full((32, 32), np.nan), "1024 of 1024 heights are missing"),
+    "three directions": ("map.npy", np.zeros((20, 20, 20)), "two directions"),
+    "too large": ("map.npy", 1e200 * ROUGH, "heights of more than"),
+    "too small": ("map.npy", 1e-300 * ROUGH, "all heights are the same"),
+}
+
+
+@pytest.mark.parametrize("fault", BAD_FILES)
+def test_a_file_that_holds_no_map_is_refused_in_one_message(
+    fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, content, expected = BAD_FILES[fault]
+    path = tmp_path / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    else:
+        np.save(path, content)
+    dataset = ["--dataset", "heights"] if name.endswith("h5") else []
+    command = ["predict", str(path), "--size", "1um", "--unit", "nm", "--material", "mica", "-o", str(tmp_path / "out")]
+    assert main([*command, *dataset]) == 2
+    said = capsys.readouterr().err
+    assert expected in said
+    assert name in said
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+    if isinstance(content, np.ndarray) and content.ndim:
+        with pytest.raises(TopographyError, match=f"^array: .*{expected}"):
+            c.predict(content, **KNOWN)
+
+
+def test_a_folder_and_an_impossible_name_are_no_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    known = ["--size", "1um", "--unit", "nm", "--material", "mica", "-o", str(tmp_path / "out")]
+    assert main(["predict", str(tmp_path), *known]) == 2
+    assert "a folder" in capsys.readouterr().err
+    assert main(["predict", "a" * 5000, *known]) == 2
+    assert "maps = 'aaa" in (said := capsys.readouterr().err)
+    assert len(said) < 200
+
+
+@pytest.mark.parametrize(
+    ("maps", "options", "expected"),
+    [
+        ((3,), {}, "maps = 3: allowed: names of files, or arrays"),
+        ((None,), {}, "maps = None: "),
+        ((ROUGH + 0j,), {}, "maps = .*not of complex numbers"),
+        ((ROUGH > 0,), {}, "maps = .*not of booleans"),
+        (([[1.0], [1.0, 2.0]],), {}, "maps = .*rows of one length"),
+        (([["a.npy"]],), {}, "maps = .*not of text"),
+        ((), {}, "maps: a contact has one or two"),
+        ((ROUGH,) * 3, {}, "maps: a contact has one or two"),
+        ((ROUGH,), {"size": None}, "an array does not say the size of the map: give `size`"),
+        ((ROUGH,), {"unit": None}, "an array does not say the unit of the map: give `unit`"),
+        ((ROUGH,), {"size": 1e-8}, 'size = 1e-08: allowed: a text such as "10um"'),
+        ((ROUGH,), {"size": ("10nm", "10nm")}, "`size`: 2 values for one map.*are one text"),
+        ((ROUGH,), {"size": "0nm"}, "`size` '0nm': .*positive"),
+        ((ROUGH,), {"size": "1e-300nm"}, "lengths of .*possible|lengths of .*positive"),
+        ((ROUGH,), {"size": "1e300nm"}, "lengths of"),
+        ((ROUGH,), {"unit": "furlong"}, "`unit`: 'furlong' is no unit of length"),
+        ((ROUGH,), {"dataset": "a"}, "`dataset` 'a': there is one array"),
+        ((ROUGH,), {"part": "a"}, "`part` 'a': there is one array"),
+        ((ROUGH,), {"detrend": "planes"}, "detrend = 'planes': allowed: one of"),
+        ((ROUGH,), {"fill": 0}, "fill = 0: allowed"),
+        ((ROUGH,), {"fill": "none"}, "`fill` 'none'"),
+        ((ROUGH,), {"crop": "0,1nm,0,1nm"}, "`crop` leaves 3 x 3 points"),
+        ((ROUGH,), {"periodic": "no"}, "periodic = 'no': allowed: True or False"),
+        ((ROUGH,), {"threads": 0}, "threads = 0: allowed: a whole number"),
+        ((ROUGH,), {"poisson": 0.6}, "poisson = 0.6: allowed"),
+        ((ROUGH,), {"work": 0.05}, "work = 0.05: allowed: a text such as "),
+    ],
+)
+def test_the_argument_that_is_wrong_is_named(maps: Any, options: dict[str, Any], expected: str) -> None:
+    with pytest.raises((TopographyError, ArgumentError, InputError), match=expected):
+        c.predict(*maps, **KNOWN | options)
+
+
+OPTIONS = (
+    "size", "unit", "dataset", "part", "periodic", "override_size", "detrend", "fill", "crop", "cutoff", "material",
+    "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "solve", "threads",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+@given(value=ANYTHING)
+@settings(max_examples=15, deadline=None)
+def test_no_argument_of_predict_ends_in_an_error_from_the_depths(name: str, value: object) -> None:
+    if name == "solve" and isinstance(value, bool | np.bool_) and value:
+        return  # that would be a long test of the solver
+    refused_by_name(lambda **options: c.predict(ROUGH[:16, :16], **options), KNOWN, name, value)
+
+
+CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
+    "analyse": (c.analyse, {"result": "no.h5"}),
+    "plot": (c.plot, {"result": "no.h5", "folder": None}),
+    "examples": (c.examples, {"about": 3}),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+@given(data=st.data())
+@settings(max_examples=30, deadline=None)
+def test_the_other_functions_name_their_arguments_too(call: str, data: st.DataObject) -> None:
+    function, known = CALLS[call]
+    name, value = data.draw(st.sampled_from(sorted(known))), data.draw(ANYTHING)
+    with contextlib.suppress(c.StoreError):  # a name of a file that is not there is named itself
+        assert refused_by_name(function, known, name, value)
+
+
+def patterns(shape: tuple[int, ...], kind: str, rng: np.random.Generator) -> np.ndarray[Any, Any]:
+    """Odd maps of a shape."""
+    rough = rng.normal(size=shape)
+    index = np.indices(shape).sum(axis=0) if shape else np.array(0)
+    return {
+        "rough": rough,
+        "equal": np.full(shape, 3.0),
+        "missing": np.full(shape, np.nan),
+        "holes": np.where(rough > 1, np.nan, rough),
+        "one point": np.where(index == 20, 1.0, 0.0),
+        "checkerboard": index % 2.0,
+        "plane": index * 1.0,
+        "steps": np.rint(rough),
+        "infinite": np.where(rough > 2, np.inf, rough),
+        "one huge": np.where(index == 20, 1e300, rough),
+    }[kind]
+
+
+KINDS = ("rough", "equal", "missing", "holes", "one point", "checkerboard", "plane", "steps", "infinite", "one huge")
+
+
+@given(
+    array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=40) | st.tuples(st.integers(14, 40), st.integers(14, 40)),
+    st.sampled_from(KINDS),
+    st.sampled_from((0, -15, 15, -40, 40, -300, 290)),
+    st.sampled_from((None, "plane", "curvature", "lines", "none")),
+    st.booleans(),
+    st.integers(0, 99),
+)
+@example((0, 32), "rough", 0, None, False, 0)
+@example((16, 16), "one point", 0, None, False, 0)
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_an_array_of_any_shape_has_a_verdict_or_one_message(
+    shape: tuple[int, ...], kind: str, power: int, detrend: Any, periodic: bool, seed: int
+) -> None:
+    heights = patterns(shape, kind, np.random.default_rng(seed))
+    with warnings.catch_warnings(), np.errstate(over="ignore"):
+        warnings.simplefilter("error")
+        heights = heights * 10.0**power
+        try:
+            found = c.predict(heights, **KNOWN, detrend=detrend, periodic=periodic, fill="50%" if seed % 2 else None)
+        except (TopographyError, ArgumentError) as error:
+            found, message = None, str(error)
+    if found is None:
+        assert message.startswith("array: " if shape else "maps = ")
+        assert "\n" not in message
+    else:
+        assert all(margin is not None and np.isfinite(margin) for margin in margins(found))
