@@ -77,9 +77,7 @@ def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
     Raises
     ------
     ArgumentError
-        If the spacing of the grid is not a0, or the slab does not fit into memory.
-    ValueError
-        If forces reach further than the slab.
+        If the spacing of the grid is not a0, forces reach further than the slab, or it does not fit into memory.
     """
     slab = Slab.of_depth(grid, depth, model.reach)
     require_room(slab, model)
@@ -101,10 +99,10 @@ def slab_of(config: ValidateConfig | DeckConfig, model: Model) -> Slab:
     try:
         return slab_under(model, Grid.square(config.slab.n), config.slab.depth)
     except ArgumentError as error:
-        raise refuse(config, Fault(("slab", "depth"), error.allowed, "too many atoms, n² on each layer")) from None
-    except ValueError as error:
+        if error.name == "depth":
+            raise refuse(config, Fault(("slab", "depth"), error.allowed, "too many atoms, n² on each layer")) from None
         cause = "a cell made for springs, which reach one layer only"
-        raise refuse(config, Fault(("slab",), str(error), cause)) from None
+        raise refuse(config, Fault(("slab",), error.allowed, cause)) from None
 
 
 @lru_cache(maxsize=1)

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Springs, check_model
+from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, measure_force_constants, spring_force_constants
 from continuum.arguments import ArgumentError, array, instance
 from continuum.arguments import field as map_of
@@ -209,7 +210,7 @@ class LatticeResponse:
 
         Raises
         ------
-        ValueError
+        PotentialError
             If the slab is not stable.
         """
         if self.table is not None:
@@ -218,7 +219,7 @@ class LatticeResponse:
         if not (np.isfinite(stiffness).all() and (stiffness > 0).all()):
             bad = np.argwhere(~(stiffness > 0))
             msg = f"the slab is not stable: its surface has no stiffness for {len(bad)} waves, e.g. q = {bad[0]}"
-            raise ValueError(msg)
+            raise PotentialError(msg)
         stiffness.flags.writeable = False
         return stiffness
 
@@ -351,22 +352,22 @@ def require_room(slab: Slab, model: Model) -> None:
 
     Raises
     ------
-    ValueError
+    ArgumentError
         If its base is thinner than forces reach, or an atom would feel its own image.
     """
     width = int(2 * model.force_range / model.length) + 1
     if slab.frozen < model.reach or slab.mobile < model.reach:
-        msg = (
-            f"forces reach {model.reach} layers of this crystal: the slab needs at least so many mobile and so many "
-            f"frozen layers, it has {slab.mobile} and {slab.frozen} ({model.reference})"
+        allowed = (
+            f"at least {model.reach} mobile and as many frozen layers, which forces reach in this crystal, not "
+            f"{slab.mobile} and {slab.frozen} ({model.reference})"
         )
-        raise ValueError(msg)
+        raise ArgumentError("slab", slab, allowed)
     if min(slab.shape) < width:
-        msg = (
-            f"forces reach {model.force_range / model.length:.3g} a0 in this crystal: the slab needs at least {width} "
-            f"surface atoms along x and y, it has {slab.shape} ({model.reference})"
+        allowed = (
+            f"at least {width} surface atoms along x and y: forces reach {model.force_range / model.length:.3g} a0 in "
+            f"this crystal ({model.reference})"
         )
-        raise ValueError(msg)
+        raise ArgumentError("slab", slab, allowed)
 
 
 def _inverse(matrices: Complex) -> Complex:
