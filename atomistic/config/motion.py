@@ -121,7 +121,7 @@ class _MotionTable(Table):
     """What both have."""
 
     temperature: float | str
-    """k_B T in E* a0³; or in kelvin, as "300K", for a crystal that has a size"""
+    """k_B T in E* a0³, at most 0.015; or in kelvin, as "300K", for a crystal that has a size"""
     window: Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
     """time over which load and areas are averaged, in a0 (m/(E* a0³))^(1/2)"""
     hold: Annotated[int, Field(ge=1, le=LARGEST)] = 1
@@ -164,7 +164,7 @@ class VelocityTable(_MotionTable):
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)]
     """where the wall starts and where it turns, in a0; a single one for a wall at rest"""
     velocity: Positive = 0.01
-    """of the wall, in (E* a0³/m)^(1/2)"""
+    """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
 
     @check
     def _moves(self) -> Iterator[Fault]:
@@ -192,7 +192,7 @@ class SlidingTable(_MotionTable):
     distance: Positive
     """that it slides, in a0"""
     velocity: Positive
-    """of the wall, in (E* a0³/m)^(1/2)"""
+    """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
     along: Literal["x", "y"] = "x"
     """direction"""
 
