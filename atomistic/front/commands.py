@@ -99,7 +99,7 @@ def validate(
     """
     path = file_name("output", output)
     decks = None if decks is None else file_name("decks", decks)
-    workers = min(MOST_WORKERS, os.cpu_count() or 1) if workers is None else count("workers", workers)
+    workers = min(MOST_WORKERS, os.cpu_count() or 1) if workers is None else count("workers", workers, most=1024)
     flag("force", force)
     command_words(lmp_command)
     if progress is not None:

@@ -118,3 +118,23 @@ def test_any_bytes_are_a_potential_or_refused(tmp_path_factory, content):
     path.write_bytes(content)
     with pytest.raises(PotentialError, match=r"is no potential|holds the elements"):
         EmbeddedAtom.read(path)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"element": "Cu\nshell rm x"},
+        {"element": "${v}"},
+        {"style": "eam\nclear"},
+        {"name": "a\nb"},
+        {"mass": float("nan")},
+    ],
+)
+def test_no_text_given_by_hand_becomes_a_command(changes):
+    copper = {
+        "style": "eam/alloy", "element": "Cu", "mass": 63.5, "cutoff": 5.5, "guess": 11.8, "comment": "", "name": "Cu",
+        "content": b"",
+    }  # fmt: skip
+    assert EmbeddedAtom(**copper).interactions().splitlines()[1] == "pair_coeff      * * potential.eam Cu"
+    with pytest.raises(ArgumentError, match=f"{next(iter(changes))} = "):
+        EmbeddedAtom(**(copper | changes))
