@@ -24,7 +24,6 @@ from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
 from continuum.arguments import count, file_name, flag, function, instance
 from continuum.files.inputs import load
-from continuum.files.output import folder
 from continuum.files.toml import Source, find
 from continuum.show.sheet import Sheet, pairs
 
@@ -105,8 +104,6 @@ def validate(
     if progress is not None:
         function("progress", progress)
     config = file if isinstance(file, ValidateConfig) else load(file_name("file", file), ValidateConfig)
-    if decks is not None:
-        folder(decks)
     if path.suffix != ".h5":
         path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
     found = atomistic.ladder.validate.validate(
