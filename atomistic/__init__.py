@@ -15,34 +15,25 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from atomistic.crystal.crystal import Slab
     from atomistic.crystal.interatomic import LennardJones, Springs
-    from atomistic.crystal.potentials import EmbeddedAtom, PotentialError
-    from atomistic.front.commands import (
-        Deck,
-        DeckRun,
-        Elastic,
-        Validation,
-        check,
-        deck,
-        doctor,
-        elastic,
-        read,
-        run_deck,
-        validate,
-    )
+    from atomistic.crystal.pair_style import PairStyle
+    from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+    from atomistic.front.commands import Elastic, Validation, check, doctor, elastic, validate
+    from atomistic.front.decks import Deck, DeckRun, deck, read, run_deck
     from atomistic.lammps.result import LammpsError
+    from atomistic.lammps.shape import Round, Waves
     from atomistic.response.lattice import LatticeResponse
 
 _WHERE = {
-    "front.commands": (
-        "Deck", "DeckRun", "Elastic", "Validation", "check", "deck", "doctor", "elastic", "read", "run_deck",
-        "validate",
-    ),
+    "front.commands": ("Elastic", "Validation", "check", "doctor", "elastic", "validate"),
+    "front.decks": ("Deck", "DeckRun", "deck", "read", "run_deck"),
     "crystal.crystal": ("Slab",),
     "crystal.interatomic": ("LennardJones", "Springs"),
-    "crystal.potentials": ("EmbeddedAtom", "PotentialError"),
+    "crystal.pair_style": ("PairStyle",),
+    "crystal.potentials": ("EmbeddedAtom", "PotentialError", "find_potential"),
     "lammps.result": ("LammpsError",),
+    "lammps.shape": ("Round", "Waves"),
     "response.lattice": ("LatticeResponse",),
-}  # fmt: skip
+}
 # Read when they are asked for: `atomistic --help` needs none of them.
 _MODULES = {name: module for module, names in _WHERE.items() for name in names}
 
@@ -54,14 +45,18 @@ __all__ = [
     "LammpsError",
     "LatticeResponse",
     "LennardJones",
+    "PairStyle",
     "PotentialError",
+    "Round",
     "Slab",
     "Springs",
     "Validation",
+    "Waves",
     "check",
     "deck",
     "doctor",
     "elastic",
+    "find_potential",
     "read",
     "run_deck",
     "validate",

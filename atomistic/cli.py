@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from continuum.options import add_common, add_format, add_init, at_least_one, completion, exit_codes, until_stopped
 
 if TYPE_CHECKING:
-    from atomistic.front.commands import DeckRun
+    from atomistic.front.decks import DeckRun
     from continuum.files.tables import Document
 
 __all__ = ["main", "parser"]
@@ -165,6 +165,7 @@ def _validate(parsed: argparse.Namespace) -> int:
     from continuum.files.inputs import load
     from continuum.show.console import NOT_CONVERGED, OK, progress, show
 
+    _check_lmp_command(parsed)
     config = load(parsed.file, ValidateConfig)
     with progress(len(paths_of(config)), f"validate {Path(parsed.file).stem}") as tell:
         found = validate(
@@ -187,6 +188,19 @@ def _validate(parsed: argparse.Namespace) -> int:
     return OK if found.holds else NOT_CONVERGED
 
 
+def _check_lmp_command(parsed: argparse.Namespace) -> None:
+    """Refuse a command of a site that is none, by the name of its option."""
+    from atomistic.lammps.engine import command_words
+    from continuum.arguments import ArgumentError
+
+    if parsed.lmp_command is None:
+        return
+    try:
+        command_words(parsed.lmp_command)
+    except ArgumentError as error:
+        raise ArgumentError("--lmp-command", parsed.lmp_command, error.allowed) from None
+
+
 def _check(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import check
     from continuum.show.console import OK, show
@@ -196,13 +210,11 @@ def _check(parsed: argparse.Namespace) -> int:
 
 
 def _deck(parsed: argparse.Namespace) -> int:
-    from atomistic.front.commands import deck, run_deck
-    from atomistic.lammps.engine import command_words
+    from atomistic.front.decks import deck, run_deck
     from continuum.errors import InputError
     from continuum.show.console import OK, progress
 
-    if parsed.lmp_command is not None:
-        command_words(parsed.lmp_command)
+    _check_lmp_command(parsed)
     made = deck(parsed.file)
     if not made.stock and (not parsed.run or parsed.lmp_command is not None):
         msg = (
@@ -224,7 +236,7 @@ def _deck(parsed: argparse.Namespace) -> int:
 
 
 def _read(parsed: argparse.Namespace) -> int:
-    from atomistic.front.commands import read
+    from atomistic.front.decks import read
     from continuum.show.plot import written_as
 
     run = read(parsed.deck)

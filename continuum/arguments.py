@@ -9,7 +9,7 @@ import math
 import numbers
 import operator
 import os
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -220,21 +220,18 @@ def array(name: str, value: Any, shape: tuple[int, ...] | None = None, kinds: st
     return found
 
 
-def several(name: str, values: Any) -> tuple[float, ...]:
-    """Finite numbers, at least one, from a list, a tuple or a one-dimensional array.
+def several(name: str, value: Any, *, longest: int = 10_000, **bounds: float | None) -> tuple[float, ...]:
+    """Finite numbers in a list, at least one, each within the bounds of :func:`number`.
 
     Raises
     ------
     ArgumentError
-        If it is something else, or one of them is no finite number.
+        If it is something else, or there are more than ``longest``.
     """
-    listed = isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping | Set)
-    if not listed or (isinstance(values, np.ndarray) and values.ndim != 1):
-        raise ArgumentError(name, values, "a list of finite numbers")
-    found = tuple(number(name, value) for value in values)
-    if not found:
-        raise ArgumentError(name, values, "a list of at least one number")
-    return found
+    values = value.tolist() if isinstance(value, np.ndarray) else value
+    if isinstance(values, str | bytes) or not isinstance(values, Sequence) or not 1 <= len(values) <= longest:
+        raise ArgumentError(name, value, f"a list of 1 to {longest} finite numbers")
+    return tuple(number(f"{name}[{i}]", each, **bounds) for i, each in enumerate(values))
 
 
 def field(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:

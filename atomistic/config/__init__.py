@@ -9,6 +9,8 @@ from atomistic.config.crystal import (
     SpringsTable,
 )
 from atomistic.config.deck import (
+    LARGEST_PRESSURE,
+    MOST_STEPS,
     DeckConfig,
     MeanPressuresTable,
     ProtocolTable,
@@ -17,11 +19,26 @@ from atomistic.config.deck import (
     TopographySurface,
     steps_of,
 )
-from atomistic.config.motion import SlidingTable, VelocityTable, Windows, kelvin
-from atomistic.config.slab import AtomsSolverTable, SlabTable
+from atomistic.config.motion import (
+    FASTEST,
+    HOTTEST,
+    Scale,
+    SlidingTable,
+    VelocityTable,
+    Windows,
+    beyond_physics,
+    kelvin,
+)
+from atomistic.config.slab import DEEPEST, SHALLOWEST, AtomsSolverTable, SlabTable
 from atomistic.config.validate import BoundTable, CaseTable, ExponentTable, SurfacesTable, ValidateConfig
 
 __all__ = [
+    "DEEPEST",
+    "FASTEST",
+    "HOTTEST",
+    "LARGEST_PRESSURE",
+    "MOST_STEPS",
+    "SHALLOWEST",
     "AtomsSolverTable",
     "BoundTable",
     "CaseTable",
@@ -34,6 +51,7 @@ __all__ = [
     "MeanPressuresTable",
     "PairStyleTable",
     "ProtocolTable",
+    "Scale",
     "SeparationsTable",
     "SlabTable",
     "SlidingTable",
@@ -44,6 +62,7 @@ __all__ = [
     "ValidateConfig",
     "VelocityTable",
     "Windows",
+    "beyond_physics",
     "kelvin",
     "steps_of",
 ]

@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 from atomistic.crystal.interatomic import LennardJones, Potential, Springs
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
+from continuum.arguments import ArgumentError
 from continuum.files.tables import Document, Fault, Positive, Table, check
 
 __all__ = ["ElasticConfig", "EmbeddedAtomTable", "Interatomic", "LennardJonesTable", "PairStyleTable", "SpringsTable"]
@@ -44,9 +45,9 @@ class LennardJonesTable(Table):
     def _has_a_meaning(self) -> Iterator[Fault]:
         try:
             self.potential()
-        except ValueError as error:
-            key = "inner" if "inner" in str(error) else "cutoff"
-            yield Fault((key,), str(error), "a length in other units than sigma, or a key of another truncation")
+        except ArgumentError as error:
+            cause = "a length in other units than sigma, or a key of another truncation"
+            yield Fault((error.name,), f"{error.allowed}, in sigma", cause)
 
     def potential(self) -> Potential:
         """As a potential."""
@@ -60,7 +61,7 @@ def _potential_file(value: object, info: ValidationInfo) -> Path:
         raise PydanticCustomError("file_name", "the name of a potential file, in quotes")
     try:
         return find_potential(value, Path(str((info.context or {}).get("folder", "."))))
-    except PotentialError as error:
+    except (PotentialError, ArgumentError) as error:
         raise PydanticCustomError("missing_potential", "{error}", {"error": str(error)}) from error
 
 
@@ -117,16 +118,10 @@ class PairStyleTable(Table):
     def _has_a_meaning(self) -> Iterator[Fault]:
         try:
             self.potential()
+        except ArgumentError as error:
+            yield Fault(({"paths": "files"}.get(error.name, error.name),), error.allowed)
         except PotentialError as error:
-            keys = {
-                "symbol": "element",
-                "mass": "mass",
-                "cutoff": "cutoff",
-                "lattice": "lattice_constant",
-                "read": "files",
-            }
-            key = next((keys[word] for word in keys if word in str(error)), "coefficients")
-            yield Fault(("style" if "substrate" in str(error) else key,), str(error))
+            yield Fault(("files",), str(error))
 
     def potential(self) -> Potential:
         """As a potential; reads the files."""

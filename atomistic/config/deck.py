@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
+import numpy as np
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.motion import SlidingTable, VelocityTable, Windows
+from atomistic.config.motion import SlidingTable, VelocityTable, Windows, beyond_physics
 from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
+from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document, Fault, InputFile, Table, check
 from continuum.files.toml import Source
@@ -31,6 +34,8 @@ from continuum.sticky.topography import Topography
 from continuum.units import parse, unit_size
 
 __all__ = [
+    "LARGEST_PRESSURE",
+    "MOST_STEPS",
     "DeckConfig",
     "MeanPressuresTable",
     "ProtocolTable",
@@ -39,6 +44,12 @@ __all__ = [
     "TopographySurface",
     "steps_of",
 ]
+
+
+MOST_STEPS = 10_000
+"""Equilibria of a protocol."""
+LARGEST_PRESSURE = 1.0
+"""Mean pressure or tension, in E*: beyond it, neighbours have moved past one another, or apart."""
 
 
 class TopographySurface(Table):
@@ -118,7 +129,7 @@ class SeparationsTable(Table):
     """[protocol] of kind "separations": the wall at one separation after the other."""
 
     kind: Literal["separations"]
-    separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=10_000)]
+    separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
     """height of the wall's mean plane above the surface at rest, in a0, in the order of the visits"""
     retract: bool = False
     """whether to go back through the same values"""
@@ -133,11 +144,14 @@ class MeanPressuresTable(Table):
     """[protocol] of kind "mean-pressures": the wall is moved until the mean pressure is one after the other."""
 
     kind: Literal["mean-pressures"]
-    pressures: Annotated[tuple[float, ...], Field(min_length=1, max_length=10_000)]
-    """load over A0, in E*, compression positive"""
+    pressures: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
+    """load over A0, in E*, compression positive, from -1 to 1"""
 
     @check
-    def _not_zero(self) -> Iterator[Fault]:
+    def _within_the_strength(self) -> Iterator[Fault]:
+        if max(map(abs, self.pressures)) > LARGEST_PRESSURE:
+            allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*: no crystal holds beyond"
+            yield Fault(("pressures",), allowed, "a pressure in other units: E* of copper is 135 GPa")
         if 0 in self.pressures:
             yield Fault(("pressures",), "other than zero: a pressure is met to a fraction of itself")
 
@@ -162,14 +176,15 @@ class _ProtocolOnly(Document):
 
 
 def steps_of(protocol: Mapping[str, Any]) -> Steps:
-    """What a table [protocol] does.
+    """What a table [protocol] does; its numbers may be NumPy's.
 
     Raises
     ------
     ConfigError
         With all faults of the table.
     """
-    source = Source(Path("protocol"), "", {"protocol": dict(protocol)}, {})
+    plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
+    source = Source(Path("protocol"), "", {"protocol": plain}, {})
     return Steps.of(parsed(source, _ProtocolOnly).protocol)
 
 
@@ -228,10 +243,19 @@ class DeckConfig(Document):
         if isinstance(self.protocol, SlidingTable) and self.follows == "site":
             cause = "a wall that is a function of the site stays with the atoms"
             yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
-        sized = self.interatomic.kind not in ("springs", "lennard-jones")
-        if isinstance(getattr(self.protocol, "temperature", None), str) and not sized:
-            cause = "this crystal has no size, and so no kelvin"
-            yield Fault(("protocol", "temperature"), "k_B T in E* a0³", cause)
+
+    @check
+    def _moves_as_a_crystal_can(self) -> Iterator[Fault]:
+        if not isinstance(self.protocol, VelocityTable | SlidingTable):
+            return
+        mobile = round(self.slab.depth / LAYER_SPACING)
+        if self.protocol.thermostat_layers >= mobile:
+            allowed = f"fewer than the layers that move, {mobile} at this depth"
+            yield Fault(("protocol", "thermostat_layers"), allowed)
+        # Of a crystal that has a size this is asked when it has been measured, and told in its units.
+        if self.interatomic.kind in ("springs", "lennard-jones"):
+            for fault in beyond_physics(self.protocol.temperature, self.protocol.velocity, None):
+                yield replace(fault, key=("protocol", *fault.key))
 
     def steps(self) -> Steps:
         """What is done."""

@@ -11,10 +11,19 @@ from pydantic import Field
 
 from continuum.files.tables import Fault, Positive, Table, check
 
-__all__ = ["SlidingTable", "VelocityTable", "Windows", "kelvin"]
+__all__ = ["FASTEST", "HOTTEST", "Scale", "SlidingTable", "VelocityTable", "Windows", "beyond_physics", "kelvin"]
 
 LARGEST = 10_000
 """Windows of a protocol."""
+SHORTEST, LONGEST = 1.0, 1e7
+"""Duration of a window, in a0 (m/(E* a0³))^(1/2).  The shortest period of a lattice vibration is about 1: less shows no
+average of anything.  The longest, some 1e8 time steps, is half a microsecond of copper."""
+HOTTEST = 0.015
+"""k_B T, in E* a0³.  Fcc crystals melt at 0.006 (Lennard-Jones, aluminium) to 0.011 (platinum), and none is superheated
+by more than a third."""
+FASTEST = 0.3
+"""Velocity of the wall, in (E* a0³/m)^(1/2).  The slowest shear waves of fcc crystals run at 0.29 (platinum) to 0.46
+(aluminium): atoms cannot make room for a wall that is faster."""
 
 
 class Windows(NamedTuple):
@@ -29,11 +38,64 @@ class Windows(NamedTuple):
     """Of each window, in a0 (m/(E* a0³))^(1/2)."""
     temperature: float | str
     """k_B T in E* a0³, or kelvin."""
-    layers: int
-    """That the thermostat holds, above the frozen base."""
+    thermostat_layers: int
+    """Above the frozen base."""
     damping: float
     """Time constant of the thermostat, in the unit of the duration."""
     seed: int
+    velocity: float
+    """Of the wall, in (E* a0³/m)^(1/2)."""
+
+
+class Scale(NamedTuple):
+    """What the units of a motion are in a crystal that has a size."""
+
+    kelvin: float
+    """E* a0³/k_B."""
+    metres_per_second: float
+    """(E* a0³/m)^(1/2)."""
+
+
+def beyond_physics(temperature: float | str, velocity: float, scale: Scale | None) -> Iterator[Fault]:
+    """What of a motion no crystal stands, or this one has no unit for, by the keys of [protocol].
+
+    Parameters
+    ----------
+    temperature : k_B T in E* a0³, or kelvin, as "300K".
+    velocity : of the wall, in (E* a0³/m)^(1/2).
+    scale : of the crystal; None for one of no size.
+    """
+    here = ("", "") if scale is None else (
+        f" ({HOTTEST * scale.kelvin:.4g} K)", f" ({FASTEST * scale.metres_per_second:.4g} m/s)"
+    )  # fmt: skip
+    if isinstance(temperature, str) and scale is None:
+        yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no size, and so no kelvin")
+    elif _thermal_energy(temperature, scale) > HOTTEST:
+        allowed = f"k_B T of at most {HOTTEST:g} E* a0³{here[0]}: fcc crystals melt at 0.006 to 0.011"
+        cause = "a slip in the number"
+        if not isinstance(temperature, str):
+            cause = "kelvin where k_B T in E* a0³ is asked for"
+            cause += ": this crystal has no size, and so no kelvin" if scale is None else (
+                f'; {temperature:g} E* a0³ are {temperature * scale.kelvin:.3g} K: write "{temperature:g}K"'
+            )  # fmt: skip
+        yield Fault(("temperature",), allowed, cause)
+    if velocity > FASTEST:
+        allowed = f"at most {FASTEST:g} (E* a0³/m)^(1/2){here[1]}, slower than the shear waves of fcc crystals"
+        cause = "a velocity in other units"
+        if scale is not None:
+            speed = scale.metres_per_second
+            cause += f"; {velocity:g} (E* a0³/m)^(1/2) are {velocity * speed:.3g} m/s, and 1 m/s is {1 / speed:.3g}"
+        yield Fault(("velocity",), allowed, cause)
+
+
+def _thermal_energy(temperature: float | str, scale: Scale | None) -> float:
+    """k_B T in E* a0³; 0 of a text that is no temperature, of which another fault tells."""
+    if not isinstance(temperature, str):
+        return temperature
+    try:
+        return kelvin(temperature) / scale.kelvin if scale is not None else 0.0
+    except ValueError:
+        return 0.0
 
 
 def kelvin(text: str) -> float:
@@ -59,14 +121,14 @@ class _MotionTable(Table):
     """What both have."""
 
     temperature: float | str
-    """k_B T in E* a0³; or in kelvin, as "300K", for a crystal that has a size"""
-    window: Positive
+    """k_B T in E* a0³, at most 0.015; or in kelvin, as "300K", for a crystal that has a size"""
+    window: Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
     """time over which load and areas are averaged, in a0 (m/(E* a0³))^(1/2)"""
     hold: Annotated[int, Field(ge=1, le=LARGEST)] = 1
     """windows before the wall moves"""
     thermostat_layers: Annotated[int, Field(ge=1)] = 2
     """layers above the frozen base that a Langevin thermostat holds at the temperature; all others are free"""
-    damping: Positive = 2.0
+    damping: Annotated[float, Field(ge=0.1, le=1e4)] = 2.0
     """time constant of the thermostat, in the unit of window"""
     seed: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     """of the first velocities and of the thermostat"""
@@ -91,7 +153,7 @@ class _MotionTable(Table):
         separations, offsets = zip(*places, strict=True)
         return Windows(
             separations, offsets, along, tuple(duration), self.temperature, self.thermostat_layers, self.damping,
-            self.seed,
+            self.seed, velocity,
         )  # fmt: skip
 
 
@@ -102,7 +164,7 @@ class VelocityTable(_MotionTable):
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)]
     """where the wall starts and where it turns, in a0; a single one for a wall at rest"""
     velocity: Positive = 0.01
-    """of the wall, in (E* a0³/m)^(1/2)"""
+    """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
 
     @check
     def _moves(self) -> Iterator[Fault]:
@@ -110,7 +172,11 @@ class VelocityTable(_MotionTable):
         if any(a == b for a, b in pairwise(self.separations)):
             yield Fault(("separations",), "another one each time", "a wall at rest: hold")
         elif way / self.velocity / self.window > LARGEST:
-            yield Fault(("window",), f"at most {LARGEST} windows on the way")
+            yield Fault(("window",), f"at most {LARGEST} windows on the way along the separations at this velocity")
+        elif self.velocity <= FASTEST and any(
+            abs(b - a) / self.velocity < SHORTEST for a, b in pairwise(self.separations)
+        ):
+            yield Fault(("separations",), f"apart by at least velocity x {SHORTEST:g}, the shortest window")
 
     def windows(self) -> Windows:
         """Of the run."""
@@ -126,14 +192,16 @@ class SlidingTable(_MotionTable):
     distance: Positive
     """that it slides, in a0"""
     velocity: Positive
-    """of the wall, in (E* a0³/m)^(1/2)"""
+    """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
     along: Literal["x", "y"] = "x"
     """direction"""
 
     @check
-    def _short(self) -> Iterator[Fault]:
+    def _lasts(self) -> Iterator[Fault]:
         if self.distance / self.velocity / self.window > LARGEST:
-            yield Fault(("window",), f"at most {LARGEST} windows on the way")
+            yield Fault(("window",), f"at most {LARGEST} windows over the distance at this velocity")
+        elif self.velocity <= FASTEST and self.distance / self.velocity < SHORTEST:
+            yield Fault(("distance",), f"at least velocity x {SHORTEST:g}, the shortest window")
 
     def windows(self) -> Windows:
         """Of the run."""

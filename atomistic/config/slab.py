@@ -11,7 +11,10 @@ from continuum.files.tables import Fault, Table
 from continuum.runs.surfaces import SelfAffineSurface, SelfAffineTable
 from continuum.runs.tables import ToleranceTable, Unit
 
-__all__ = ["AtomsSolverTable", "SlabTable", "misfits"]
+__all__ = ["DEEPEST", "SHALLOWEST", "AtomsSolverTable", "SlabTable", "misfits"]
+
+SHALLOWEST, DEEPEST = 2.0, 512.0
+"""Depth of a slab, in a0."""
 
 
 class SlabTable(Table):
@@ -19,7 +22,7 @@ class SlabTable(Table):
 
     n: Annotated[int, Field(ge=8, le=512)]
     """surface atoms along x and along y; the period is n a0"""
-    depth: Annotated[float, Field(ge=2, le=512)]
+    depth: Annotated[float, Field(ge=SHALLOWEST, le=DEEPEST)]
     """from the surface plane to the frozen base, in a0, rounded to whole layers"""
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from continuum.arguments import ArgumentError, array, count, field, instance, number, pair
 from continuum.model.grid import Grid, Real
 
 if TYPE_CHECKING:
@@ -18,6 +19,8 @@ __all__ = ["LAYER_SPACING", "Slab", "chemical_symbol"]
 
 LAYER_SPACING = float(np.sqrt(0.5))
 """Distance of neighbouring (100) planes, in a0."""
+_MOST_ATOMS = 2**31 - 1
+"""LAMMPS numbers atoms with 32 bits."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +39,8 @@ class Slab:
 
     Raises
     ------
-    ValueError
-        If a number is too small.
+    ArgumentError
+        If a number is too small, or there are more atoms than LAMMPS can number.
     """
 
     shape: tuple[int, int]
@@ -45,13 +48,14 @@ class Slab:
     frozen: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
-        if len(self.shape) != 2 or min(self.shape) < 3:
-            msg = f"a slab has at least 3 surface atoms along x and along y, got {self.shape}"
-            raise ValueError(msg)
-        if self.mobile < 1 or self.frozen < 1:
-            msg = f"a slab has at least 1 mobile and 1 frozen layer, got {self.mobile} and {self.frozen}"
-            raise ValueError(msg)
+        """Check that the numbers are those of a slab that LAMMPS can hold."""
+        shape = tuple(count("shape", n, 3) for n in pair("shape", self.shape))
+        mobile, frozen = count("mobile", self.mobile), count("frozen", self.frozen)
+        if shape[0] * shape[1] * (mobile + frozen) > _MOST_ATOMS:
+            layers = f"{mobile} mobile layers, as its depth asks for, and {frozen} frozen"
+            raise ArgumentError("shape", shape, f"a slab of at most {_MOST_ATOMS} atoms; this one has {layers}")
+        for name, value in (("shape", shape), ("mobile", mobile), ("frozen", frozen)):
+            object.__setattr__(self, name, value)
 
     @classmethod
     def of_depth(cls, grid: Grid, depth: float, frozen: int = 1) -> Slab:
@@ -59,15 +63,12 @@ class Slab:
 
         Raises
         ------
-        ValueError
+        ArgumentError
             If the spacing of the grid is not a0, or the depth holds no layer.
         """
-        if not np.allclose(grid.spacing, 1.0, rtol=1e-12, atol=0):
-            msg = f"surface atoms sit on a grid of spacing a0 = 1, this one has the spacing {grid.spacing}"
-            raise ValueError(msg)
-        if not (np.isfinite(depth) and depth > 0) or round(depth / LAYER_SPACING) < 1:
-            msg = f"a slab is at least one layer deep, {LAYER_SPACING:.4g} a0, got a depth of {depth}"
-            raise ValueError(msg)
+        if not np.allclose(instance("grid", grid, Grid).spacing, 1.0, rtol=1e-12, atol=0):
+            raise ArgumentError("grid", grid, f"a grid of spacing a0 = 1, one point for each atom, not {grid.spacing}")
+        depth = number("depth", depth, above=LAYER_SPACING / 2, most=_MOST_ATOMS)
         return cls(grid.shape, round(depth / LAYER_SPACING), frozen)
 
     @property
@@ -102,13 +103,13 @@ class Slab:
 
         Raises
         ------
-        ValueError
+        ArgumentError
             If there is no such atom.
         """
-        if np.size(ids) and not (np.min(ids) >= 1 and np.max(ids) <= self.size):
-            msg = f"the atoms of this slab are numbered 1 to {self.size}, got {np.min(ids)} to {np.max(ids)}"
-            raise ValueError(msg)
-        return np.unravel_index(np.asarray(ids) - 1, (self.layers, *self.shape))
+        given = array("ids", ids, kinds="iu")
+        if given.size and not (given.min() >= 1 and given.max() <= self.size):
+            raise ArgumentError("ids", ids, f"numbers of atoms of this slab, 1 to {self.size}")
+        return np.unravel_index(given - 1, (self.layers, *self.shape))
 
     @cached_property
     def positions(self) -> Real:
@@ -134,11 +135,22 @@ class Slab:
         displacements : from the lattice sites, shape (layers, nx, ny, 3), in a0.
         symbol : chemical symbol; "X" is ASE's for none.
         spacing : a0 in the unit wanted, e.g. 2.556 for copper in Å.
+
+        Raises
+        ------
+        ArgumentError
+            If the displacements are not those of these atoms, or there is no such element or spacing.
         """
         import ase.constraints
+        import ase.data
 
         fix_atoms: Any = ase.constraints.FixAtoms  # not annotated
-        at = self.positions if displacements is None else self.positions + displacements
+        at = self.positions
+        if displacements is not None:
+            at = at + field("displacements", displacements, (self.layers, *self.shape, 3))
+        if not isinstance(symbol, str) or symbol not in ase.data.chemical_symbols:
+            raise ArgumentError("symbol", symbol, 'a chemical symbol, or "X" for none')
+        number("spacing", spacing, above=0, most=1e12)
         layer = np.repeat(np.arange(self.layers), self.shape[0] * self.shape[1])
         return ase.Atoms(
             [symbol] * self.size,

@@ -11,17 +11,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
 from atomistic.crystal.elastic import CubicConstants, contact_modulus
+from continuum.arguments import ArgumentError, choice, number
 from continuum.model.grid import Real
 from continuum.units import Units
 
-__all__ = ["LennardJones", "Model", "Potential", "Springs"]
+__all__ = ["LennardJones", "Model", "Potential", "Springs", "check_model", "check_potential"]
 
 
+@runtime_checkable
 class Potential(Protocol):
     """Forces between atoms, as LAMMPS computes them, in its units: ``lj`` (pure numbers) or ``metal`` (eV, Å)."""
 
@@ -72,6 +74,7 @@ class Potential(Protocol):
         """LAMMPS commands that define the forces, on the perfect lattice."""
 
 
+@runtime_checkable
 class Model(Potential, Protocol):
     """What a substrate must know of its atoms, in units of a0 and E*; sizes of these units in those of LAMMPS."""
 
@@ -104,6 +107,33 @@ class Model(Potential, Protocol):
         """Size of a0 and E*; None for a crystal of no size."""
 
 
+def check_potential(name: str, value: Any) -> Potential:
+    """An argument that is to be an interatomic model, measured or not.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if isinstance(value, type) or not isinstance(value, Potential):
+        models = "Springs(), LennardJones(), EmbeddedAtom.read(...), PairStyle(...)"
+        raise ArgumentError(name, value, f"an interatomic model: {models}")
+    return value
+
+
+def check_model(name: str, value: Any) -> Model:
+    """An argument that is to be an interatomic model with its crystal, in units of a0 and E*.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if isinstance(value, type) or not isinstance(value, Model):
+        raise ArgumentError(name, value, "a model whose crystal is known: Springs(), or elastic(...).model")
+    return value
+
+
 @dataclass(frozen=True)
 class Springs:
     """Harmonic springs between nearest neighbours, at rest at the distance a0: V(r) = stiffness/2 (r - a0)².
@@ -129,10 +159,8 @@ class Springs:
     real_units: None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
-        if not (np.isfinite(self.stiffness) and self.stiffness > 0):
-            msg = f"the stiffness of a spring is a positive finite number, got {self.stiffness}"
-            raise ValueError(msg)
+        """Check the stiffness."""
+        object.__setattr__(self, "stiffness", number("stiffness", self.stiffness, above=0))
 
     @property
     def lattice_constant(self) -> float:
@@ -232,20 +260,14 @@ class LennardJones:
     guess: float = field(default=0.92, init=False)
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
-        if self.truncation not in ("smooth/linear", "smooth", "mdf"):
-            msg = f'the truncation is "smooth/linear", "smooth" or "mdf", got {self.truncation!r}'
-            raise ValueError(msg)
-        if not (np.isfinite(self.cutoff) and 1.2 <= self.cutoff <= 10):
-            msg = f"the cut-off of Lennard-Jones is 1.2 to 10 σ, got {self.cutoff}"
-            raise ValueError(msg)
-        if self.truncation == "smooth/linear":
-            if self.inner is not None:
-                msg = "an inner radius belongs to the truncations smooth and mdf"
-                raise ValueError(msg)
-        elif self.inner is None or not 1.0 <= self.inner < self.cutoff:
-            msg = f"the inner radius is between 1 σ and the cut-off, {self.cutoff} σ, got {self.inner}"
-            raise ValueError(msg)
+        """Check the radii, in their order."""
+        choice("truncation", self.truncation, ("smooth/linear", "smooth", "mdf"))
+        number("cutoff", self.cutoff, least=1.2, most=10)
+        if self.truncation != "smooth/linear":
+            if number("inner", self.inner, least=1) >= self.cutoff:
+                raise ArgumentError("inner", self.inner, f"less than the cutoff, {self.cutoff:g}")
+        elif self.inner is not None:
+            raise ArgumentError("inner", self.inner, 'nothing but with truncation="smooth" or "mdf"')
 
     @property
     def force_range(self) -> float:

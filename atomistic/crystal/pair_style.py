@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from atomistic.crystal.potentials import PotentialError, content_of
+from atomistic.crystal.potentials import content_of
+from continuum.arguments import ArgumentError, file_name, flag, number
 
 __all__ = ["REFUSED_STYLES", "PairStyle"]
 
@@ -44,8 +45,8 @@ class PairStyle:
 
     Raises
     ------
-    PotentialError
-        If a name or a word is none, or a style is refused.
+    ArgumentError
+        If a name or a word is none, a number is out of range, or a style is refused.
     """
 
     style: str
@@ -62,44 +63,52 @@ class PairStyle:
     atom_style: Literal["atomic"] = field(default="atomic", init=False)
 
     def __post_init__(self) -> None:
-        """Refuse what is no name, no word, or no number."""
-        if not _STYLE.fullmatch(self.style) or REFUSED_STYLES.fullmatch(self.style):
-            msg = f"{self.style[:80]!r} is no pair_style that a substrate can be made of"
-            raise PotentialError(msg)
-        if not _ELEMENT.fullmatch(self.element):
-            msg = f"{self.element[:80]!r} is no chemical symbol"
-            raise PotentialError(msg)
+        """Check names, words and numbers: nothing else enters a script."""
+        style = self.style
+        if not isinstance(style, str) or not _STYLE.fullmatch(style) or REFUSED_STYLES.fullmatch(style):
+            raise ArgumentError("style", style, "the name of a pair_style that a substrate can be made of")
+        if not isinstance(self.element, str) or not _ELEMENT.fullmatch(self.element):
+            raise ArgumentError("element", self.element, 'a chemical symbol, as "Cu"')
         for name in ("mass", "cutoff", "lattice_constant"):
-            value = getattr(self, name)
-            if not 0 < value < 1000:
-                msg = f"the {name.replace('_', ' ')} of a pair_style is positive, in u or Å, got {value}"
-                raise PotentialError(msg)
-        if not self.coefficients or not all(self.coefficients):
-            msg = "a pair_style has at least one pair_coeff, each of at least one word"
-            raise PotentialError(msg)
-        known = set(self.contents)
-        for word in (*self.arguments, *(word for line in self.coefficients for word in line if word not in known)):
-            # A path would read a file that does not travel with the model.
-            if not _WORD.fullmatch(word) or "/" in word:
-                cause = "name a file also under files" if "/" in word else "letters, digits and _ . + - * ="
-                msg = f"{word[:80]!r} is no word of a pair_style or pair_coeff: {cause}"
-                raise PotentialError(msg)
+            number(name, getattr(self, name), above=0, below=1000)
+        flag("many_body", self.many_body)
+        self._check_contents()
+        _check_words("arguments", self.arguments, set())
+        lines = self.coefficients
+        if not isinstance(lines, Sequence) or isinstance(lines, str | bytes) or not lines or not all(lines):
+            raise ArgumentError("coefficients", lines, 'words of one pair_coeff or more, as (("*", "*"),)')
+        for words in lines:
+            _check_words("coefficients", words, set(self.contents))
+        object.__setattr__(self, "arguments", tuple(self.arguments))
+        object.__setattr__(self, "coefficients", tuple(map(tuple, lines)))
+
+    def _check_contents(self) -> None:
+        contents = self.contents
+        sound = isinstance(contents, Mapping) and all(
+            isinstance(name, str) and isinstance(content, bytes) for name, content in contents.items()
+        )
+        if not sound:
+            raise ArgumentError("contents", contents, "files by name, as PairStyle.read_files gives them")
 
     @staticmethod
-    def read_files(paths: tuple[Path, ...]) -> dict[str, bytes]:
+    def read_files(paths: Sequence[str | Path]) -> dict[str, bytes]:
         """Contents of files by their names.
 
         Raises
         ------
+        ArgumentError
+            If they are no names of files, or two files have one name.
         PotentialError
-            If one cannot be read or is too large, or two have one name.
+            If one cannot be read or is too large.
         """
+        if not isinstance(paths, Sequence) or isinstance(paths, str | bytes):
+            raise ArgumentError("paths", paths, "a list of files")
         found: dict[str, bytes] = {}
-        for path in paths:
+        for given in paths:
+            path = file_name("paths", given)
             content = content_of(path)
             if path.name in found:
-                msg = f"two files have the name {path.name}"
-                raise PotentialError(msg)
+                raise ArgumentError("paths", paths, f"files of different names, not two of the name {path.name}")
             found[path.name] = content
         return found
 
@@ -150,3 +159,17 @@ class PairStyle:
         for words in self.coefficients:
             lines.append(" ".join(["pair_coeff     ", *(self._names.get(word, word) for word in words)]))
         return "\n".join(lines)
+
+
+def _check_words(name: str, words: Any, known: set[str]) -> None:
+    """Refuse what is no list of words, but for the names of files that travel with the model."""
+    if not isinstance(words, Sequence) or isinstance(words, str | bytes):
+        raise ArgumentError(name, words, "a list of words")
+    for word in words:
+        if not isinstance(word, str):
+            raise ArgumentError(name, word, 'words, in quotes, numbers, too: "2.5"')
+        if word not in known and not _WORD.fullmatch(word):
+            raise ArgumentError(name, word, "words of letters, digits and _ . + - * =")
+        # A path would read a file that does not travel with the model.
+        if word not in known and "/" in word:
+            raise ArgumentError(name, word, "no path: name the file also under files")

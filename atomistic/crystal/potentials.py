@@ -14,11 +14,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from atomistic.crystal.crystal import chemical_symbol
+from continuum.arguments import ArgumentError, choice, file_name, instance, number
 from continuum.errors import InputError
 from continuum.files.toml import nearest
 
@@ -54,7 +55,7 @@ def content_of(path: Path) -> bytes:
         raise PotentialError(msg) from error
 
 
-def find_potential(name: str, folder: Path | None = None) -> Path:
+def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
     """A potential file by path, or by the bare name of one that comes with LAMMPS.
 
     Parameters
@@ -64,23 +65,23 @@ def find_potential(name: str, folder: Path | None = None) -> Path:
 
     Raises
     ------
+    ArgumentError
+        If that is no name of a file.
     PotentialError
         If there is no such file.
     """
-    own = (folder or Path()) / name
+    named = file_name("name", name)
+    own = (Path() if folder is None else file_name("folder", folder)) / named
     shipped = list(_shipped())
-    try:
-        candidates = [own, *(place / name for place in shipped if Path(name).name == name)]
-        found = [path for path in candidates if path.is_file()]
-    except (OSError, ValueError):  # a name with a NUL, or far too long
-        found = []
+    candidates = [own, *(place / named for place in shipped if named.name == str(named))]
+    found = [path for path in candidates if path.is_file()]
     if found:
         return found[0]
     names = [path.name for place in shipped for path in place.iterdir() if ".eam" in path.name]
-    meant = nearest(Path(name.replace("\0", "")).name, names)
+    meant = nearest(named.name, names)
     hint = f"; did you mean {meant}?" if meant else ""
     places = ", ".join(map(str, shipped)) or "no folder of potentials"
-    msg = f"there is no potential file {name!r} in {own.parent} nor among those of LAMMPS ({places}){hint}"
+    msg = f"there is no potential file {str(named)!r} in {own.parent} nor among those of LAMMPS ({places}){hint}"
     raise PotentialError(msg)
 
 
@@ -96,7 +97,8 @@ def _shipped() -> Iterator[Path]:
 class EmbeddedAtom:
     """One element of an embedded-atom potential: E = Σ F(ρ_i) + Σ φ(r_ij), ρ_i = Σ ρ(r_ij), in eV and Å.
 
-    Made by :meth:`read`.  Forces reach twice the cut-off: an atom feels a change in the density at its neighbours.
+    :meth:`read` makes one from a file.  Forces reach twice the cut-off: an atom feels a change in the density at its
+    neighbours.
 
     Parameters
     ----------
@@ -108,6 +110,11 @@ class EmbeddedAtom:
     comment : what the file says of itself.
     name : of the file.
     content : of the file.
+
+    Raises
+    ------
+    ArgumentError
+        If one of these is none.
     """
 
     style: Style
@@ -122,21 +129,37 @@ class EmbeddedAtom:
     units: Literal["metal"] = field(default="metal", init=False)
     atom_style: Literal["atomic"] = field(default="atomic", init=False)
 
+    def __post_init__(self) -> None:
+        """Check names and numbers: style and element enter a script."""
+        choice("style", self.style, ("eam", "eam/alloy", "eam/fs"))
+        _check_element(self.element)
+        for key in ("mass", "cutoff"):
+            number(key, getattr(self, key), above=0)
+        number("guess", self.guess, least=0)
+        for key in ("comment", "name"):
+            if not isinstance(text := getattr(self, key), str) or not text.isprintable():
+                raise ArgumentError(key, text, "a printable text of one line, which stands in records of results")
+        instance("content", self.content, bytes, "the content of the file, as bytes")
+
     @classmethod
-    def read(cls, path: Path, element: str | None = None) -> EmbeddedAtom:
+    def read(cls, path: str | Path, element: str | None = None) -> EmbeddedAtom:
         """One element of a file, whose format is told by its content.
 
         Parameters
         ----------
-        path : of the file.
+        path : of the file, as :func:`find_potential` finds those that come with LAMMPS.
         element : chemical symbol; may be left out where the file holds one only.
 
         Raises
         ------
+        ArgumentError
+            If that is no name of a file or no chemical symbol.
         PotentialError
             If the file cannot be read, is of no such format, or does not hold the element.
         """
-        path = Path(path)
+        path = file_name("path", path)
+        if element is not None:
+            _check_element(element)
         content = content_of(path)
         try:
             table = _parse(content)
@@ -150,11 +173,12 @@ class EmbeddedAtom:
         if element is None and len(table.elements) == 1:
             element = next(iter(table.elements))
         if element not in table.elements:
-            given = "none was named" if element is None else f"{element!r} is not among them"
+            given = "no element was named" if element is None else f"the element {element!r} is not among them"
             msg = f"{path} holds the elements {', '.join(table.elements)}: {given}"
             raise PotentialError(msg)
         header = table.elements[element]
-        return cls(table.style, element, header.mass, table.cutoff, header.volume, table.comment, path.name, content)
+        name = "".join(c for c in path.name if c.isprintable())
+        return cls(table.style, element, header.mass, table.cutoff, header.volume, table.comment, name, content)
 
     @property
     def force_range(self) -> float:
@@ -189,6 +213,11 @@ class EmbeddedAtom:
         if self.style == "eam":
             return f"pair_style      eam\npair_coeff      1 1 {POTENTIAL}"
         return f"pair_style      {self.style}\npair_coeff      * * {POTENTIAL} {self.element}"
+
+
+def _check_element(value: Any) -> None:
+    if not isinstance(value, str) or not _ELEMENT.fullmatch(value):
+        raise ArgumentError("element", value, 'a chemical symbol, as "Cu"')
 
 
 class _MalformedError(ValueError):

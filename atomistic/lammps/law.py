@@ -8,9 +8,11 @@ that costs is measured and written into the deck.
 from __future__ import annotations
 
 import io
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PPoly
@@ -20,7 +22,7 @@ from continuum.model.grid import Real
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 
-__all__ = ["PIECES", "NativeLaw", "native_law", "read_wall_table", "wall_table"]
+__all__ = ["LAWS", "PIECES", "NativeLaw", "native_law", "read_law", "read_wall_table", "wall_table"]
 
 PIECES = 192
 """Cubic pieces of a table in LAMMPS, at most: the formula is parsed anew in each evaluation of the forces."""
@@ -36,7 +38,7 @@ class NativeLaw:
 
     lines: str
     """That define the variables ``core``, ``traction`` and ``energy``."""
-    error: float
+    error: float = 0.0
     """Largest difference of the traction from the law, in E*; 0 for a formula, which differs by rounding only."""
 
 
@@ -49,20 +51,15 @@ def native_law(wall: Wall) -> NativeLaw:
     TypeError
         If the law has no formula here: a hard wall, whose traction is no function of the gap.
     """
-    if isinstance(wall, LennardJonesSpline):
-        return NativeLaw(_spline(wall), 0.0)
-    if isinstance(wall, InversePowers):
-        return NativeLaw(_inverse_powers(wall), 0.0)
-    if isinstance(wall, Exponential):
-        return NativeLaw(_exponential(wall), 0.0)
-    if isinstance(wall, TabulatedWall):
-        return _table(wall)
+    write = LAWS.get(type(wall))
+    if write is not None:
+        return write(wall)
     cause = (
         "its traction is no function of the gap (a repulsive wall that has one: LennardJonesSpline(0))"
         if wall.law is None
         else "it has no formula in LAMMPS' language"
     )
-    msg = f"a {type(wall).__name__} cannot act in a deck: {cause}"
+    msg = f"the wall law {type(wall).__name__} cannot act in a deck: {cause}"
     raise TypeError(msg)
 
 
@@ -72,10 +69,10 @@ def _define(name: str, value: float | str, style: str = "equal", comment: str = 
     return f"{line}    # {comment}" if comment else line
 
 
-def _with_core(wall: Wall, lines: list[str], traction: str, energy: str) -> str:
+def _with_core(wall: Wall, lines: list[str], traction: str, energy: str, error: float = 0.0) -> NativeLaw:
     """A law that goes on with constant stiffness below its core."""
     at_core = wall.evaluate(np.array([wall.core]))
-    return "\n".join(
+    text = "\n".join(
         [
             "# Below the core, where no equilibrium may lie, the law goes on with constant stiffness.",
             _define("core", wall.core, comment="a0"),
@@ -90,9 +87,10 @@ def _with_core(wall: Wall, lines: list[str], traction: str, energy: str) -> str:
             _define("energy", energy, "atom"),
         ]
     )
+    return NativeLaw(text, error)
 
 
-def _spline(wall: LennardJonesSpline) -> str:
+def _spline(wall: LennardJonesSpline) -> NativeLaw:
     lines = [
         "# 9-3 repulsion below a gap of a0, a cubic spline in attraction beyond it.",
         _define("k", wall.minimum_stiffness, comment="stiffness at the minimum, E*/a0"),
@@ -118,7 +116,7 @@ def _spline(wall: LennardJonesSpline) -> str:
     )
 
 
-def _inverse_powers(wall: InversePowers) -> str:
+def _inverse_powers(wall: InversePowers) -> NativeLaw:
     m, n = wall.powers
     lines = [
         f"# Energy c (gap^-{m}/{m} - gap^-{n}/{n}), not cut off; gaps in a0.",
@@ -134,8 +132,8 @@ def _inverse_powers(wall: InversePowers) -> str:
     )
 
 
-def _exponential(wall: Exponential) -> str:
-    return "\n".join(
+def _exponential(wall: Exponential) -> NativeLaw:
+    text = "\n".join(
         [
             "# Exponential attraction outside, a harmonic core inside.",
             _define("core", _NO_CORE, comment="no gap is too small"),
@@ -153,13 +151,15 @@ def _exponential(wall: Exponential) -> str:
             ),
         ]
     )  # fmt: skip
+    return NativeLaw(text)
 
 
 def _table(wall: TabulatedWall) -> NativeLaw:
     """A tree of cubic pieces of the traction, and of its integral."""
     pieces = _pieces(wall)
     energy = _energy(pieces)
-    lines = _with_core(
+    at = np.linspace(wall.gap[0], wall.gap[-1], 20 * max(PIECES, wall.gap.size))[:-1]
+    return _with_core(
         wall,
         [
             f"# Cubic pieces of a table, {pieces.c.shape[1]} of them; zero beyond the last.",
@@ -168,9 +168,17 @@ def _table(wall: TabulatedWall) -> NativeLaw:
         ],
         "ternary(v_gap>v_core,v_law,v_core_push)",
         "ternary(v_gap>v_core,v_law_energy,v_core_push_energy)",
+        float(np.abs(pieces(at) - wall.evaluate(at).traction).max()),
     )
-    at = np.linspace(wall.gap[0], wall.gap[-1], 20 * max(PIECES, wall.gap.size))[:-1]
-    return NativeLaw(lines, float(np.abs(pieces(at) - wall.evaluate(at).traction).max()))
+
+
+LAWS: dict[type[Wall], Callable[[Any], NativeLaw]] = {
+    LennardJonesSpline: _spline,
+    InversePowers: _inverse_powers,
+    Exponential: _exponential,
+    TabulatedWall: _table,
+}
+"""How each law is written for LAMMPS.  Decks of these laws can be written, and read again by the name of the class."""
 
 
 def _pieces(wall: TabulatedWall) -> PPoly:
@@ -277,3 +285,26 @@ def read_wall_table(path: Path) -> TabulatedWall:
     """The wall law of a ``wall.table``, as a cubic spline through its knots."""
     gap, _, traction = np.loadtxt(path, unpack=True)
     return TabulatedWall(gap, traction)
+
+
+def read_law(law: str, numbers: Mapping[str, Any], table: Path) -> Wall:
+    """The wall law of a deck.
+
+    Parameters
+    ----------
+    law : name of its class.
+    numbers : its parameters.
+    table : ``wall.table`` of the deck, which holds the parameters of a :class:`TabulatedWall`.
+
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        If no law of this version has this name and these parameters, or the table cannot be read.
+    """
+    known = {kind.__name__: kind for kind in LAWS}
+    if law not in known:
+        msg = f"the wall law {law!r} is not one that this version reads ({', '.join(known)})"
+        raise ValueError(msg)
+    if law == TabulatedWall.__name__:
+        return read_wall_table(table)
+    return known[law](**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})

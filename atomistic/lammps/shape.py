@@ -10,17 +10,23 @@ other array is interpolated in this process and handed to LAMMPS in each evaluat
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from scipy.interpolate import NdBSpline, make_interp_spline
 
 from atomistic.lammps.language import atom_variable, number
+from continuum.arguments import ArgumentError, count, flag, pair
+from continuum.arguments import number as number_of
 from continuum.model.grid import Grid, Real
 
-__all__ = ["MOST_WAVES", "Height", "Interpolated", "Round", "Shape", "Waves", "force_lines", "shape_of"]
+__all__ = [
+    "MOST_WAVES", "Height", "Interpolated", "Round", "Shape", "Waves", "check_shape", "force_lines", "misfit",
+    "shape_of",
+]  # fmt: skip
 
 MOST_WAVES = 12
 """Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
@@ -35,6 +41,7 @@ class Height(NamedTuple):
     slope_y: Real
 
 
+@runtime_checkable
 class Shape(Protocol):
     """A wall as a function of the position, of the period of the slab."""
 
@@ -48,6 +55,12 @@ class Shape(Protocol):
         """
 
 
+def _set_period(shape: Round | Waves) -> None:
+    """Check the period of a shape, and keep it as two floats."""
+    period = tuple(number_of("period", length, above=0) for length in pair("period", shape.period))
+    object.__setattr__(shape, "period", period)
+
+
 @dataclass(frozen=True)
 class Round:
     """Heights max(r - b, 0)²/(2 R) at the distance r from the axis: sphere, cylinder, or punch with a rounded edge.
@@ -58,12 +71,25 @@ class Round:
     radius : R, in a0.
     flat_radius : b, in a0.
     across : which of x and y count for r: both for sphere and punch, one for a cylinder along the other.
+
+    Raises
+    ------
+    ArgumentError
+        If one of these is no such number.
     """
 
     period: tuple[float, float]
     radius: float
     flat_radius: float = 0.0
     across: tuple[bool, bool] = (True, True)
+
+    def __post_init__(self) -> None:
+        """Check the numbers, and that the height depends on the position at all."""
+        _set_period(self)
+        number_of("radius", self.radius, above=0)
+        number_of("flat_radius", self.flat_radius, least=0)
+        if not any(flag("across", counts) for counts in pair("across", self.across)):
+            raise ArgumentError("across", self.across, "at least one of x and y")
 
     def evaluate(self, x: Real, y: Real) -> Height:
         """Height and slopes."""
@@ -112,8 +138,8 @@ class Waves:
 
     Raises
     ------
-    ValueError
-        If there are more than :data:`MOST_WAVES`.
+    ArgumentError
+        If there are more than :data:`MOST_WAVES`, or one of these is no such number.
     """
 
     period: tuple[float, float]
@@ -121,10 +147,19 @@ class Waves:
     waves: tuple[tuple[float, int, int, float], ...]
 
     def __post_init__(self) -> None:
-        """Refuse what LAMMPS would be slow at."""
-        if len(self.waves) > MOST_WAVES:
-            msg = f"a sum of at most {MOST_WAVES} waves has a formula here, got {len(self.waves)}"
-            raise ValueError(msg)
+        """Check the numbers, and that LAMMPS would not be slow."""
+        _set_period(self)
+        number_of("mean", self.mean)
+        if not isinstance(self.waves, Sequence) or isinstance(self.waves, str | bytes) or len(self.waves) > MOST_WAVES:
+            raise ArgumentError("waves", self.waves, f"a list of at most {MOST_WAVES} waves (A, mx, my, φ)")
+        for wave in self.waves:
+            if not isinstance(wave, Sequence) or isinstance(wave, str | bytes) or len(wave) != 4:
+                raise ArgumentError("waves", wave, "(A, mx, my, φ) of each wave")
+            amplitude, mx, my, phase = wave
+            for value in (amplitude, phase):
+                number_of("waves", value)
+            for m in (mx, my):
+                count("waves", m, -(2**31))
 
     def evaluate(self, x: Real, y: Real) -> Height:
         """Height and slopes."""
@@ -223,6 +258,32 @@ def shape_of(heights: Real) -> Waves | Interpolated:
     found = zip(waves_q[there], m[there], n[there], strict=True)
     waves = tuple((2 * float(abs(a)), int(i), int(j), float(np.angle(a))) for a, i, j in found)
     return Waves(grid.lengths, float(heights.mean()), waves)
+
+
+def check_shape(name: str, value: Any) -> Shape:
+    """An argument that is to be a wall as a function of the position.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if isinstance(value, type) or not isinstance(value, Shape):
+        raise ArgumentError(name, value, "a shape, such as Round(period, radius) or Waves(period, mean, waves)")
+    return value
+
+
+def misfit(shape: Shape, heights: Real) -> float:
+    """Largest difference of a shape from heights at the lattice sites, in a0; 0 if it is no more than rounding.
+
+    Parameters
+    ----------
+    shape : the wall as a function of the position.
+    heights : above each surface atom, one a0 apart, shape (nx, ny), in a0.
+    """
+    x, y = np.meshgrid(*(np.arange(n, dtype=np.float64) for n in heights.shape), indexing="ij")
+    apart = float(np.abs(shape.evaluate(x, y).height - heights).max())
+    return 0.0 if apart <= 1e-9 * (1 + float(np.ptp(heights))) else apart
 
 
 def force_lines(shape: Shape | None) -> dict[str, str]:

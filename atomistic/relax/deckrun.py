@@ -147,16 +147,23 @@ class DeckRun:
         """Whether each step that is there is an equilibrium, or a window of a motion that was averaged."""
         return all(DeckStatus[step.status].ok for step in self.steps)
 
+    @property
+    def incomparable(self) -> str:
+        """Why no continuum can be put beside it, in a sentence; empty if one can."""
+        if any(step.offset_x or step.offset_y for step in self.steps):
+            return "The wall slides, which the continuum does not: there is nothing to put beside it."
+        return ""
+
     def compare(self) -> tuple[ContinuumStep, ...]:
         """The continuum at the mean gap of each step, followed as a path: branch by branch as the atoms were.
 
         Raises
         ------
         DeckError
-            If the wall slides.
+            If it is :attr:`incomparable`.
         """
-        if any(step.offset_x or step.offset_y for step in self.steps):
-            msg = f"{self.directory}: the wall slides, which the continuum does not: there is nothing to put beside it"
+        if self.incomparable:
+            msg = f"{self.directory}: {self.incomparable}"
             raise DeckError(msg)
         slab, heights = self.last.slab, self.heights
         problem = ContactProblem(slab.grid, self.wall, heights, HalfSpace("clamped"))
@@ -227,5 +234,9 @@ def read_run(directory: Path) -> DeckRun:
         steps.append(DeckStep.of(result))
         gaps.append(result.gap)
     last = result or read_result(directory)  # which says why there is none
-    heights = read_heights(directory / "slab.data")
-    return DeckRun(directory, description, read_wall(directory), heights, tuple(steps), np.array(gaps), last)
+    try:
+        wall, heights = read_wall(directory), read_heights(directory / "slab.data")
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        msg = f"the wall of {directory} cannot be read: {error}; write the deck anew"
+        raise DeckError(msg) from error
+    return DeckRun(directory, description, wall, heights, tuple(steps), np.array(gaps), last)

@@ -15,32 +15,19 @@ from pathlib import Path
 
 import numpy as np
 
-from atomistic.config import AtomsSolverTable, DeckConfig, Steps, TopographySurface, Windows, kelvin
-from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
-from atomistic.lammps.law import native_law
-from atomistic.lammps.motion import largest_timestep, thermal_energy
-from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations
-from atomistic.lammps.result import LARGEST_DISTORTION, DeckResult, DeckStatus, LammpsError, distortion
+from atomistic.lammps.result import DeckResult, LammpsError
 from atomistic.lammps.session import Session
-from atomistic.lammps.shape import Shape
-from atomistic.relax.shapes import shape_notes, shape_under
-from atomistic.relax.specimen import Specimen, specimen_of
 from atomistic.response.lattice import LatticeResponse
-from atomistic.response.material import model_of
-from continuum.errors import InputError
-from continuum.files.tables import Fault, refuse
 from continuum.model.grid import Real
 from continuum.model.problem import ContactProblem
-from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.path import loading
-from continuum.solve.solution import NotConvergedError, Settings
-from continuum.units import parse
+from continuum.solve.solution import Settings
 
-__all__ = ["Iterated", "apply_wall", "deck_of", "deck_under", "iterate", "lattice_start", "relax"]
+__all__ = ["Iterated", "apply_wall", "iterate", "lattice_start", "relax"]
 
 _DEPTH = 8
 """States that are mixed."""
@@ -63,121 +50,6 @@ def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
         Shape (layers, nx, ny, 3), in a0.
     """
     return response.displacements_of_surface_force(-wall.evaluate(gap).traction)
-
-
-def deck_of(config: DeckConfig) -> Deck:
-    """The deck of an input, starting from the lattice solution.
-
-    Raises
-    ------
-    continuum.solve.smooth.NotConvergedError
-        If the lattice model has no equilibrium at its first step, or at one of its pressures.
-    ConfigError, PotentialError, LammpsError
-        See :func:`~atomistic.relax.specimen.specimen_of`.
-    """
-    specimen = specimen_of(config)
-    try:
-        heights, notes = _heights(config, specimen)
-    except (ValueError, OSError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise refuse(config, Fault(("surface",), str(error))) from error
-    try:
-        wall = config.wall.build()
-    except (ValueError, OSError) as error:
-        raise refuse(config, Fault(("wall",), str(error))) from error
-    shape = shape_under(config, heights)
-    made = _started(specimen, wall, heights, config.steps(), config.solver, shape)
-    return replace(made, notes=notes + shape_notes(shape))
-
-
-def _heights(config: DeckConfig, specimen: Specimen) -> tuple[Real, tuple[str, ...]]:
-    """Of the wall, in a0, and where they come from."""
-    surface, real = config.surface, specimen.model.real_units
-    if not isinstance(surface, TopographySurface):
-        return surface.build(specimen.slab.grid), ()
-    if real is None and surface.spacing is not None:
-        a0 = parse(surface.spacing, "length")
-    elif real is not None and surface.spacing is None:
-        a0 = real.a0
-    else:
-        allowed = 'a0, as "0.3nm": this crystal has no size' if real is None else "left out: the crystal has its own a0"
-        raise refuse(config, Fault(("surface", "spacing"), allowed))
-    wall = surface.read(config.slab.n, a0)
-    return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
-
-
-def _started(
-    specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable, shape: Shape | None
-) -> Deck:
-    """A deck that starts from the lattice solution of its first step."""
-    slab, response = specimen.slab, specimen.response
-    native_law(wall)  # refused before anything is solved
-    slope = moments(slab.grid, heights).rms_slope
-    scale = slope or 1.0  # a flat wall
-    problem = ContactProblem(slab.grid, wall, heights, response)
-    settings = solver.build(scale)
-    protocol: Protocol | None
-    if steps.control == "mean-pressure":
-        states = list(loading.follow(problem, "mean-pressure", steps.values, settings))
-        gap = states[0].solution.require().gap
-        separations = tuple(state.require().separation for state in states)
-        protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
-    else:
-        gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
-        separations = steps.values
-        protocol = None if steps.single else Separations(separations)
-        if steps.windows is not None:
-            protocol = _motion(steps.windows, specimen.model, wall)
-    start = lattice_start(response, wall, gap)
-    if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
-        msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
-        raise NotConvergedError(msg)
-    tolerance = solver.force_tolerance * scale
-    model = specimen.model
-    return Deck(
-        slab, model, wall, heights, separations[0], start, tolerance, rise=response.rise, protocol=protocol,
-        shape=shape,
-    )  # fmt: skip
-
-
-def _motion(windows: Windows, model: Model, wall: Wall) -> Motion:
-    temperature = windows.temperature
-    if isinstance(temperature, str):
-        temperature = thermal_energy(kelvin(temperature), model.real_units)
-    return Motion(
-        windows.separations, windows.offsets, windows.duration, temperature, windows.layers, windows.damping,
-        windows.seed, largest_timestep(model, wall), windows.along,
-    )  # fmt: skip
-
-
-def deck_under(
-    contact: ContactProblem,
-    model: Potential | None,
-    steps: Steps,
-    depth: float | None = None,
-    shape: Shape | None = None,
-) -> Deck:
-    """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
-
-    Parameters
-    ----------
-    contact : on a grid with one point for each surface atom; its substrate is replaced by the atoms.
-    model : what holds these together; springs if None.
-    steps : what is done.
-    depth : of the slab, in a0; as deep as it is wide if None.
-    shape : the wall as a function of the position; of the site if None.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If the grid has not one point for each atom, or the deck has no formula for the law.
-    NotConvergedError, PotentialError, LammpsError
-        As :func:`deck_of`.
-    """
-    grid, wall, heights = contact.grid, contact.wall, contact.heights
-    specimen = Specimen.of_model(model_of(model or Springs()), grid, max(grid.lengths) if depth is None else depth)
-    return replace(_started(specimen, wall, heights, steps, AtomsSolverTable(), shape), notes=shape_notes(shape))
 
 
 def relax(
@@ -287,6 +159,8 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
         # An unconverged contact only makes a worse iterate: the forces judge it.
         gap = loading.solve(problem, "separation", separation, settings, start=gap).gap
+        if not np.isfinite(gap).all():
+            break
         u = lattice_start(response, wall, gap)
         u[:mobile] += w
     return Iterated(best, tuple(largest), min(largest) <= deck.tolerance / 2)

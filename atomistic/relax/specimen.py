@@ -11,11 +11,16 @@ from atomistic.crystal.interatomic import Model, Springs
 from atomistic.response.cache import default_folder, response_key, stored_response
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
+from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
 from continuum.files.tables import Fault, refuse
 from continuum.model.grid import Grid
+from continuum.runs.memory import physical_memory
 
-__all__ = ["Specimen", "specimen_of"]
+__all__ = ["BYTES", "BYTES_PER_ATOM", "Specimen", "slab_of", "slab_under", "specimen_of"]
+
+BYTES, BYTES_PER_ATOM = 2.5e8, 1600
+"""Memory of a process: what the libraries take, and about what each atom takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,19 +36,16 @@ class Specimen:
         return self.response.slab
 
     @classmethod
-    def of_model(cls, model: Model, grid: Grid, depth: float) -> Specimen:
-        """The slab under a grid, on a base as thick as forces reach; a response that must be measured is kept on disk.
-
-        Raises
-        ------
-        ValueError
-            If forces reach further than the slab.
-        """
-        slab = Slab.of_depth(grid, depth, model.reach)
-        require_room(slab, model)
+    def of_slab(cls, slab: Slab, model: Model) -> Specimen:
+        """A slab that was checked (:func:`slab_under`); a response that must be measured is kept on disk."""
         if isinstance(model, Springs):
             return cls(model, LatticeResponse.of_springs(slab, model))
         return cls(model, stored_response(slab, model, default_folder()))
+
+    @classmethod
+    def of_model(cls, model: Model, grid: Grid, depth: float) -> Specimen:
+        """The slab under a grid; see :func:`slab_under`."""
+        return cls.of_slab(slab_under(model, grid, depth), model)
 
     def springs(self) -> Specimen:
         """The same slab of springs, which answer to nothing but geometry."""
@@ -69,22 +71,52 @@ class Specimen:
         }
 
 
+def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
+    """The slab under a grid, on a base as thick as forces reach.
+
+    Raises
+    ------
+    ArgumentError
+        If the spacing of the grid is not a0, forces reach further than the slab, or it does not fit into memory.
+    """
+    slab = Slab.of_depth(grid, depth, model.reach)
+    require_room(slab, model)
+    needed, available = BYTES + BYTES_PER_ATOM * slab.size, physical_memory()
+    if needed > available:
+        allowed = f"a slab that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
+        raise ArgumentError("depth", depth, allowed)
+    return slab
+
+
+def slab_of(config: ValidateConfig | DeckConfig, model: Model) -> Slab:
+    """The slab of an input, of a crystal that has been measured.
+
+    Raises
+    ------
+    ConfigError
+        If it is not one, as :func:`slab_under` says.
+    """
+    try:
+        return slab_under(model, Grid.square(config.slab.n), config.slab.depth)
+    except ArgumentError as error:
+        if error.name == "depth":
+            raise refuse(config, Fault(("slab", "depth"), error.allowed, "too many atoms, n² on each layer")) from None
+        cause = "a cell made for springs, which reach one layer only"
+        raise refuse(config, Fault(("slab",), error.allowed, cause)) from None
+
+
 @lru_cache(maxsize=1)
-def specimen_of(config: ValidateConfig | DeckConfig) -> Specimen:
+def specimen_of(config: ValidateConfig) -> Specimen:
     """The substrate of an input.
 
     Raises
     ------
     ConfigError
-        If forces reach further than its slab.
+        If forces reach further than its slab, or it does not fit into memory.
     PotentialError
         If the crystal of the potential is not a stable fcc one.
     LammpsError
         If LAMMPS fails.
     """
     model = model_of(config.interatomic.potential())
-    try:
-        return Specimen.of_model(model, Grid.square(config.slab.n), config.slab.depth)
-    except ValueError as error:
-        cause = "a cell made for springs, which reach one layer only"
-        raise refuse(config, Fault(("slab",), str(error), cause)) from None
+    return Specimen.of_slab(slab_of(config, model), model)

@@ -29,8 +29,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model, Springs
+from atomistic.crystal.interatomic import Model, Springs, check_model
+from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, measure_force_constants, spring_force_constants
+from continuum.arguments import ArgumentError, array, instance
+from continuum.arguments import field as map_of
 from continuum.model.grid import Complex, Grid, Real
 from continuum.model.substrates import TabulatedSubstrate
 
@@ -88,14 +91,14 @@ class LatticeResponse:
     table: Real | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse force constants that reach further than the slab."""
-        constants, slab = self.force_constants, self.slab
+        """Check that the force constants reach no further than the slab, and that the table is of its grid."""
+        slab = instance("slab", self.slab, Slab)
+        constants = instance("force_constants", self.force_constants, ForceConstants)
         if constants.reach > slab.frozen:
             msg = f"forces reach {constants.reach} layers, but only {slab.frozen} are frozen: freeze more"
             raise ValueError(msg)
-        if self.table is not None and self.table.shape != slab.grid.shape_q:
-            msg = f"a table of the shape {self.table.shape} does not belong to a slab {slab.shape}"
-            raise ValueError(msg)
+        if self.table is not None:
+            map_of("table", self.table, slab.grid.shape_q)
         if constants.depth > slab.mobile:
             msg = f"force constants of {constants.depth} layers do not fit a slab of {slab.mobile} mobile layers"
             raise ValueError(msg)
@@ -103,6 +106,7 @@ class LatticeResponse:
     @classmethod
     def of_springs(cls, slab: Slab, springs: Springs) -> LatticeResponse:
         """Response of a slab of springs, from their exact force constants."""
+        instance("springs", springs, Springs)
         return cls(slab, spring_force_constants(springs))
 
     @classmethod
@@ -118,7 +122,7 @@ class LatticeResponse:
         """
         if isinstance(model, Springs):
             return cls.of_springs(slab, model)
-        require_room(slab, model)
+        require_room(instance("slab", slab, Slab), check_model("model", model))
         return cls(slab, measure_force_constants(model, slab.mobile))
 
     @cached_property
@@ -206,7 +210,7 @@ class LatticeResponse:
 
         Raises
         ------
-        ValueError
+        PotentialError
             If the slab is not stable.
         """
         if self.table is not None:
@@ -215,7 +219,7 @@ class LatticeResponse:
         if not (np.isfinite(stiffness).all() and (stiffness > 0).all()):
             bad = np.argwhere(~(stiffness > 0))
             msg = f"the slab is not stable: its surface has no stiffness for {len(bad)} waves, e.g. q = {bad[0]}"
-            raise ValueError(msg)
+            raise PotentialError(msg)
         stiffness.flags.writeable = False
         return stiffness
 
@@ -224,16 +228,16 @@ class LatticeResponse:
 
         Raises
         ------
-        ValueError
+        ArgumentError
             If it is another grid.
         """
-        if grid != self.slab.grid:
-            msg = f"this response belongs to the grid {self.slab.grid}, got {grid}"
-            raise ValueError(msg)
+        if instance("grid", grid, Grid) != self.slab.grid:
+            raise ArgumentError("grid", grid, f"the grid of the slab, {self.slab.grid}")
         return np.array(self.stiffness_q)
 
     def tabulated(self, source: str) -> TabulatedSubstrate:
         """K_q as a table for :mod:`continuum`, which asks not where it comes from."""
+        instance("source", source, str, "where the table comes from, a text")
         return TabulatedSubstrate(self.stiffness_q, self.slab.grid.lengths, source)
 
     @property
@@ -256,7 +260,7 @@ class LatticeResponse:
             Shape (layers, nx, ny, 3), in a0, from where the slab is at rest; zero in the frozen layers.
         """
         forces = np.zeros((1, *self.slab.shape, 3))
-        forces[0, ..., 2] = force_z
+        forces[0, ..., 2] = map_of("force_z", force_z, self.slab.shape)
         return self.displacements(forces)
 
     def displacements(self, forces: Real) -> Real:
@@ -278,9 +282,11 @@ class LatticeResponse:
             If the shape of the forces does not fit the slab.
         """
         slab, chain, b = self.slab, self._chain, self.force_constants.reach
-        if forces.shape[1:] != (*slab.shape, 3) or not 1 <= forces.shape[0] <= slab.layers:
-            msg = f"forces on a slab {slab.shape} of {slab.layers} layers cannot have the shape {forces.shape}"
-            raise ValueError(msg)
+        given = array("forces", forces)
+        if given.shape[1:] != (*slab.shape, 3) or not 1 <= given.shape[0] <= slab.layers:
+            allowed = f"the shape (n, {slab.shape[0]}, {slab.shape[1]}, 3) with n from 1 to {slab.layers}"
+            raise ArgumentError("forces", given, allowed)
+        map_of("forces", given, given.shape)
 
         # From below: the load of each block, with what the blocks below it pass on.
         loads: list[Complex] = []
@@ -346,22 +352,22 @@ def require_room(slab: Slab, model: Model) -> None:
 
     Raises
     ------
-    ValueError
+    ArgumentError
         If its base is thinner than forces reach, or an atom would feel its own image.
     """
     width = int(2 * model.force_range / model.length) + 1
     if slab.frozen < model.reach or slab.mobile < model.reach:
-        msg = (
-            f"forces reach {model.reach} layers of this crystal: the slab needs at least so many mobile and so many "
-            f"frozen layers, it has {slab.mobile} and {slab.frozen} ({model.reference})"
+        allowed = (
+            f"at least {model.reach} mobile and as many frozen layers, which forces reach in this crystal, not "
+            f"{slab.mobile} and {slab.frozen} ({model.reference})"
         )
-        raise ValueError(msg)
+        raise ArgumentError("slab", slab, allowed)
     if min(slab.shape) < width:
-        msg = (
-            f"forces reach {model.force_range / model.length:.3g} a0 in this crystal: the slab needs at least {width} "
-            f"surface atoms along x and y, it has {slab.shape} ({model.reference})"
+        allowed = (
+            f"at least {width} surface atoms along x and y: forces reach {model.force_range / model.length:.3g} a0 in "
+            f"this crystal ({model.reference})"
         )
-        raise ValueError(msg)
+        raise ArgumentError("slab", slab, allowed)
 
 
 def _inverse(matrices: Complex) -> Complex:

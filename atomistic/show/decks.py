@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +24,9 @@ _JUMP = 0.25
 """Change of the contact, repulsive and attracted, from one step to the next that is drawn as a jump."""
 
 
-def run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> list[Sheet]:
-    """The last step in detail; with a protocol all steps; the continuum beside them."""
-    sheets = [_last(run)]
+def run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
+    """The last step in detail, with a remark; with a protocol all steps; the continuum beside them."""
+    sheets = [replace(_last(run), note=remark)]
     if run.description.steps:
         sheets.insert(0, _steps(run))
     if beside:

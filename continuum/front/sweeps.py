@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import continuum.runs.collect
-from continuum.arguments import count, file_name, flag, number, pair
+from continuum.arguments import count, file_name, flag, function, number, pair
 from continuum.files.output import Held, folder, save
 from continuum.files.settings import settings_of
 from continuum.files.toml import Source, find, text_of
@@ -107,6 +107,8 @@ def sweep(
     ArgumentError, InputError
         If an argument has no meaning; or this machine has not the device, or fewer GPUs than workers.
     """
+    function("progress", progress)
+    function("begun", begun)
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     described = Sweep.read(file_name("file", file), given, reduced=flag("reduced", reduced))
     cluster = None if scheduler_file is None else file_name("scheduler_file", scheduler_file)

@@ -81,14 +81,15 @@ def test_ase_atoms_carry_layers_and_the_frozen_base():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Slab((2, 4), 3), "at least 3"),
-        (lambda: Slab((4, 4), 0), "1 mobile"),
-        (lambda: Slab((4, 4), 3, 0), "1 frozen"),
+        (lambda: Slab((2, 4), 3), "shape = 2: allowed: a whole number from 3"),
+        (lambda: Slab((4, 4), 0), "mobile = 0"),
+        (lambda: Slab((4, 4), 3, 0), "frozen = 0"),
         (lambda: Slab.of_depth(Grid.square(8, spacing=0.5), 8.0), "spacing"),
-        (lambda: Slab.of_depth(Grid.square(8), 0.2), "one layer"),
-        (lambda: Slab.of_depth(Grid.square(8), float("nan")), "one layer"),
-        (lambda: Slab((4, 4), 3).site(np.array([0])), "numbered 1 to"),
-        (lambda: Slab((4, 4), 3).site(np.array([65])), "numbered 1 to"),
+        (lambda: Slab((65536, 65536), 3), "at most 2147483647 atoms"),
+        (lambda: Slab.of_depth(Grid.square(8), 0.2), "depth = 0.2"),
+        (lambda: Slab.of_depth(Grid.square(8), float("nan")), "depth = nan"),
+        (lambda: Slab((4, 4), 3).site(np.array([0])), "ids = "),
+        (lambda: Slab((4, 4), 3).site(np.array([65])), "ids = "),
     ],
 )
 def test_what_has_no_meaning_is_refused(make, message):

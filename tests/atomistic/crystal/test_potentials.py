@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.lammps.cell import Cell
+from continuum.arguments import ArgumentError
 
 
 @pytest.mark.parametrize(
@@ -53,8 +54,10 @@ def test_a_file_is_found_by_path_before_those_of_lammps(tmp_path):
 def test_a_missing_file_names_the_one_probably_meant():
     with pytest.raises(PotentialError, match=r"no potential file 'Cu_mishin\.eam\.alloy'.*did you mean Cu_mishin1"):
         find_potential("Cu_mishin.eam.alloy")
-    for name in ("\0", "x" * 5000, "../Ni_u3.eam"):
-        with pytest.raises(PotentialError, match="no potential file"):
+    with pytest.raises(PotentialError, match="no potential file"):
+        find_potential("../Ni_u3.eam")
+    for name in ("\0", "x" * 5000):
+        with pytest.raises(ArgumentError, match="name = "):
             find_potential(name)
 
 
@@ -102,9 +105,9 @@ def test_numbers_that_are_none_and_files_cut_short_are_refused(tmp_path):
 
 def test_an_element_that_is_not_there_is_refused():
     path = find_potential("CuNi.eam.alloy")
-    with pytest.raises(PotentialError, match="holds the elements Ni, Cu: 'Al' is not among them"):
+    with pytest.raises(PotentialError, match="holds the elements Ni, Cu: the element 'Al' is not among them"):
         EmbeddedAtom.read(path, "Al")
-    with pytest.raises(PotentialError, match="none was named"):
+    with pytest.raises(PotentialError, match="no element was named"):
         EmbeddedAtom.read(path)
 
 
@@ -115,3 +118,23 @@ def test_any_bytes_are_a_potential_or_refused(tmp_path_factory, content):
     path.write_bytes(content)
     with pytest.raises(PotentialError, match=r"is no potential|holds the elements"):
         EmbeddedAtom.read(path)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"element": "Cu\nshell rm x"},
+        {"element": "${v}"},
+        {"style": "eam\nclear"},
+        {"name": "a\nb"},
+        {"mass": float("nan")},
+    ],
+)
+def test_no_text_given_by_hand_becomes_a_command(changes):
+    copper = {
+        "style": "eam/alloy", "element": "Cu", "mass": 63.5, "cutoff": 5.5, "guess": 11.8, "comment": "", "name": "Cu",
+        "content": b"",
+    }  # fmt: skip
+    assert EmbeddedAtom(**copper).interactions().splitlines()[1] == "pair_coeff      * * potential.eam Cu"
+    with pytest.raises(ArgumentError, match=f"{next(iter(changes))} = "):
+        EmbeddedAtom(**(copper | changes))

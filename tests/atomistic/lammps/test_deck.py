@@ -101,15 +101,15 @@ MOVED_BASE = np.ones((4, 4, 5, 3))
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        ({"heights": np.zeros((5, 4))}, ValueError, r"heights .* shape \(4, 5\), got \(5, 4\)"),
-        ({"heights": NOT_FINITE}, ValueError, "20 of the heights are not finite"),
+        ({"heights": np.zeros((5, 4))}, ValueError, r"heights = .* \(4, 5\); its shape is \(5, 4\)"),
+        ({"heights": NOT_FINITE}, ValueError, "heights = .* 20 of 20 are NaN"),
         ({"displacements": np.zeros((4, 5, 3))}, ValueError, "displacements"),
         ({"displacements": MOVED_BASE}, ValueError, "frozen base"),
-        ({"separation": float("inf")}, ValueError, "separation"),
-        ({"tolerance": 0.0}, ValueError, "tolerance"),
+        ({"separation": float("inf")}, ValueError, "separation = inf"),
+        ({"tolerance": 0.0}, ValueError, "tolerance = 0.0"),
         ({"tolerance": float("nan")}, ValueError, "tolerance"),
         ({"evaluations": 0}, ValueError, "evaluations"),
-        ({"evaluations": 1.5}, ValueError, "evaluations"),
+        ({"evaluations": 1.5}, ValueError, "evaluations = 1.5"),
         ({"wall": HardWall()}, TypeError, "no function of the gap"),
     ],
 )
@@ -122,7 +122,7 @@ def test_a_base_thinner_than_the_forces_reach_is_refused():
     class Far(Springs):
         reach = 3
 
-    with pytest.raises(ValueError, match="reach 3 layers"):
+    with pytest.raises(ValueError, match="3 frozen layers, which forces reach"):
         make_deck(model=Far(1.0))
 
 

@@ -1,16 +1,19 @@
 """Every law of the continuum as LAMMPS evaluates it: formulas against the law, energy against force."""
 
-from dataclasses import replace
+import json
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+import atomistic as a
+from atomistic.cli import main
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
-from atomistic.lammps.law import PIECES, native_law, read_wall_table
+from atomistic.lammps.law import LAWS, PIECES, native_law, read_wall_table
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 
@@ -93,3 +96,47 @@ def test_the_written_table_is_the_law(tmp_path, name):
     assert np.allclose(energy, law.energy, rtol=0, atol=1e-15 * np.abs(energy).max())
     if isinstance(wall, TabulatedWall):
         assert (read_wall_table(tmp_path / "wall.table").gap == wall.gap).all()
+
+
+@dataclass(frozen=True)
+class Newcomer(Exponential):
+    """A law that is added to the table of formulas, and nowhere else."""
+
+
+def test_a_new_law_is_written_and_read_by_its_line_in_one_table(tmp_path, monkeypatch):
+    wall = Newcomer(0.01, 0.2, 3.0)
+    with pytest.raises(TypeError, match="the wall law Newcomer cannot act in a deck"):
+        native_law(wall)
+    monkeypatch.setitem(LAWS, Newcomer, LAWS[Exponential])
+    run_in_process(write_deck(tmp_path / "new", spread(wall)))
+    assert a.read(tmp_path / "new").wall == wall
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_the_law_of_a_run_is_read_back(tmp_path, name):
+    run_in_process(write_deck(tmp_path, spread(WALLS[name])))
+    wall = a.read(tmp_path).wall
+    gap = np.linspace(0.5, 2.5, 100)
+    assert type(wall) is type(WALLS[name])
+    for found, written in zip(wall.evaluate(gap), WALLS[name].evaluate(gap), strict=True):
+        assert (found == written).all()
+
+
+@pytest.mark.parametrize(
+    ("wall", "message"),
+    [
+        ({"law": "Morse", "depth": 1.0}, "'Morse' is not one that this version reads"),
+        ({"law": "LennardJonesSpline", "depth": 1.0}, "depth"),
+        ({"law": "LennardJonesSpline", "range": -1.0}, "range = -1.0"),
+        ({}, "law"),
+    ],
+)
+def test_a_law_that_cannot_be_read_is_one_message(tmp_path, capsys, wall, message):
+    run_in_process(write_deck(tmp_path, spread(WALLS["spline"])))
+    description = json.loads((tmp_path / "deck.json").read_text())
+    (tmp_path / "deck.json").write_text(json.dumps(description | {"wall": wall}))
+    assert main(["read", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
+    assert not (tmp_path / "out").exists()

@@ -131,7 +131,7 @@ lattice_constant = 3.6""",
     (tmp_path / "bad.toml").write_text(text)
     assert main(["deck", str(tmp_path / "bad.toml"), "-o", str(tmp_path / "deck")]) == 2
     message = said(capsys)
-    for part in ("exactly one of separation", "no pair_style", "other than zero"):
+    for part in ("exactly one of separation", "interatomic.style", "other than zero"):
         assert part in message
     assert not (tmp_path / "deck").exists()
 
@@ -142,7 +142,7 @@ lattice_constant = 3.6""",
         "separation = -3.0",
         'separation = -3.0\nfollows = "atom"',
         '[protocol]\nkind = "separations"\nseparations = [-3.0, 1.2]',
-        '[protocol]\nkind = "mean-pressures"\npressures = [50.0]',
+        '[protocol]\nkind = "mean-pressures"\npressures = [0.9]',
         '[protocol]\nkind = "velocity"\nseparations = [-3.0, 1.2]\nvelocity = 0.1\ntemperature = 0.0\nwindow = 5.0',
     ],
 )

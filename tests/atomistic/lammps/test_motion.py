@@ -185,7 +185,7 @@ def test_nothing_that_slides_without_a_jump_has_friction(tmp_path):
         assert forces[i] == pytest.approx((ends[1] - ends[0]) / (way / count), abs=0.02 * largest)
 
 
-def test_the_command_slides_a_wall_and_prints_its_friction(tmp_path):
+def test_the_command_slides_a_wall_and_prints_its_friction(tmp_path, capsys):
     text = """
 follows = "atom"
 [interatomic]
@@ -222,8 +222,15 @@ thermostat_layers = 1
     mesh = (tmp_path / "out/slide-wall.3.vtk").read_text().splitlines()[5].split()
     assert float(mesh[0]) == pytest.approx(run.steps[2].offset_x, abs=1e-9)
     assert np.ptp(run.heights) == pytest.approx(0.1)
-    with pytest.raises(InputError, match="the wall slides"):
+    with pytest.raises(InputError, match="The wall slides"):
         run.compare()
+    # In a table and in a file that is a remark.
+    assert "The wall slides" in run.sheets(compare=True)[-1].text()
+    assert "slides" not in run.sheets()[-1].text()
+    capsys.readouterr()
+    assert main(["read", str(tmp_path / "slide"), "-o", str(tmp_path / "beside"), "--compare"]) == 0
+    assert "The wall slides" in capsys.readouterr().out
+    assert (tmp_path / "beside/slide.h5").is_file()
 
 
 def test_an_array_slides_in_this_process(tmp_path):
@@ -247,8 +254,9 @@ def test_an_array_slides_in_this_process(tmp_path):
         ({"temperature": "300K"}, "this crystal has no size"),
         ({"temperature": -1.0}, "zero or more"),
         ({"separations": [1.0, 1.0]}, "another one each time"),
-        ({"window": 1e-7}, "at most 10000 windows"),
-        ({"thermostat_layers": 40}, "less layers than move"),
+        ({"window": 1e-7}, "greater than or equal to 1"),
+        ({"separations": [100.0, 0.0], "velocity": 1e-4}, "at most 10000 windows"),
+        ({"thermostat_layers": 40}, "fewer than the layers that move"),
         ({"kind": "sliding", "separation": 1.0, "distance": 1.0}, "cannot slide"),
     ],
 )

@@ -11,7 +11,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.front.commands import DeckRun
+from atomistic.front.decks import DeckRun
 from atomistic.show.decks import draw_run
 from continuum.files import store
 from continuum.show.plot import new_figure

@@ -94,7 +94,7 @@ def test_long_waves_tend_to_the_continuum(direction, angle):
 def test_it_is_a_response_of_its_own_grid_only():
     response = LatticeResponse.of_springs(Slab((6, 5), 3), SPRINGS)
     assert (response.stiffness(Grid((6, 5), (6.0, 5.0))) == response.stiffness_q).all()
-    with pytest.raises(ValueError, match="belongs to the grid"):
+    with pytest.raises(ValueError, match="the grid of the slab"):
         response.stiffness(Grid.square(6))
 
 
@@ -108,7 +108,7 @@ def test_shapes_that_do_not_fit_are_refused():
     constants = spring_force_constants(SPRINGS)
     with pytest.raises(ValueError, match="do not belong together"):
         ForceConstants(constants.surface[:, :1], constants.bulk, constants.relaxation)
-    with pytest.raises(ValueError, match="table of the shape"):
+    with pytest.raises(ValueError, match=r"table = .* shape"):
         LatticeResponse(slab, constants, np.ones((5, 4)))
 
 

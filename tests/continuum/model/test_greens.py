@@ -109,7 +109,7 @@ def test_a_table_serves_its_own_grid_only() -> None:
     table = TabulatedSubstrate(HalfSpace(0.1).stiffness(grid), grid.lengths, "half-space")
     np.testing.assert_array_equal(table.stiffness(grid), HalfSpace(0.1).stiffness(grid))
     for other in (Grid((6, 7), (6.0, 7.1)), Grid((7, 6), (6.0, 7.0))):
-        with pytest.raises(ValueError, match="grid: .* where the table of stiffness has"):
+        with pytest.raises(ValueError, match=r"grid: .* where the table of stiffness has"):
             table.stiffness(other)
     with pytest.raises(ValueError, match="positive finite"):
         TabulatedSubstrate(-HalfSpace(0.1).stiffness(grid), grid.lengths, "negative")

@@ -262,13 +262,15 @@ def test_the_estimate_of_the_cost_is_honest(name: str, tmp_path: Path) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("path", sorted(Path("inputs/sweep").glob("*.toml")), ids=lambda path: path.stem)
 def test_the_estimate_holds_for_the_systems_of_the_sweeps(path: Path, tmp_path: Path) -> None:
-    """Their sum over every seventh system of a reduced sweep; single ones beside an instability take more."""
+    """Their sum over some systems of a reduced sweep; single ones beside an instability take more."""
+    # Every seventh system; of these a dozen where there are more, and no more than two minutes of a core.
     configs = [config for _, config in list(Sweep.read(path, reduced=True).systems())[::7]]
-    expected = [float(cost_of(config).fft_pairs) for config in configs]
-    found = [
-        e * sums_to(config, tmp_path / str(i)) for i, (e, config) in enumerate(zip(expected, configs, strict=True))
-    ]
-    assert sum(expected) / 2 < sum(found) < 2 * sum(expected)
+    np.random.default_rng(1).shuffle(configs)
+    costs = [cost_of(config) for config in configs[:12]]
+    work = np.cumsum([float(cost.fft_pairs) * cost.size for cost in costs])
+    expected = np.array([float(cost.fft_pairs) for cost in costs])[work - work[0] < 4e9]
+    ratios = [sums_to(config, tmp_path / str(i)) for i, config in enumerate(configs[: expected.size])]
+    assert expected.sum() / 2 < (expected * ratios).sum() < 2 * expected.sum()
 
 
 @pytest.mark.long

@@ -1,0 +1,182 @@
+"""Decks as functions: written from a contact or an input, run, and read."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import atomistic.lammps.deck
+import atomistic.relax.deckrun
+from atomistic.config import DEEPEST, LARGEST_PRESSURE, MOST_STEPS, SHALLOWEST, DeckConfig, Steps, steps_of
+from atomistic.crystal.interatomic import Potential, check_potential
+from atomistic.lammps.directory import write_deck
+from atomistic.lammps.engine import runner
+from atomistic.lammps.shape import Shape, check_shape, shape_of
+from atomistic.relax.deckrun import ContinuumStep, read_run
+from atomistic.relax.decks import deck_of, deck_under
+from continuum.arguments import ArgumentError, choice, file_name, flag, function, instance, number, several
+from continuum.files.inputs import load
+from continuum.front.contact import Contact
+from continuum.show.sheet import Sheet
+
+__all__ = ["Deck", "DeckRun", "deck", "read", "run_deck"]
+
+
+class Deck(atomistic.lammps.deck.Deck):
+    """A slab under a wall, ready for LAMMPS; see :class:`atomistic.lammps.deck.Deck`."""
+
+    def write(self, directory: str | Path) -> Path:
+        """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            If that is no name of a directory, it holds anything but an earlier deck, or cannot be written to.
+        """
+        return write_deck(file_name("directory", directory), self)
+
+
+class DeckRun(atomistic.relax.deckrun.DeckRun):
+    """What a run of a deck left behind; see :class:`atomistic.relax.deckrun.DeckRun`."""
+
+    def sheets(self, *, compare: bool = False) -> list[Sheet]:
+        """Its steps, the last in detail, and the continuum of the same wall beside them, or why there is none."""
+        from atomistic.show.decks import run_sheets
+
+        flag("compare", compare)
+        return run_sheets(self, self._beside(compare), self.incomparable if compare else "")
+
+    def _beside(self, compare: bool) -> tuple[ContinuumStep, ...]:
+        return self.compare() if compare and not self.incomparable else ()
+
+    def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
+        """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            If that is no name of a folder, or they cannot be written there.
+        """
+        from atomistic.show.decks import write_run
+
+        return write_run(self, file_name("folder", folder), self._beside(flag("compare", compare)))
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+
+def deck(
+    contact: Contact | str | Path | DeckConfig,
+    model: Potential | None = None,
+    *,
+    separation: float | None = None,
+    separations: Sequence[float] | None = None,
+    pressures: Sequence[float] | None = None,
+    protocol: Mapping[str, Any] | None = None,
+    depth: float | None = None,
+    follows: Literal["site", "atom"] | Shape | None = None,
+) -> Deck:
+    """A LAMMPS deck: of a contact of your own, or of an input file, which says all else itself.
+
+    Parameters
+    ----------
+    contact : its wall and heights, one for each surface atom, are those of the deck; or an input (TOML).
+    model : what holds the atoms together; springs if None.
+    separation : of the wall's zero from the surface at rest, in a0: one equilibrium.
+    separations : several, visited in this order, each from the equilibrium before: approach and retraction.
+    pressures : mean pressures, in E*, met one after the other by moving the wall.
+    protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
+    depth : of the slab, in a0; its width if None.
+    follows : where the height above an atom is taken: above its lattice site ("site", the default), or where it is
+        ("atom"), and then the force is lateral, too.  Between the sites the heights are the sum of their waves where
+        these are few, else a spline, which no stock LAMMPS knows; or a shape with a formula, whose heights they are.
+
+    Raises
+    ------
+    TypeError
+        If an argument does not belong with an input file, or the law has no formula in LAMMPS.
+    ArgumentError, ConfigError, NotConvergedError
+        If an argument or the input is at fault, the parts do not fit one another, or the lattice has no equilibrium
+        there to start from.
+    """
+    steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
+    if isinstance(contact, str | os.PathLike | DeckConfig):
+        others = {"model": model, **steps, "depth": depth, "follows": follows}
+        _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
+        config = contact if isinstance(contact, DeckConfig) else load(file_name("contact", contact), DeckConfig)
+        return Deck(**vars(deck_of(config)))
+    instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
+    if model is not None:
+        check_potential("model", model)
+    if depth is not None:
+        number("depth", depth, least=SHALLOWEST, most=DEEPEST)
+    shape: Shape | None = None
+    if isinstance(follows, str):
+        choice("follows", follows, ("site", "atom"))
+        shape = shape_of(contact.problem.heights) if follows == "atom" else None
+    elif follows is not None:
+        shape = check_shape("follows", follows)
+    return Deck(**vars(deck_under(contact.problem, model, _steps(**steps), depth, shape)))
+
+
+def _require_nothing_else(contact: object, names: list[str]) -> None:
+    """An input file says all that is said of its deck: what is given beside it would be ignored."""
+    if names:
+        said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+        file = "an input" if isinstance(contact, DeckConfig) else f"the input file {str(contact)!r}"
+        msg = f"contact is {file}, which says all else itself: leave out {said}, or change the file"
+        raise TypeError(msg)
+
+
+def _steps(**given: Any) -> Steps:
+    """What is done, by the one argument that says it."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) != 1:
+        what = " and ".join(names) if names else "none of these"
+        example = 'separation=1.2, separations=[1.3, 1.2], pressures=[0.01] and protocol={"kind": "velocity", ...}'
+        raise ArgumentError("separation", given["separation"], f"exactly one of {example}; here: {what}")
+    (name,) = names
+    value = given[name]
+    if name == "protocol":
+        if not isinstance(value, Mapping):
+            raise ArgumentError("protocol", value, 'a table, as {"kind": "velocity", ...}')
+        return steps_of(value)
+    if name == "separation":
+        return Steps("separation", (number("separation", value),), single=True)
+    if name == "separations":
+        return Steps("separation", several("separations", value, longest=MOST_STEPS))
+    values = several("pressures", value, longest=MOST_STEPS, least=-LARGEST_PRESSURE, most=LARGEST_PRESSURE)
+    if 0 in values:
+        raise ArgumentError("pressures", value, "other than zero: a pressure is met to a fraction of itself")
+    return Steps("mean-pressure", values)
+
+
+def read(directory: str | Path) -> DeckRun:
+    """What a run of a deck found, step by step, and whether these are equilibria.
+
+    Raises
+    ------
+    ArgumentError, DeckError
+        If that is no name of a directory, or there is no complete result in it.
+    """
+    return DeckRun(**vars(read_run(file_name("directory", directory))))
+
+
+def run_deck(
+    directory: str | Path, lmp_command: str | None = None, progress: Callable[[int, int], None] | None = None
+) -> DeckRun:
+    """Run the deck of a directory, in this process or by the command of a site, and read what it found.
+
+    Steps of a protocol that are finished stay as they are; ``progress`` is called after each with how many there are.
+
+    Raises
+    ------
+    ArgumentError, LammpsError
+        If an argument has no meaning, or LAMMPS cannot be started or fails.
+    """
+    path = file_name("directory", directory)
+    function("progress", progress)
+    runner(lmp_command, progress)(path)
+    return read(path)

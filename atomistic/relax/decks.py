@@ -1,0 +1,213 @@
+"""Decks of inputs and of contacts: checked as a whole, then started from the lattice solution of their first step."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from atomistic.config import AtomsSolverTable, DeckConfig, Steps, TopographySurface, Windows, kelvin
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Model, Potential, Springs
+from atomistic.lammps.deck import Deck
+from atomistic.lammps.law import native_law
+from atomistic.lammps.motion import largest_timestep, thermal_energy
+from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations
+from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus, distortion
+from atomistic.lammps.shape import Shape, misfit
+from atomistic.relax.limits import require_steps
+from atomistic.relax.relax import lattice_start
+from atomistic.relax.shapes import shape_notes, shape_under
+from atomistic.relax.specimen import Specimen, slab_of, slab_under
+from atomistic.response.material import model_of
+from continuum.arguments import ArgumentError
+from continuum.files.tables import ConfigError, Fault, refuse
+from continuum.model.grid import Real
+from continuum.model.problem import ContactProblem
+from continuum.model.resolution import check_slope
+from continuum.model.surface import moments
+from continuum.model.walls import Wall
+from continuum.path import loading
+from continuum.solve.solution import NotConvergedError
+from continuum.units import parse
+
+__all__ = ["Parts", "deck_of", "deck_under", "parts_of"]
+
+
+class Parts(NamedTuple):
+    """What an input of a deck describes, before anything is solved."""
+
+    slab: Slab
+    model: Model
+    wall: Wall
+    heights: Real
+    """Shape (nx, ny), in a0."""
+    notes: tuple[str, ...]
+    """Where the heights come from."""
+
+
+def parts_of(config: DeckConfig) -> Parts:
+    """What an input describes, its crystal measured.
+
+    Raises
+    ------
+    ConfigError
+        If its parts do not fit one another, a file does not hold what it should, or its numbers are not those of a
+        crystal under a wall.
+    PotentialError
+        If the crystal of the potential is not a stable fcc one.
+    LammpsError
+        If LAMMPS fails.
+    """
+    model, faults = model_of(config.interatomic.potential()), list[Fault]()
+    slab = slab_of(config, model)
+    wall = heights = None
+    try:
+        wall = _wall(config)
+    except (ValueError, OSError) as error:
+        faults.append(Fault(("wall",), str(error)))
+    except (ArithmeticError, Warning) as error:
+        cause = "lengths in other units than a0, or stiffnesses in other units than E*/a0"
+        faults.append(Fault(("wall",), f"a law whose numbers can be computed ({error})", cause))
+    try:
+        heights, notes = _heights(config, slab, model)
+        if (slope := moments(slab.grid, heights).rms_slope) > 0:  # a flat wall is one, too
+            check_slope(slope)
+    except ConfigError:
+        raise
+    except (ValueError, OSError) as error:
+        faults.append(Fault(("surface",), str(error)))
+    if faults or wall is None or heights is None:
+        raise refuse(config, *faults)
+    require_steps(config.steps(), slab, model, wall, heights, config)
+    return Parts(slab, model, wall, heights, notes)
+
+
+def deck_of(config: DeckConfig) -> Deck:
+    """The deck of an input, starting from the lattice solution.
+
+    Raises
+    ------
+    continuum.solve.smooth.NotConvergedError
+        If the lattice model has no equilibrium at its first step, or at one of its pressures.
+    ConfigError, PotentialError, LammpsError
+        See :func:`parts_of`.
+    """
+    parts = parts_of(config)
+    shape = shape_under(config, parts.heights)
+    specimen = Specimen.of_slab(parts.slab, parts.model)
+    made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape)
+    return replace(made, notes=parts.notes + shape_notes(shape))
+
+
+def _wall(config: DeckConfig) -> Wall:
+    """The law, whose tractions are numbers from where it pushes to where it is no longer felt."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # of what overflows, and of integrals that do not converge
+        wall = config.wall.build()
+        native_law(wall)
+        gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 10.0), 101)
+        law = wall.evaluate(gap)
+    if not all(np.isfinite(values).all() for values in (law.energy, law.traction, law.stiffness)):
+        msg = "a law of finite energies and tractions"
+        raise ArithmeticError(msg)
+    return wall
+
+
+def _heights(config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
+    """Of the wall, in a0, and where they come from."""
+    surface, real = config.surface, model.real_units
+    if not isinstance(surface, TopographySurface):
+        return surface.build(slab.grid), ()
+    if real is None and surface.spacing is not None:
+        a0 = parse(surface.spacing, "length")
+    elif real is not None and surface.spacing is None:
+        a0 = real.a0
+    else:
+        allowed = 'a0, as "0.3nm": this crystal has no size' if real is None else "left out: the crystal has its own a0"
+        raise refuse(config, Fault(("surface", "spacing"), allowed))
+    wall = surface.read(config.slab.n, a0)
+    return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
+
+
+def _started(
+    specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable, shape: Shape | None
+) -> Deck:
+    """A deck that starts from the lattice solution of its first step."""
+    slab, response = specimen.slab, specimen.response
+    slope = moments(slab.grid, heights).rms_slope
+    scale = slope or 1.0  # a flat wall
+    problem = ContactProblem(slab.grid, wall, heights, response)
+    settings = solver.build(scale)
+    protocol: Protocol | None
+    if steps.control == "mean-pressure":
+        states = list(loading.follow(problem, "mean-pressure", steps.values, settings))
+        gap = states[0].solution.require().gap
+        separations = tuple(state.require().separation for state in states)
+        protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
+    else:
+        gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
+        separations = steps.values
+        protocol = None if steps.single else Separations(separations)
+        if steps.windows is not None:
+            protocol = _motion(steps.windows, specimen.model, wall)
+    start = lattice_start(response, wall, gap)
+    if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
+        msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
+        raise NotConvergedError(msg)
+    tolerance = solver.force_tolerance * scale
+    model = specimen.model
+    return Deck(
+        slab, model, wall, heights, separations[0], start, tolerance, rise=response.rise, protocol=protocol,
+        shape=shape,
+    )  # fmt: skip
+
+
+def _motion(windows: Windows, model: Model, wall: Wall) -> Motion:
+    temperature = windows.temperature
+    if isinstance(temperature, str):
+        temperature = thermal_energy(kelvin(temperature), model.real_units)
+    return Motion(
+        windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
+        windows.damping, windows.seed, largest_timestep(model, wall), windows.along,
+    )  # fmt: skip
+
+
+def deck_under(
+    contact: ContactProblem,
+    model: Potential | None,
+    steps: Steps,
+    depth: float | None = None,
+    shape: Shape | None = None,
+) -> Deck:
+    """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
+
+    Parameters
+    ----------
+    contact : on a grid with one point for each surface atom; its substrate is replaced by the atoms.
+    model : what holds these together; springs if None.
+    steps : what is done.
+    depth : of the slab, in a0; as deep as it is wide if None.
+    shape : the wall as a function of the position; of the site if None.
+
+    Raises
+    ------
+    ArgumentError, ConfigError, TypeError
+        If the grid has not one point for each atom, the deck has no formula for the law, or the steps are not those of
+        a crystal under this wall.
+    NotConvergedError, PotentialError, LammpsError
+        As :func:`deck_of`.
+    """
+    grid, wall, heights = contact.grid, contact.wall, contact.heights
+    native_law(wall)  # refused before anything is measured
+    if shape is not None and (apart := misfit(shape, heights)):
+        raise ArgumentError("follows", shape, f"a shape of the heights of the contact, not of others by {apart:.2g} a0")
+    if shape is None and steps.windows is not None and any(steps.windows.offsets):
+        raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
+    measured = model_of(model or Springs())
+    slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
+    require_steps(steps, slab, measured, wall, heights)
+    specimen = Specimen.of_slab(slab, measured)
+    return replace(_started(specimen, wall, heights, steps, AtomsSolverTable(), shape), notes=shape_notes(shape))

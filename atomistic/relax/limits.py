@@ -1,0 +1,86 @@
+"""Whether the numbers of a deck are those of a crystal under a wall: asked before anything is solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import scipy.constants
+
+from atomistic.config import DeckConfig, Scale, Steps, Windows, beyond_physics
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Model
+from atomistic.lammps.motion import largest_timestep, thermal_energy
+from continuum.files.tables import ConfigError, Fault, refuse
+from continuum.files.toml import Source
+from continuum.model.grid import Real
+from continuum.model.walls import Wall
+
+__all__ = ["FARTHEST", "require_steps", "scale_of"]
+
+FARTHEST = 100.0
+"""Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""
+_MOST_TIMESTEPS = 2**31 - 1
+"""Of a window: LAMMPS counts the samples of an average with 32 bits."""
+
+
+def scale_of(model: Model) -> Scale | None:
+    """What the units of a motion are in a crystal; None if it has no size."""
+    real = model.real_units
+    if real is None:
+        return None
+    mass = model.mass * scipy.constants.atomic_mass
+    return Scale(1 / thermal_energy(1.0, real), float((real.si("energy") / mass) ** 0.5))
+
+
+def require_steps(
+    steps: Steps, slab: Slab, model: Model, wall: Wall, heights: Real, config: DeckConfig | None = None
+) -> None:
+    """Refuse steps that do not fit the slab, its crystal and its wall.
+
+    Parameters
+    ----------
+    config : that the steps are of; None if they are arguments of a call.
+
+    Raises
+    ------
+    ConfigError
+        With all faults.
+    """
+    faults = list(_beside_the_slab(steps, slab, heights))
+    if steps.windows is not None:
+        faults += _beyond_the_crystal(steps.windows, slab, model, wall)
+    if faults and config is not None:
+        place = () if steps.single else ("protocol",)
+        raise refuse(config, *(replace(fault, key=(*place, *fault.key)) for fault in faults))
+    if faults:
+        given = {"separation": steps.values[0], "separations": list(steps.values)}
+        if steps.windows is not None:
+            given |= steps.windows._asdict() | {"window": max(steps.windows.duration)}
+        raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+
+
+def _beyond_the_crystal(windows: Windows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
+    """What of a motion the atoms do not stand, or LAMMPS does not count."""
+    yield from beyond_physics(windows.temperature, windows.velocity, scale_of(model))
+    if not windows.thermostat_layers < slab.mobile:
+        yield Fault(("thermostat_layers",), f"fewer than the layers that move, {slab.mobile} at this depth")
+    timestep = largest_timestep(model, wall)
+    if max(windows.duration) > _MOST_TIMESTEPS * timestep:
+        allowed = f"at most {_MOST_TIMESTEPS * timestep:.3g}: {_MOST_TIMESTEPS} time steps of {timestep:.2g} each"
+        yield Fault(("window",), allowed, "a time in other units, or a wall so stiff that its time steps are tiny")
+
+
+def _beside_the_slab(steps: Steps, slab: Slab, heights: Real) -> Iterator[Fault]:
+    """Where the wall would be far above the slab, or below it."""
+    if steps.control != "separation":
+        return
+    lowest = float(heights.min())
+    if not all(-slab.depth <= separation + lowest <= FARTHEST for separation in steps.values):
+        one = steps.single or (steps.windows is not None and any(steps.windows.offsets))
+        allowed = (
+            f"from {-slab.depth - lowest:.6g}, where the lowest point of the wall is at the frozen base, to "
+            f"{FARTHEST - lowest:.6g}, where it is {FARTHEST:g} a0 above the surface"
+        )
+        yield Fault(("separation" if one else "separations",), allowed, "a length in other units than a0")
