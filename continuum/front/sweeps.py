@@ -111,10 +111,8 @@ def sweep(
     function("begun", begun)
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     described = Sweep.read(file_name("file", file), given, reduced=flag("reduced", reduced))
-    cluster = None if scheduler_file is None else file_name("scheduler_file", scheduler_file)
     # All that can be wrong is found before anything is written.
-    if cluster is not None:
-        require_scheduler(cluster)
+    cluster = _cluster(scheduler_file)
     devices = _devices(described) if cluster is None else ()
     at_once = max(1, len(devices)) if workers is None else workers
     check_workers(at_once, threads, devices)
@@ -125,6 +123,15 @@ def sweep(
         begun(tasks)
     running = run_sweep(tasks, root, workers=at_once, memory=limit, scheduler_file=cluster, devices=devices)
     return _swept(root, _followed(running, len(tasks), progress))
+
+
+def _cluster(scheduler_file: str | Path | None) -> Path | None:
+    """The file of a Dask cluster that can be reached."""
+    if scheduler_file is None:
+        return None
+    path = file_name("scheduler_file", scheduler_file)
+    require_scheduler(path)
+    return path
 
 
 def _followed(running: Generator[Ended, None, None], total: int, progress: After | None) -> list[Ended]:

@@ -192,7 +192,9 @@ def test_few_waves_are_native_and_an_array_of_them_agrees_within_the_error_that_
 
 def test_an_array_goes_through_a_staircase_in_process_and_is_refused_elsewhere(tmp_path, capsys):
     heights = 0.02 * np.random.default_rng(1).standard_normal((8, 8))
-    deck = a.deck(c.Contact(heights, WALL), separations=[1.05, 1.0, 1.05], depth=4, follows="atom")
+    with pytest.warns(UserWarning, match="fewer than 4 points"):
+        contact = c.Contact(heights, WALL)
+    deck = a.deck(contact, separations=[1.05, 1.0, 1.05], depth=4, follows="atom")
     assert not deck.stock
     run = a.run_deck(deck.write(tmp_path / "deck"))
     assert run.converged

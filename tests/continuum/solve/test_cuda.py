@@ -105,7 +105,7 @@ def test_without_a_gpu_there_is_one_message_and_nothing_is_written(
 def test_a_device_that_there_is_not_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(ROOT / SMOKE), "--device", "abacus", "-o", str(tmp_path)]) == 2
     assert "'abacus'" in (said := capsys.readouterr().err)
-    assert '"cpu" or "cuda"' in said
+    assert 'one of "cpu", "cuda"' in said
     faulty = tmp_path / "run.toml"
     faulty.write_text((ROOT / SMOKE).read_text() + '\n[solver]\ndevice = "gpu"\n')
     assert main(["run", str(faulty), "-o", str(tmp_path)]) == 2
