@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from atomistic.front.decks import DeckRun
     from continuum.files.tables import Document
 
-__all__ = ["main", "parser"]
-
 
 EXAMPLES = {"validate": "inputs/validate/quick.toml", "deck": "inputs/lammps/rough.toml"}
 """Inputs of which there is a template, and the example that it is made of."""
@@ -128,7 +126,7 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _completion(parsed: argparse.Namespace) -> int:
-    from continuum.show.console import OK
+    from continuum.errors import OK
 
     print(completion(parser(), parsed.shell), end="")
     return OK
@@ -136,34 +134,36 @@ def _completion(parsed: argparse.Namespace) -> int:
 
 def _model(kind: str) -> type[Document]:
     """What an input of a command holds."""
-    from atomistic.config import DeckConfig, ValidateConfig
+    from atomistic.config.deck import DeckConfig
+    from atomistic.config.validate import ValidateConfig
 
     models: dict[str, type[Document]] = {"validate": ValidateConfig, "deck": DeckConfig}
     return models[kind]
 
 
 def _init(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.files.reference import template
-    from continuum.show.console import OK
 
     print(template(_model(parsed.kind), EXAMPLES[parsed.kind]), end="")
     return OK
 
 
 def _schema(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.files.reference import schema
-    from continuum.show.console import OK
 
     print(schema(_model(parsed.kind)), end="")
     return OK
 
 
 def _validate(parsed: argparse.Namespace) -> int:
-    from atomistic.config import ValidateConfig
+    from atomistic.config.validate import ValidateConfig
     from atomistic.front.commands import validate
     from atomistic.ladder.comparison import paths_of
+    from continuum.errors import NOT_CONVERGED, OK
     from continuum.files.inputs import load
-    from continuum.show.console import NOT_CONVERGED, OK, progress, show
+    from continuum.show.console import progress, show
 
     _check_lmp_command(parsed)
     config = load(parsed.file, ValidateConfig)
@@ -203,7 +203,8 @@ def _check_lmp_command(parsed: argparse.Namespace) -> None:
 
 def _check(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import check
-    from continuum.show.console import OK, show
+    from continuum.errors import OK
+    from continuum.show.console import show
 
     show(check(parsed.file))
     return OK
@@ -211,8 +212,8 @@ def _check(parsed: argparse.Namespace) -> int:
 
 def _deck(parsed: argparse.Namespace) -> int:
     from atomistic.front.decks import deck, run_deck
-    from continuum.errors import InputError
-    from continuum.show.console import OK, progress
+    from continuum.errors import OK, InputError
+    from continuum.show.console import progress
 
     _check_lmp_command(parsed)
     made = deck(parsed.file)
@@ -250,7 +251,8 @@ def _read(parsed: argparse.Namespace) -> int:
 
 
 def _show(run: DeckRun, *, compare: bool = False) -> int:
-    from continuum.show.console import NOT_CONVERGED, OK, show
+    from continuum.errors import NOT_CONVERGED, OK
+    from continuum.show.console import show
 
     for sheet in run.sheets(compare=compare):
         show(sheet)
@@ -258,11 +260,13 @@ def _show(run: DeckRun, *, compare: bool = False) -> int:
 
 
 def _elastic(parsed: argparse.Namespace) -> int:
-    from atomistic.config import ElasticConfig
+    from atomistic.config.crystal import ElasticConfig
     from atomistic.front.commands import elastic
+    from continuum.errors import OK
     from continuum.files.inputs import load
-    from continuum.files.tables import Fault, refuse
-    from continuum.show.console import OK, show
+    from continuum.files.tables import refuse
+    from continuum.files.toml import Fault
+    from continuum.show.console import show
     from continuum.show.plot import written_as
 
     if parsed.lattice is not None and not 48 <= parsed.lattice <= 256:
@@ -278,7 +282,8 @@ def _elastic(parsed: argparse.Namespace) -> int:
 
 def _doctor(parsed: argparse.Namespace) -> int:
     from atomistic.front.commands import doctor
-    from continuum.show.console import NOT_CONVERGED, OK, show
+    from continuum.errors import NOT_CONVERGED, OK
+    from continuum.show.console import show
     from continuum.show.sheet import pairs
 
     found = doctor()

@@ -44,8 +44,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from continuum.files.store import StoreError
-    from continuum.files.tables import ConfigError
+    from continuum.files.hdf5 import StoreError
+    from continuum.files.toml import ConfigError
     from continuum.front.commands import Analysis, Prediction, Result, analyse, check, examples, plot, predict, run
     from continuum.front.contact import Contact
     from continuum.front.states import Path, State

@@ -18,11 +18,6 @@ from numpy.typing import NDArray
 
 from continuum.errors import InputError
 
-__all__ = [
-    "ArgumentError", "array", "choice", "count", "field", "file_name", "flag", "function", "instance", "number", "pair",
-    "several", "texts",
-]  # fmt: skip
-
 _Choice = TypeVar("_Choice", bound=str)
 _Kind = TypeVar("_Kind")
 _KINDS = {"c": "complex numbers", "b": "booleans", "U": "text", "S": "text"}

@@ -14,8 +14,6 @@ from continuum.options import as_options, completion, parser, until_stopped
 if TYPE_CHECKING:
     from continuum.front.commands import Prediction
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
@@ -34,33 +32,34 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _completion(parsed: argparse.Namespace) -> int:
-    from continuum.show.console import OK
+    from continuum.errors import OK
 
     print(completion(parser(), parsed.shell), end="")
     return OK
 
 
 def _init(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.files.reference import template
     from continuum.runs.config import RunConfig
-    from continuum.show.console import OK
 
     print(template(RunConfig, "inputs/smoke/path.toml"), end="")
     return OK
 
 
 def _schema(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.files.reference import schema
     from continuum.runs.config import RunConfig
-    from continuum.show.console import OK
 
     print(schema(RunConfig), end="")
     return OK
 
 
 def _check(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.front.commands import check
-    from continuum.show.console import OK, show, warn
+    from continuum.show.console import show, warn
 
     found = check(parsed.file, dict(parsed.set), reduced=parsed.reduced)
     show(found.sheet)
@@ -69,11 +68,12 @@ def _check(parsed: argparse.Namespace) -> int:
 
 
 def _run(parsed: argparse.Namespace) -> int:
+    from continuum.errors import NOT_CONVERGED, OK
     from continuum.files.inputs import load
     from continuum.front.commands import run
     from continuum.runs.config import RunConfig
     from continuum.runs.record import Point
-    from continuum.show.console import NOT_CONVERGED, OK, progress, show, warn
+    from continuum.show.console import progress, show, warn
     from continuum.show.runs import progress_line
 
     config = load(parsed.file, RunConfig, dict(parsed.set))
@@ -102,11 +102,12 @@ def _sweep(parsed: argparse.Namespace) -> int:
 
 
 def _sweep_run(parsed: argparse.Namespace) -> int:
+    from continuum.errors import NOT_CONVERGED, OK
     from continuum.front.sweeps import sweep
-    from continuum.show.console import NOT_CONVERGED, OK, Counted, warn
+    from continuum.show.console import EstimatedProgress, warn
     from continuum.show.sweeps import ended_line
 
-    with Counted(Path(parsed.file).stem) as report:
+    with EstimatedProgress(Path(parsed.file).stem) as report:
         done = sweep(
             parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, workers=parsed.workers,
             threads=parsed.threads, device=parsed.device, memory=parsed.memory,
@@ -122,8 +123,8 @@ def _sweep_run(parsed: argparse.Namespace) -> int:
 
 
 def _sweep_slurm(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.front.sweeps import sweep_slurm
-    from continuum.show.console import OK
 
     print(sweep_slurm(parsed.file, parsed.output, settings=dict(parsed.set), reduced=parsed.reduced, nodes=parsed.nodes,
                       time=parsed.time, workers=parsed.workers, shards=parsed.array), end="")  # fmt: skip
@@ -131,8 +132,9 @@ def _sweep_slurm(parsed: argparse.Namespace) -> int:
 
 
 def _sweep_status(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.front.sweeps import sweep_status
-    from continuum.show.console import OK, show
+    from continuum.show.console import show
     from continuum.show.sweeps import failed_sheet, status_sheet
 
     found = sweep_status(parsed.folder)
@@ -143,8 +145,9 @@ def _sweep_status(parsed: argparse.Namespace) -> int:
 
 
 def _sweep_collect(parsed: argparse.Namespace) -> int:
+    from continuum.errors import NOT_CONVERGED, OK
     from continuum.front.sweeps import sweep_collect
-    from continuum.show.console import NOT_CONVERGED, OK, show, warn
+    from continuum.show.console import show, warn
     from continuum.show.sweeps import collected_sheet
 
     found = sweep_collect(parsed.folder, parsed.output)
@@ -156,8 +159,9 @@ def _sweep_collect(parsed: argparse.Namespace) -> int:
 
 
 def _sweep_verify(parsed: argparse.Namespace) -> int:
+    from continuum.errors import NOT_CONVERGED, OK
     from continuum.front.sweeps import sweep_verify
-    from continuum.show.console import NOT_CONVERGED, OK, warn
+    from continuum.show.console import warn
 
     found = sweep_verify(parsed.folder, aside=parsed.aside)
     warn(found.faults)
@@ -166,9 +170,9 @@ def _sweep_verify(parsed: argparse.Namespace) -> int:
 
 
 def _plot(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.front.commands import plot
     from continuum.front.sweeps import plot_figure
-    from continuum.show.console import OK
     from continuum.show.plot import written_as
 
     # A page shows its figures as PNG.
@@ -184,8 +188,9 @@ def _plot(parsed: argparse.Namespace) -> int:
 
 
 def _analyse(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.front.commands import analyse
-    from continuum.show.console import OK, show
+    from continuum.show.console import show
     from continuum.show.plot import written_as
 
     for path in parsed.results:
@@ -201,8 +206,9 @@ def _analyse(parsed: argparse.Namespace) -> int:
 
 
 def _predict(parsed: argparse.Namespace) -> int:
+    from continuum.errors import NOT_CONVERGED, OK
     from continuum.files import output
-    from continuum.show.console import NOT_CONVERGED, OK, show
+    from continuum.show.console import show
 
     if parsed.csv is not None:
         return _predict_each(parsed)
@@ -259,9 +265,8 @@ def _planned(found: Prediction) -> str:
 
 def _predict_each(parsed: argparse.Namespace) -> int:
     """A table: each file is a contact by itself, and one that cannot be used has its reason in its row."""
-    from continuum.errors import InputError
+    from continuum.errors import BAD_INPUT, OK, InputError
     from continuum.files import output
-    from continuum.show.console import BAD_INPUT, OK
     from continuum.show.prediction_data import as_csv
     from continuum.sticky.materials import InterfaceError
 
@@ -298,8 +303,8 @@ def _contacts(parsed: argparse.Namespace) -> Iterator[tuple[Path, str | None]]:
 
 
 def _examples(parsed: argparse.Namespace) -> int:
+    from continuum.errors import OK
     from continuum.front.commands import examples
-    from continuum.show.console import OK
 
     print(examples(), end="")
     return OK

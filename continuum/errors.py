@@ -5,17 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-__all__ = [
-    "BAD_INPUT",
-    "EXIT_CODES",
-    "NOT_CONVERGED",
-    "OK",
-    "InputError",
-    "OutputError",
-    "StickinessError",
-    "shortened",
-]
-
 OK, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 
 EXIT_CODES: Mapping[int, str] = {
@@ -42,7 +31,6 @@ class StickinessError(Exception):
     """Of the commands."""
 
     def __str__(self) -> str:
-        """The message."""
         return shortened(super().__str__())
 
 

@@ -12,11 +12,6 @@ from typing import Any
 
 from continuum.errors import EXIT_CODES, InputError
 
-__all__ = [
-    "FORMATS", "KINDS", "add_common", "add_format", "add_init", "as_options", "at_least_one", "completion",
-    "exit_codes", "parser", "until_stopped",
-]  # fmt: skip
-
 FORMATS = ("png", "pdf", "svg")
 """Of figures."""
 SHELLS = ("bash", "zsh", "tcsh")
@@ -239,7 +234,6 @@ def _setting(text: str) -> tuple[str, object]:
 
 
 def _gigabytes(text: str) -> float:
-    """Bytes."""
     try:
         found = 1e9 * float(text)
     except ValueError:

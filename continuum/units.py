@@ -15,8 +15,6 @@ from typing import Literal
 import numpy as np
 import scipy.constants
 
-__all__ = ["ANGSTROM", "GPA_PER_EV_PER_A3", "Quantity", "Units", "parse", "readable", "unit_size"]
-
 ANGSTROM: float = scipy.constants.angstrom
 """In m."""
 GPA_PER_EV_PER_A3: float = scipy.constants.electron_volt / ANGSTROM**3 / scipy.constants.giga
@@ -59,7 +57,6 @@ class Units:
     contact_modulus: float
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         for name, value in (("a0", self.a0), ("contact_modulus", self.contact_modulus)):
             if not (np.isfinite(value) and value > 0):
                 msg = f"{name} is a positive finite number in SI units, got {value}"

@@ -11,7 +11,9 @@ from sphinx.application import Sphinx
 
 import atomistic
 import continuum
-from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
+from atomistic.config.crystal import ElasticConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.validate import ValidateConfig
 from continuum.errors import EXIT_CODES
 from continuum.files.reference import markdown
 from continuum.runs.config import RunConfig

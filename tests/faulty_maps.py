@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import grey_dilation
 
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.sticky.topography import Topography
 

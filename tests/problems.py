@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from continuum.measure.contact import totals_of
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Substrate
 from continuum.model.surface import SelfAffine

@@ -13,9 +13,8 @@ from atomistic.crystal.interatomic import LennardJones, Potential, Springs
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from continuum.arguments import ArgumentError
-from continuum.files.tables import Document, Fault, Positive, Table, check
-
-__all__ = ["ElasticConfig", "EmbeddedAtomTable", "Interatomic", "LennardJonesTable", "PairStyleTable", "SpringsTable"]
+from continuum.files.tables import Document, Positive, Table, constraint
+from continuum.files.toml import Fault
 
 
 class SpringsTable(Table):
@@ -41,7 +40,7 @@ class LennardJonesTable(Table):
     inner: float | None = None
     """where "smooth" or "mdf" begins to end it, in sigma"""
 
-    @check
+    @constraint
     def _has_a_meaning(self) -> Iterator[Fault]:
         try:
             self.potential()
@@ -75,7 +74,7 @@ class EmbeddedAtomTable(Table):
     element: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]{0,7}$")] | None = None
     """chemical symbol; may be left out where the file holds one only"""
 
-    @check
+    @constraint
     def _holds_the_element(self) -> Iterator[Fault]:
         try:
             self.potential()
@@ -114,7 +113,7 @@ class PairStyleTable(Table):
     many_body: bool = True
     """whether an atom feels changes at its neighbours: forces then reach twice the cut-off"""
 
-    @check
+    @constraint
     def _has_a_meaning(self) -> Iterator[Fault]:
         try:
             self.potential()

@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.motion import SlidingTable, VelocityTable, Windows, beyond_physics
+from atomistic.config.motion import SlidingTable, TimeWindows, VelocityTable, beyond_physics
 from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
 from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files.inputs import parsed
-from continuum.files.tables import Document, Fault, InputFile, Table, check
-from continuum.files.toml import Source
+from continuum.files.tables import Document, InputFile, Table, constraint
+from continuum.files.toml import Fault, Source
 from continuum.runs.surfaces import (
     CylinderSurface,
     FileSurface,
@@ -26,25 +26,12 @@ from continuum.runs.surfaces import (
     SineSurface,
     SphereSurface,
 )
-from continuum.runs.tables import Unit
+from continuum.runs.tables import Fraction
 from continuum.runs.walls import RigidWall, WallTable
-from continuum.sticky.crop import wall_of
-from continuum.sticky.reading import read
+from continuum.sticky.crop import wall_from_map
+from continuum.sticky.reading import read_topography
 from continuum.sticky.topography import Topography
 from continuum.units import parse, unit_size
-
-__all__ = [
-    "LARGEST_PRESSURE",
-    "MOST_STEPS",
-    "DeckConfig",
-    "MeanPressuresTable",
-    "ProtocolTable",
-    "SeparationsTable",
-    "Steps",
-    "TopographySurface",
-    "steps_of",
-]
-
 
 MOST_STEPS = 10_000
 """Equilibria of a protocol."""
@@ -60,7 +47,7 @@ class TopographySurface(Table):
     """map of heights: npy, text, HDF5, or a format of SurfaceTopography"""
     edges: Literal["mirror", "window"] = "mirror"
     """how it is made periodic: by its mirror images, or by a window that brings it to its mean"""
-    centre: tuple[Unit, Unit] = (0.5, 0.5)
+    centre: tuple[Fraction, Fraction] = (0.5, 0.5)
     """of the part, as fractions of the map"""
     size: str | None = None
     """of the map, with its unit, as "100nm"; only if the file does not say"""
@@ -73,7 +60,7 @@ class TopographySurface(Table):
     spacing: str | None = None
     """a0 with its unit, as "0.3nm", of a crystal that has no size of its own"""
 
-    @check
+    @constraint
     def _lengths(self) -> Iterator[Fault]:
         for key in ("size", "spacing"):
             try:
@@ -95,14 +82,14 @@ class TopographySurface(Table):
         TopographyError
             If the file holds no such map, or the part does not lie within it.
         """
-        found = read(
+        found = read_topography(
             self.path,
             size=None if self.size is None else (parse(self.size, "length"),),
             unit=None if self.unit is None else unit_size(self.unit, "length"),
             dataset=self.dataset,
             part=self.part,
         )
-        return wall_of(found, n, spacing, self.edges, self.centre)
+        return wall_from_map(found, n, spacing, self.edges, self.centre)
 
 
 class Steps(NamedTuple):
@@ -113,7 +100,7 @@ class Steps(NamedTuple):
     """Of each step, in a0 or E*."""
     single: bool = False
     """One equilibrium and no protocol."""
-    windows: Windows | None = None
+    windows: TimeWindows | None = None
     """Of a wall that moves above warm atoms; the values are then its separations."""
 
     @classmethod
@@ -147,7 +134,7 @@ class MeanPressuresTable(Table):
     pressures: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
     """load over A0, in E*, compression positive, from -1 to 1"""
 
-    @check
+    @constraint
     def _within_the_strength(self) -> Iterator[Fault]:
         if max(map(abs, self.pressures)) > LARGEST_PRESSURE:
             allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*: no crystal holds beyond"
@@ -219,32 +206,32 @@ class DeckConfig(Document):
     """several steps, instead of separation"""
     solver: AtomsSolverTable = AtomsSolverTable()
 
-    @check
+    @constraint
     def _fits(self) -> Iterator[Fault]:
         if isinstance(self.surface, SelfAffineTable):
             yield from misfits(self.slab, self.surface)
         if isinstance(self.surface, SineSurface) and max(self.surface.waves) > self.slab.n // 2:
             yield Fault(("surface", "waves"), f"at most half the surface atoms of a side, {self.slab.n // 2}")
 
-    @check
+    @constraint
     def _native(self) -> Iterator[Fault]:
         if isinstance(self.wall, RigidWall):
             cause = "its traction is no function of the gap; a repulsive wall that has one: range = 0"
             yield Fault(("wall", "law"), 'a law with a traction, such as "lennard-jones-spline"', cause)
 
-    @check
+    @constraint
     def _something_is_done(self) -> Iterator[Fault]:
         if (self.separation is None) == (self.protocol is None):
             cause = "both are given" if self.protocol is not None else "neither is given"
             yield Fault(("separation",), "exactly one of separation and a table [protocol]", cause)
 
-    @check
+    @constraint
     def _slides(self) -> Iterator[Fault]:
         if isinstance(self.protocol, SlidingTable) and self.follows == "site":
             cause = "a wall that is a function of the site stays with the atoms"
             yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
 
-    @check
+    @constraint
     def _moves_as_a_crystal_can(self) -> Iterator[Fault]:
         if not isinstance(self.protocol, VelocityTable | SlidingTable):
             return

@@ -9,9 +9,8 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from continuum.files.tables import Fault, Positive, Table, check
-
-__all__ = ["FASTEST", "HOTTEST", "Scale", "SlidingTable", "VelocityTable", "Windows", "beyond_physics", "kelvin"]
+from continuum.files.tables import Positive, Table, constraint
+from continuum.files.toml import Fault
 
 LARGEST = 10_000
 """Windows of a protocol."""
@@ -26,7 +25,7 @@ FASTEST = 0.3
 (aluminium): atoms cannot make room for a wall that is faster."""
 
 
-class Windows(NamedTuple):
+class TimeWindows(NamedTuple):
     """What the wall does in the time windows of a run, and how warm the atoms are."""
 
     separations: tuple[float, ...]
@@ -47,7 +46,7 @@ class Windows(NamedTuple):
     """Of the wall, in (E* a0³/m)^(1/2)."""
 
 
-class Scale(NamedTuple):
+class MotionUnits(NamedTuple):
     """What the units of a motion are in a crystal that has a size."""
 
     kelvin: float
@@ -56,7 +55,7 @@ class Scale(NamedTuple):
     """(E* a0³/m)^(1/2)."""
 
 
-def beyond_physics(temperature: float | str, velocity: float, scale: Scale | None) -> Iterator[Fault]:
+def beyond_physics(temperature: float | str, velocity: float, scale: MotionUnits | None) -> Iterator[Fault]:
     """What of a motion no crystal stands, or this one has no unit for, by the keys of [protocol].
 
     Parameters
@@ -88,7 +87,7 @@ def beyond_physics(temperature: float | str, velocity: float, scale: Scale | Non
         yield Fault(("velocity",), allowed, cause)
 
 
-def _thermal_energy(temperature: float | str, scale: Scale | None) -> float:
+def _thermal_energy(temperature: float | str, scale: MotionUnits | None) -> float:
     """k_B T in E* a0³; 0 of a text that is no temperature, of which another fault tells."""
     if not isinstance(temperature, str):
         return temperature
@@ -133,7 +132,7 @@ class _MotionTable(Table):
     seed: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     """of the first velocities and of the thermostat"""
 
-    @check
+    @constraint
     def _warm(self) -> Iterator[Fault]:
         try:
             value = kelvin(self.temperature) if isinstance(self.temperature, str) else self.temperature
@@ -142,7 +141,7 @@ class _MotionTable(Table):
         except ValueError as error:
             yield Fault(("temperature",), str(error))
 
-    def _windows(self, turns: list[tuple[float, float]], velocity: float, along: Literal["x", "y"]) -> Windows:
+    def _windows(self, turns: list[tuple[float, float]], velocity: float, along: Literal["x", "y"]) -> TimeWindows:
         """Legs between points (separation, offset), each in whole windows of about the duration wanted."""
         places, duration = [turns[0]] * (self.hold + 1), [self.window] * self.hold
         for (d0, o0), (d1, o1) in pairwise(turns):
@@ -151,7 +150,7 @@ class _MotionTable(Table):
             places += [(d0 + (d1 - d0) * i / count, o0 + (o1 - o0) * i / count) for i in range(1, count + 1)]
             duration += [time / count] * count
         separations, offsets = zip(*places, strict=True)
-        return Windows(
+        return TimeWindows(
             separations, offsets, along, tuple(duration), self.temperature, self.thermostat_layers, self.damping,
             self.seed, velocity,
         )  # fmt: skip
@@ -166,7 +165,7 @@ class VelocityTable(_MotionTable):
     velocity: Positive = 0.01
     """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
 
-    @check
+    @constraint
     def _moves(self) -> Iterator[Fault]:
         way = float(np.abs(np.diff(self.separations)).sum())
         if any(a == b for a, b in pairwise(self.separations)):
@@ -178,7 +177,7 @@ class VelocityTable(_MotionTable):
         ):
             yield Fault(("separations",), f"apart by at least velocity x {SHORTEST:g}, the shortest window")
 
-    def windows(self) -> Windows:
+    def windows(self) -> TimeWindows:
         """Of the run."""
         return self._windows([(d, 0.0) for d in self.separations], self.velocity, "x")
 
@@ -196,13 +195,13 @@ class SlidingTable(_MotionTable):
     along: Literal["x", "y"] = "x"
     """direction"""
 
-    @check
+    @constraint
     def _lasts(self) -> Iterator[Fault]:
         if self.distance / self.velocity / self.window > LARGEST:
             yield Fault(("window",), f"at most {LARGEST} windows over the distance at this velocity")
         elif self.velocity <= FASTEST and self.distance / self.velocity < SHORTEST:
             yield Fault(("distance",), f"at least velocity x {SHORTEST:g}, the shortest window")
 
-    def windows(self) -> Windows:
+    def windows(self) -> TimeWindows:
         """Of the run."""
         return self._windows([(self.separation, 0.0), (self.separation, self.distance)], self.velocity, self.along)

@@ -7,11 +7,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from continuum.files.tables import Fault, Table
+from continuum.files.tables import Table
+from continuum.files.toml import Fault
 from continuum.runs.surfaces import SelfAffineSurface, SelfAffineTable
-from continuum.runs.tables import ToleranceTable, Unit
-
-__all__ = ["DEEPEST", "SHALLOWEST", "AtomsSolverTable", "SlabTable", "misfits"]
+from continuum.runs.tables import Fraction, ToleranceTable
 
 SHALLOWEST, DEEPEST = 2.0, 512.0
 """Depth of a slab, in a0."""
@@ -29,7 +28,7 @@ class SlabTable(Table):
 class AtomsSolverTable(ToleranceTable):
     """When an equilibrium is one."""
 
-    tolerance: Unit = 1e-9
+    tolerance: Fraction = 1e-9
     """largest rms residual of the continuum rungs, relative to rms_slope E*"""
     force_tolerance: Annotated[float, Field(gt=0, le=1e-8)] = 1e-8
     """largest force left on an atom, relative to rms_slope E* a0²"""

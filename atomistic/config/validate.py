@@ -9,12 +9,11 @@ from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
 from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
-from continuum.files.tables import Document, Fault, Positive, Table, check
+from continuum.files.tables import Document, Positive, Table, constraint
+from continuum.files.toml import Fault
 from continuum.runs.surfaces import SelfAffineTable
-from continuum.runs.tables import Unit
+from continuum.runs.tables import Fraction
 from continuum.runs.walls import LARGEST_RANGE
-
-__all__ = ["BoundTable", "CaseTable", "ExponentTable", "SurfacesTable", "ValidateConfig"]
 
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 
@@ -42,7 +41,7 @@ class BoundTable(Table):
     """bound = coefficient x rms_slope^power"""
     power: Annotated[float, Field(ge=0, le=4)] = 0.0
     """0 for a bound that does not depend on the slope"""
-    areas: tuple[Unit, ...] = ()
+    areas: tuple[Fraction, ...] = ()
     """areas of the case that it holds for; all if left out"""
     reason: Annotated[str, Field(min_length=10)]
     """why the bound is what it is, in words"""
@@ -76,7 +75,7 @@ class CaseTable(Table):
     """roll-off wavelength of this case, in a0; that of [surface] if left out"""
     rms_slopes: _Slopes
     """h'_rms of each run"""
-    areas: Annotated[tuple[Unit, ...], Field(min_length=1)]
+    areas: Annotated[tuple[Fraction, ...], Field(min_length=1)]
     """repulsive area fractions at which the rungs are compared"""
     branches: Annotated[tuple[Literal["approach", "retract"], ...], Field(min_length=1)] = ("approach",)
     """branches of the loading path on which states are taken"""
@@ -85,7 +84,7 @@ class CaseTable(Table):
     tolerance: tuple[BoundTable, ...] = ()
     exponent: tuple[ExponentTable, ...] = ()
 
-    @check
+    @constraint
     def _the_range_is_atomic(self) -> Iterator[Fault]:
         largest = LARGEST_RANGE**2 / 24
         if self.adhesion_length > largest:
@@ -96,7 +95,7 @@ class CaseTable(Table):
                 "an adhesion length in other units than a0",
             )
 
-    @check
+    @constraint
     def _bounds_speak_of_what_is_run(self) -> Iterator[Fault]:
         for i, tolerance in enumerate(self.tolerance):
             for area in set(tolerance.areas) - set(self.areas):
@@ -121,7 +120,7 @@ class ValidateConfig(Document):
     case: Annotated[tuple[CaseTable, ...], Field(min_length=1)]
     solver: AtomsSolverTable = AtomsSolverTable()
 
-    @check
+    @constraint
     def _fits(self) -> Iterator[Fault]:
         yield from misfits(self.slab, self.surface)
         for i, case in enumerate(self.case):
@@ -137,7 +136,7 @@ class ValidateConfig(Document):
         """λ_s and λ_L of a case, in a0."""
         return case.lambda_s or self.surface.lambda_s, case.lambda_L or self.surface.lambda_L
 
-    @check
+    @constraint
     def _names_are_distinct(self) -> Iterator[Fault]:
         names = [case.name for case in self.case]
         for i, name in enumerate(names):

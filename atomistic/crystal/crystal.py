@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.arguments import ArgumentError, array, count, field, instance, number, pair
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 
 if TYPE_CHECKING:
     import ase
 
-__all__ = ["LAYER_SPACING", "Slab", "chemical_symbol"]
 
 LAYER_SPACING = float(np.sqrt(0.5))
 """Distance of neighbouring (100) planes, in a0."""
@@ -48,7 +48,6 @@ class Slab:
     frozen: int = 1
 
     def __post_init__(self) -> None:
-        """Check that the numbers are those of a slab that LAMMPS can hold."""
         shape = tuple(count("shape", n, 3) for n in pair("shape", self.shape))
         mobile, frozen = count("mobile", self.mobile), count("frozen", self.frozen)
         if shape[0] * shape[1] * (mobile + frozen) > _MOST_ATOMS:

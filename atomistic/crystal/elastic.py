@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from continuum.model.cubic import CubicConstants, contact_modulus, directional_contact_modulus
-from continuum.model.grid import Real
-
-__all__ = ["ContactModulus", "CubicConstants", "contact_modulus", "directional_contact_modulus"]
+from continuum.model.fourier import Real
 
 _DIRECTIONS = 128
 

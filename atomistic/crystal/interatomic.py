@@ -15,12 +15,10 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from atomistic.crystal.elastic import CubicConstants, contact_modulus
 from continuum.arguments import ArgumentError, choice, number
-from continuum.model.grid import Real
+from continuum.model.cubic import CubicConstants, contact_modulus
+from continuum.model.fourier import Real
 from continuum.units import Units
-
-__all__ = ["LennardJones", "Model", "Potential", "Springs", "check_model", "check_potential"]
 
 
 @runtime_checkable
@@ -159,7 +157,6 @@ class Springs:
     real_units: None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        """Check the stiffness."""
         object.__setattr__(self, "stiffness", number("stiffness", self.stiffness, above=0))
 
     @property
@@ -260,7 +257,6 @@ class LennardJones:
     guess: float = field(default=0.92, init=False)
 
     def __post_init__(self) -> None:
-        """Check the radii, in their order."""
         choice("truncation", self.truncation, ("smooth/linear", "smooth", "mdf"))
         number("cutoff", self.cutoff, least=1.2, most=10)
         if self.truncation != "smooth/linear":

@@ -17,8 +17,6 @@ from typing import Any, Literal
 from atomistic.crystal.potentials import content_of
 from continuum.arguments import ArgumentError, file_name, flag, number
 
-__all__ = ["REFUSED_STYLES", "PairStyle"]
-
 REFUSED_STYLES = re.compile(r"python|none|zero|hybrid.*|list|srp.*|kim|quip")
 """Styles that run programs of a file, read other paths, hold no crystal, or are several."""
 _STYLE = re.compile(r"[a-z][a-z0-9/_+-]{0,63}")
@@ -63,7 +61,6 @@ class PairStyle:
     atom_style: Literal["atomic"] = field(default="atomic", init=False)
 
     def __post_init__(self) -> None:
-        """Check names, words and numbers: nothing else enters a script."""
         style = self.style
         if not isinstance(style, str) or not _STYLE.fullmatch(style) or REFUSED_STYLES.fullmatch(style):
             raise ArgumentError("style", style, "the name of a pair_style that a substrate can be made of")

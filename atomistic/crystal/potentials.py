@@ -23,8 +23,6 @@ from continuum.arguments import ArgumentError, choice, file_name, instance, numb
 from continuum.errors import InputError
 from continuum.files.toml import nearest
 
-__all__ = ["POTENTIAL", "EmbeddedAtom", "PotentialError", "content_of", "find_potential"]
-
 Style = Literal["eam", "eam/alloy", "eam/fs"]
 
 POTENTIAL = "potential.eam"
@@ -130,7 +128,6 @@ class EmbeddedAtom:
     atom_style: Literal["atomic"] = field(default="atomic", init=False)
 
     def __post_init__(self) -> None:
-        """Check names and numbers: style and element enter a script."""
         choice("style", self.style, ("eam", "eam/alloy", "eam/fs"))
         _check_element(self.element)
         for key in ("mass", "cutoff"):

@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import atomistic.ladder.validate
-from atomistic.config import (
-    DeckConfig,
-    ElasticConfig,
-    ValidateConfig,
-)
+from atomistic.config.crystal import ElasticConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
 from atomistic.ladder.validate import Progress
@@ -26,8 +24,6 @@ from continuum.arguments import count, file_name, flag, function, instance
 from continuum.files.inputs import load
 from continuum.files.toml import Source, find
 from continuum.show.sheet import Sheet, pairs
-
-__all__ = ["Elastic", "Validation", "check", "doctor", "elastic", "validate"]
 
 LATTICES = 48, 256
 """Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to be told from the
@@ -54,15 +50,15 @@ class Validation(atomistic.ladder.validate.Validation):
     @property
     def sentence(self) -> str:
         """How many bounds hold."""
-        from atomistic.show.validation import sentence
+        from atomistic.show.validation import validation_sentence
 
-        return sentence(self.verdicts)
+        return validation_sentence(self.verdicts)
 
     def write(self) -> list[Path]:
         """Draw the figures and write the page, beside the file; returns the page and the PNG files."""
-        from atomistic.show.validation import write
+        from atomistic.show.validation import write_validation
 
-        return write(self)
+        return write_validation(self)
 
     def _repr_html_(self) -> str:
         return f"<p>{self.sentence}</p>{self.budget()._repr_html_()}"

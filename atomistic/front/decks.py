@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 import atomistic.lammps.deck
 import atomistic.relax.deckrun
-from atomistic.config import DEEPEST, LARGEST_PRESSURE, MOST_STEPS, SHALLOWEST, DeckConfig, Steps, steps_of
+from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, Steps, steps_of
+from atomistic.config.slab import DEEPEST, SHALLOWEST
 from atomistic.crystal.interatomic import Potential, check_potential
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import runner
@@ -20,8 +21,6 @@ from continuum.arguments import ArgumentError, choice, file_name, flag, function
 from continuum.files.inputs import load
 from continuum.front.contact import Contact
 from continuum.show.sheet import Sheet
-
-__all__ = ["Deck", "DeckRun", "deck", "read", "run_deck"]
 
 
 class Deck(atomistic.lammps.deck.Deck):
@@ -43,10 +42,10 @@ class DeckRun(atomistic.relax.deckrun.DeckRun):
 
     def sheets(self, *, compare: bool = False) -> list[Sheet]:
         """Its steps, the last in detail, and the continuum of the same wall beside them, or why there is none."""
-        from atomistic.show.decks import run_sheets
+        from atomistic.show.decks import deck_run_sheets
 
         flag("compare", compare)
-        return run_sheets(self, self._beside(compare), self.incomparable if compare else "")
+        return deck_run_sheets(self, self._beside(compare), self.incomparable if compare else "")
 
     def _beside(self, compare: bool) -> tuple[ContinuumStep, ...]:
         return self.compare() if compare and not self.incomparable else ()

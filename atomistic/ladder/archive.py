@@ -12,28 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from atomistic.config import ValidateConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.comparison import GEOMETRY, STEPS, LoadingPath, PathResult, ValidatedState, paths_of
 from atomistic.ladder.rungs import RUNGS, Difference, Rung, RungName, kinds_of
 from continuum.files import store
+from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Dataset
 from continuum.files.tables import identity, resolved
 from continuum.model.walls import LennardJonesSpline
-
-__all__ = [
-    "UNITS",
-    "Archive",
-    "datasets_of",
-    "join",
-    "key_of",
-    "read",
-    "read_part",
-    "remaining",
-    "resume",
-    "write",
-    "write_part",
-]
 
 UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0", "pixel_margin": "a0"}
 """Unit of each difference."""
@@ -179,7 +166,7 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
     return data
 
 
-def write(
+def write_archive(
     path: Path, config: ValidateConfig, datasets: dict[str, Dataset], about: Mapping[str, store.Attribute] | None = None
 ) -> bool:
     """Store what there is, and what is known of the substrate; returns whether that is all of it.
@@ -209,7 +196,7 @@ def write(
     return finished
 
 
-def read(path: Path) -> tuple[Archive, dict[str, Dataset]]:
+def read_archive(path: Path) -> tuple[Archive, dict[str, Dataset]]:
     """What a file holds, as plain arrays, and as datasets to which more can be joined."""
     file = store.read(path, ValidateConfig.result_schema, ValidateConfig.result_version)
     datasets = dict(file.datasets)
@@ -232,7 +219,7 @@ def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset])
     store.write(path, datasets, about | {"identity": identity(config)})
 
 
-def read_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
+def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     """The datasets of one path.
 
     Raises
@@ -243,7 +230,7 @@ def read_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     file = store.read(path, PART, config.result_version)
     if file.attributes["identity"] != identity(config):
         msg = f"{path}: belongs to another validation"
-        raise store.StoreError(msg)
+        raise StoreError(msg)
     return dict(file.datasets)
 
 

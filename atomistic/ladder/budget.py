@@ -12,9 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.config import BoundTable, CaseTable, ExponentTable, ValidateConfig
-
-__all__ = ["BudgetLine", "Exponent", "Verdict", "costs", "exponents", "verdicts"]
+from atomistic.config.validate import BoundTable, CaseTable, ExponentTable, ValidateConfig
 
 Columns = Mapping[str, NDArray[Any]]
 """Columns over states (``case``, ``rms_slope``, ``seed``, ``area``, ``branch``, ...), and the differences
@@ -38,7 +36,7 @@ class BudgetLine(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Verdict:
+class BoundVerdict:
     """One bound, the worst state that it applies to, and whether it holds."""
 
     case: str
@@ -96,7 +94,7 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
             )
 
 
-def verdicts(config: ValidateConfig, columns: Columns) -> Iterator[Verdict]:
+def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVerdict]:
     """Every bound of the input, and those that hold for all cases."""
     for case in config.case:
         mine = columns["case"] == case.name
@@ -126,7 +124,7 @@ def verdicts(config: ValidateConfig, columns: Columns) -> Iterator[Verdict]:
         )
 
 
-def _bounded(case: CaseTable, tolerance: BoundTable, columns: Columns, mine: NDArray[np.bool_]) -> Verdict:
+def _bounded(case: CaseTable, tolerance: BoundTable, columns: Columns, mine: NDArray[np.bool_]) -> BoundVerdict:
     applies = mine & (np.isin(columns["area"], tolerance.areas) if tolerance.areas else True)
     scaled = np.abs(columns[f"nonlinearity_{tolerance.quantity}"]) / columns["rms_slope"] ** tolerance.power
     power = {0.0: "", 1.0: " h'", 2.0: " h'²"}.get(tolerance.power, f" h'^{tolerance.power:g}")
@@ -151,17 +149,17 @@ def _worst(
     applies: NDArray[np.bool_],
     limit: float,
     reason: str,
-) -> Verdict:
+) -> BoundVerdict:
     count = int(np.count_nonzero(applies))
     measured = float(values[applies].max()) if count else float("nan")
-    return Verdict(case, quantity, bound, measured, limit, count, reason)
+    return BoundVerdict(case, quantity, bound, measured, limit, count, reason)
 
 
-def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> Verdict:
+def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVerdict:
     fits = [e.fitted for e in exponents(columns, table.slopes) if e.case == case.name and e.quantity == table.quantity]
     off = max((abs(fit - table.expected) for fit in fits), default=float("nan"))
     slopes = ", ".join(f"{s:g}" for s in table.slopes)
-    return Verdict(
+    return BoundVerdict(
         case.name,
         f"exponent of {table.quantity} over h' = {slopes}",
         f"{table.expected:g} ± {table.tolerance:g}",

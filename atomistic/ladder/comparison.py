@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from atomistic.config import ValidateConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.interatomic import Springs
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
@@ -35,24 +35,13 @@ from atomistic.lammps.result import DeckResult
 from atomistic.relax.relax import lattice_start, relax
 from atomistic.relax.specimen import Specimen, specimen_of
 from continuum.measure.contact import totals_of
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.path.state import Branch, State
 from continuum.solve.solution import Settings
-
-__all__ = [
-    "GEOMETRY",
-    "STEPS",
-    "LoadingPath",
-    "PathResult",
-    "RungCurve",
-    "StepName",
-    "ValidatedState",
-    "compare_on_path",
-    "paths_of",
-]
 
 StepName = str
 STEPS: dict[StepName, tuple[RungName, RungName]] = {

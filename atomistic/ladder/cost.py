@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from atomistic.config import DeckConfig, ValidateConfig
+from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import SlidingTable, VelocityTable
+from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.ladder.comparison import paths_of
 from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM
 from continuum.model.grid import Grid
-
-__all__ = ["AtomsCost", "cost_of_deck", "cost_of_validation"]
 
 # By kind of interatomic model: core-seconds per atom of an evaluation of the forces, and of an equilibrium by the
 # iteration that the lattice preconditions; layers that forces reach; evaluations of such an equilibrium.  From

@@ -30,28 +30,13 @@ from numpy.typing import NDArray
 from atomistic.response.lattice import LatticeResponse
 from continuum.measure.contact import Totals, contact_map, totals_of
 from continuum.model.cubic import CubicConstants
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
 from continuum.model.walls import Wall
-from continuum.path.loading import Branch, State, follow, solve
+from continuum.path.loading import follow, solve
+from continuum.path.state import Branch, State
 from continuum.solve.solution import Settings
-
-__all__ = [
-    "CONTINUUM_RUNGS",
-    "RUNGS",
-    "Difference",
-    "NoJumpError",
-    "Rung",
-    "RungName",
-    "approach_and_retract",
-    "beside_jump",
-    "compare",
-    "kinds_of",
-    "response_of",
-    "rung_of",
-    "state_at_area",
-]
 
 RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms", "spring-lattice", "spring-atoms"]
 CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "lattice")

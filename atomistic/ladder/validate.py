@@ -9,21 +9,21 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from atomistic.config import ValidateConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import archive, budget
 from atomistic.ladder.archive import Archive
-from atomistic.ladder.budget import Verdict
+from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import LoadingPath, compare_on_path, paths_of
 from atomistic.ladder.rungs import NoJumpError
 from atomistic.relax.specimen import specimen_of
 from continuum.errors import StickinessError
+from continuum.files.hdf5 import StoreError
 from continuum.files.output import distinct, folder, reserved
-from continuum.files.store import Attribute, Dataset, StoreError
-from continuum.files.tables import Fault, refuse
+from continuum.files.store import Attribute, Dataset
+from continuum.files.tables import refuse
+from continuum.files.toml import Fault
 from continuum.runs.engine import check_workers, run_tasks
-from continuum.runs.tasks import Ended, Task
-
-__all__ = ["Progress", "Validation", "ValidationError", "validate"]
+from continuum.runs.tasks import Task, TaskResult
 
 Progress = Callable[[str, int, int], None]
 """Called after each path with what it gave, how many are done, and how many there are."""
@@ -36,7 +36,7 @@ class Validation:
     path: Path
     config: ValidateConfig = field(repr=False)
     stored: Archive = field(repr=False)
-    verdicts: tuple[Verdict, ...] = field(repr=False)
+    verdicts: tuple[BoundVerdict, ...] = field(repr=False)
 
     @property
     def holds(self) -> bool:
@@ -97,29 +97,29 @@ def validate(
             with closing(parts.run(todo, workers, decks, lmp_command)) as ended:
                 _gather(config, path, datasets, ended, about, progress)
             parts.clear()
-    stored = archive.read(path)[0]
-    return Validation(path, config, stored, tuple(budget.verdicts(config, stored.columns)))
+    stored = archive.read_archive(path)[0]
+    return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
 
 
 def _gather(
     config: ValidateConfig,
     path: Path,
     datasets: dict[str, Dataset],
-    ended: Iterable[Ended],
+    ended: Iterable[TaskResult],
     about: dict[str, Attribute],
     progress: Progress | None,
 ) -> None:
     """Join what processes compared to what is stored, path by path."""
-    total, failed = len(paths_of(config)), list[Ended]()
+    total, failed = len(paths_of(config)), list[TaskResult]()
     for one in ended:
         if isinstance(one.error, NoJumpError):
             raise refuse(config, Fault(("case",), str(one.error), "jump = true for a weak or rough wall"))
         if not one.ok:
             failed.append(one)
             continue
-        part = archive.read_part(one.task.path, config)
+        part = archive.read_archive_part(one.task.path, config)
         datasets = archive.join(config, datasets, part)
-        archive.write(path, config, datasets, about)
+        archive.write_archive(path, config, datasets, about)
         one.task.path.unlink()
         if progress is not None:
             progress(_said(one.task.label, part), total - len(_remaining(config, datasets)), total)
@@ -149,7 +149,7 @@ class _Parts:
 
     def run(
         self, todo: Sequence[LoadingPath], workers: int, decks: Path | None, lmp_command: str | None
-    ) -> Generator[Ended, None, None]:
+    ) -> Generator[TaskResult, None, None]:
         """Compare the paths that have no file yet."""
         if todo:
             folder(self.folder)
@@ -160,7 +160,7 @@ class _Parts:
 
     def _is_done(self, task: Task) -> bool:
         try:
-            archive.read_part(task.path, self.config)
+            archive.read_archive_part(task.path, self.config)
         except StoreError:
             return False
         return True

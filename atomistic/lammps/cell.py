@@ -9,14 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from atomistic.crystal.interatomic import Potential
-from atomistic.lammps.engine import LammpsError
-from atomistic.lammps.opened import Opened
-from continuum.model.grid import Real
-
-__all__ = ["Cell"]
+from atomistic.lammps.opened import LammpsHandle
+from atomistic.lammps.result import LammpsError
+from continuum.model.fourier import Real
 
 
-class Cell(Opened):
+class Cell(LammpsHandle):
     """LAMMPS open in this process on a few atoms in an orthogonal box, in the units of their potential.
 
     Parameters

@@ -13,10 +13,8 @@ from atomistic.lammps.protocol import Motion, Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
 from continuum.arguments import ArgumentError, count, instance, number
 from continuum.arguments import field as field_of
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.walls import Wall
-
-__all__ = ["Deck"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +60,6 @@ class Deck:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that the parts fit one another, before anything is written."""
         slab, model = instance("slab", self.slab, Slab), check_model("model", self.model)
         native_law(instance("wall", self.wall, Wall, "a wall law of continuum"))
         if not np.isclose(model.lattice_constant, np.sqrt(2), rtol=1e-12):

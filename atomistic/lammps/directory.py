@@ -28,7 +28,7 @@ from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
-from atomistic.lammps.language import listed, number
+from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.mesh import wall_mesh
@@ -38,22 +38,9 @@ from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import folder, save, whole
 from continuum.measure.contact import ATTRACTED, REPULSIVE
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Wall
-
-__all__ = [
-    "FORMAT",
-    "INPUTS",
-    "OUTPUTS",
-    "PARTS",
-    "read_heights",
-    "read_slab",
-    "read_wall",
-    "remove_outputs",
-    "render",
-    "write_deck",
-]
 
 FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""
@@ -94,17 +81,17 @@ def render(deck: Deck) -> dict[str, str]:
     protocol, steps = _protocol(deck)
     values = {
         "units": model.units,
-        "length": number(model.length),
-        "force": number(model.energy / model.length),
-        "energy": number(model.energy),
+        "length": formatted(model.length),
+        "force": formatted(model.energy / model.length),
+        "energy": formatted(model.energy),
         "element": model.element,
-        "separation": number(deck.separation),
-        "tolerance": number(deck.tolerance),
+        "separation": formatted(deck.separation),
+        "tolerance": formatted(deck.tolerance),
         "evaluations": f"{deck.evaluations:d}",
-        "surface": number(deck.rest[0, 0, 0, 2]),
+        "surface": formatted(deck.rest[0, 0, 0, 2]),
         "law": native_law(wall).lines,
-        "zero_gap": number(wall.zero_gap),
-        "reach": number(wall.zero_gap + wall.range),
+        "zero_gap": formatted(wall.zero_gap),
+        "reach": formatted(wall.zero_gap + wall.range),
         "repulsive": f"{REPULSIVE:d}",
         "attracted": f"{ATTRACTED:d}",
         "settings": model.settings(),
@@ -112,7 +99,7 @@ def render(deck: Deck) -> dict[str, str]:
         "room": " &\n                extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else "",
         "surface_atoms": f"{surface_atoms:d}",
         "mobile_atoms": f"{deck.slab.mobile * surface_atoms:d}",
-        "timestep": number(_timestep(model)),
+        "timestep": formatted(_timestep(model)),
         "real_units": _real_units(deck),
         "atoms": f"{deck.slab.size:d}",
         "version": continuum.__version__,
@@ -146,15 +133,19 @@ def _protocol(deck: Deck) -> tuple[str, dict[str, str]]:
     }
     if protocol is None:
         return "single", relaxed | {"results": "", "steps": "1"}
-    shared = relaxed | {"results": ".N", "steps": f"{protocol.steps:d}", "separations": listed(protocol.separations)}
+    shared = relaxed | {
+        "results": ".N",
+        "steps": f"{protocol.steps:d}",
+        "separations": listing(protocol.separations),
+    }
     if isinstance(protocol, Separations):
         return "separations", shared
     surface_atoms = deck.slab.ids[0].size
     if isinstance(protocol, MeanPressures):
         return "pressures", shared | {
-            "pressures": listed(protocol.pressures),
+            "pressures": listing(protocol.pressures),
             "load_tolerance": f"{LOAD_TOLERANCE:g}",
-            "stiffness": number(protocol.stiffness * surface_atoms),
+            "stiffness": formatted(protocol.stiffness * surface_atoms),
             "largest_move": "0.2",
         }
     moving = {
@@ -176,8 +167,8 @@ def _real_units(deck: Deck) -> str:
     newtons, pascals = real.si("force") / scipy.constants.nano, real.si("pressure") / scipy.constants.giga
     area = deck.slab.ids[0].size
     return (
-        f'  "load_nN": $(v_load*{number(newtons)}:%.17g),\n'
-        f'  "mean_pressure_GPa": $(v_load*{number(pascals / area)}:%.17g),\n'
+        f'  "load_nN": $(v_load*{formatted(newtons)}:%.17g),\n'
+        f'  "mean_pressure_GPa": $(v_load*{formatted(pascals / area)}:%.17g),\n'
     )
 
 
@@ -279,7 +270,7 @@ def read_slab(path: Path) -> Slab:
     """
     with Path(path).open(encoding="utf-8") as file:
         title = file.readline().strip()
-    numbers = [int(number) for number in re.findall(r"\d+", title)]
+    numbers = [int(formatted) for formatted in re.findall(r"\d+", title)]
     if len(numbers) != 5 or title != _TITLE.format(*numbers[1:5]):
         msg = f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}"
         raise ValueError(msg)
@@ -333,12 +324,12 @@ def _write_data(file: BinaryIO, deck: Deck) -> None:
     low = -slab.layers * LAYER_SPACING - 2
     highest = max(deck.protocol.separations) if deck.protocol else deck.separation
     high = 2 + max(0.0, highest + float(deck.heights.max()))
-    ends = [number(model.length * value) for value in (nx, ny, low, high)]
+    ends = [formatted(model.length * value) for value in (nx, ny, low, high)]
     file.write(
         f"{_TITLE.format(nx, ny, slab.mobile, slab.frozen)}\n\n"
         f"{slab.size} atoms\n1 atom types\n{'1 bond types' if bonds else ''}\n\n"
         f"0 {ends[0]} xlo xhi\n0 {ends[1]} ylo yhi\n{ends[2]} {ends[3]} zlo zhi\n\n"
-        f"Masses\n\n1 {number(model.mass)} # {model.element}\n\nAtoms # {model.atom_style}\n\n".encode()
+        f"Masses\n\n1 {formatted(model.mass)} # {model.element}\n\nAtoms # {model.atom_style}\n\n".encode()
     )
     kind = "%d 1 1" if bonds else "%d 1"  # molecule and type, or type
     _write_rows(file, f"{kind} %.17g %.17g %.17g\n", ids, model.length * deck.rest.reshape(-1, 3))

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from atomistic.lammps import engine
 from atomistic.lammps.result import LammpsError
 
-__all__ = ["Doctor", "doctor"]
-
 _PACKAGES = {
     "MOLECULE": "the springs need",
     "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",

@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from atomistic.lammps.directory import read_slab, remove_outputs
-from atomistic.lammps.following import follow
+from atomistic.lammps.following import follow_atoms
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
     DeckError,
@@ -39,21 +39,6 @@ from atomistic.lammps.result import (
     tail,
 )
 from continuum.arguments import ArgumentError, instance
-
-__all__ = [
-    "REMEDY",
-    "LammpsError",
-    "Progress",
-    "command_words",
-    "guard",
-    "open_library",
-    "pair_styles",
-    "run_command",
-    "run_in_process",
-    "runner",
-    "script",
-    "try_to_start",
-]
 
 Progress = Callable[[int, int], None]
 """Called with how many steps are finished and how many there are."""
@@ -116,7 +101,7 @@ def _run_following(lammps: Any, directory: Path) -> None:
     """The script stops where the wall is made, is given its heights, and goes on."""
     lammps.command("variable stage string 1")
     guard(lambda: lammps.file("in.contact"), directory)
-    check = follow(lammps, read_slab(directory / "slab.data").shape)
+    check = follow_atoms(lammps, read_slab(directory / "slab.data").shape)
     lammps.command("variable stage string 2")
     try:
         guard(lambda: lammps.file("in.contact"), directory)

@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.lammps.shape import Interpolated
-from continuum.model.grid import Real
-
-__all__ = ["follow"]
+from continuum.model.fourier import Real
 
 
-def follow(lammps: Any, shape: tuple[int, int]) -> Callable[[], None]:
+def follow_atoms(lammps: Any, shape: tuple[int, int]) -> Callable[[], None]:
     """Let the wall of ``slab.data`` follow the surface atoms.
 
     Its heights, those at the sites, are interpolated; before the force of the wall is evaluated, the height and the

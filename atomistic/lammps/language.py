@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["atom_variable", "listed", "number"]
 
-
-def number(value: float) -> str:
+def formatted(value: float) -> str:
     """A number with all its digits: it reads back as the same float."""
     return f"{float(value):.17g}"
 
 
-def listed(values: Sequence[float]) -> str:
+def listing(values: Sequence[float]) -> str:
     """Numbers of an index variable, one on each line."""
-    return " &\n                ".join(map(number, values))
+    return " &\n                ".join(map(formatted, values))
 
 
 def atom_variable(name: str, formula: str) -> str:

@@ -17,12 +17,10 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PPoly
 
-from atomistic.lammps.language import number
-from continuum.model.grid import Real
+from atomistic.lammps.language import formatted
+from continuum.model.fourier import Real
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
-
-__all__ = ["LAWS", "PIECES", "NativeLaw", "native_law", "read_law", "read_wall_table", "wall_table"]
 
 PIECES = 192
 """Cubic pieces of a table in LAMMPS, at most: the formula is parsed anew in each evaluation of the forces."""
@@ -64,7 +62,7 @@ def native_law(wall: Wall) -> NativeLaw:
 
 
 def _define(name: str, value: float | str, style: str = "equal", comment: str = "") -> str:
-    text = f'"{value}"' if isinstance(value, str) else number(value)
+    text = f'"{value}"' if isinstance(value, str) else formatted(value)
     line = f"variable        {name} {style} {text}"
     return f"{line}    # {comment}" if comment else line
 
@@ -225,18 +223,18 @@ def _tree(pieces: PPoly) -> str:
     x, c = pieces.x, pieces.c
 
     def piece(i: int) -> str:
-        text = number(c[0, i])
+        text = formatted(c[0, i])
         for coefficient in c[1:, i]:
-            text = f"{number(coefficient)}+(v_gap-({number(x[i])}))*({text})"
+            text = f"{formatted(coefficient)}+(v_gap-({formatted(x[i])}))*({text})"
         return text
 
     def part(first: int, last: int) -> str:
         if last - first == 1:
             return piece(first)
         middle = (first + last) // 2
-        return f"ternary(v_gap<{number(x[middle])},{part(first, middle)},{part(middle, last)})"
+        return f"ternary(v_gap<{formatted(x[middle])},{part(first, middle)},{part(middle, last)})"
 
-    return f"ternary(v_gap<{number(x[-1])},{part(0, c.shape[1])},0.0)"
+    return f"ternary(v_gap<{formatted(x[-1])},{part(0, c.shape[1])},0.0)"
 
 
 def wall_table(wall: Wall) -> str:

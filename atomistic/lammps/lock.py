@@ -12,8 +12,6 @@ from pathlib import Path
 
 from continuum.errors import OutputError
 
-__all__ = ["LOCK", "PATIENCE", "hold"]
-
 LOCK = "run.lock"
 """Name of the file; it stays, so that nobody locks a file that another has just removed."""
 PATIENCE = 2.0

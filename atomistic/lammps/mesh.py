@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from continuum.model.grid import Real
-
-__all__ = ["wall_mesh"]
+from continuum.model.fourier import Real
 
 
 def wall_mesh(heights: Real, level: float, length: float, offset: tuple[float, float] = (0.0, 0.0)) -> str:

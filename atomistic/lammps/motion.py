@@ -6,12 +6,10 @@ import numpy as np
 
 from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import PotentialError
-from atomistic.lammps.language import listed, number
+from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
 from continuum.model.walls import Wall
 from continuum.units import Units
-
-__all__ = ["AVERAGES", "largest_timestep", "motion_values", "thermal_energy", "time_unit"]
 
 AVERAGES = {
     "separation": "v_separation",
@@ -98,22 +96,22 @@ def motion_values(motion: Motion, model: Model, mobile: int, surface_atoms: int)
         ]
         averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
     return {
-        "from": listed(motion.separations[:-1]),
-        "to": listed(motion.separations[1:]),
-        "slide_from": listed(motion.offsets[:-1]),
-        "slide_to": listed(motion.offsets[1:]),
+        "from": listing(motion.separations[:-1]),
+        "to": listing(motion.separations[1:]),
+        "slide_from": listing(motion.offsets[:-1]),
+        "slide_to": listing(motion.offsets[1:]),
         "along": motion.along,
         "across": "y" if motion.along == "x" else "x",
-        "blocks": listed(motion.block),
-        "timesteps": listed([unit * dt for dt in motion.timesteps]),
-        "twice_temperature": number(2 * temperature),
-        "temperature": number(temperature),
+        "blocks": listing(motion.block),
+        "timesteps": listing([unit * dt for dt in motion.timesteps]),
+        "twice_temperature": formatted(2 * temperature),
+        "temperature": formatted(temperature),
         "reduced_temperature": f"{motion.temperature:.6g}",
         "seed": f"{motion.seed:d}",
         "layers": f"{motion.layers:d}",
         "first_warm": f"{(mobile - motion.layers) * surface_atoms + 1:d}",
-        "damping": number(unit * motion.damping),
-        "boltzmann": number(boltzmann),
+        "damping": formatted(unit * motion.damping),
+        "boltzmann": formatted(boltzmann),
         "sampled": f"{SAMPLED:d}",
         "window_blocks": f"{BLOCKS:d}",
         "averaged": " ".join(AVERAGES.values()),

@@ -10,10 +10,8 @@ from typing import Self
 
 from atomistic.lammps.engine import guard, open_library
 
-__all__ = ["Opened"]
 
-
-class Opened:
+class LammpsHandle:
     """A LAMMPS; close it, or use it with ``with``.
 
     Parameters

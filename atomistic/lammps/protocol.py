@@ -8,8 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-__all__ = ["BLOCKS", "LOAD_TOLERANCE", "MeanPressures", "Motion", "Protocol", "Separations"]
-
 BLOCKS = 10
 """Blocks of a time window, from whose means its standard errors come."""
 SAMPLED = 10
@@ -36,7 +34,6 @@ class Separations:
     separations: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         _numbers(self, "separations")
 
     @property
@@ -66,7 +63,6 @@ class MeanPressures:
     stiffness: float
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         _numbers(self, "pressures")
         _numbers(self, "separations")
         if len(self.pressures) != len(self.separations):
@@ -120,7 +116,6 @@ class Motion:
     along: Literal["x", "y"] = "x"
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         for name in ("separations", "offsets", "durations"):
             _numbers(self, name)
         if not len(self.separations) == len(self.offsets) == len(self.durations) + 1:

@@ -18,24 +18,9 @@ from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import FORMAT, read_slab
 from atomistic.lammps.protocol import LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.solve.solution import NotConvergedError
 from continuum.units import Units
-
-__all__ = [
-    "LARGEST_DISTORTION",
-    "DeckDescription",
-    "DeckError",
-    "DeckResult",
-    "DeckStatus",
-    "LammpsError",
-    "distortion",
-    "finished_steps",
-    "read_description",
-    "read_result",
-    "tail",
-]
-
 
 LARGEST_DISTORTION = 0.5
 """Beyond which neighbours have moved apart or past one another, in a0."""

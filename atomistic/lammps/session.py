@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import guard
-from atomistic.lammps.opened import Opened
-from continuum.model.grid import Real
-
-__all__ = ["Session"]
+from atomistic.lammps.opened import LammpsHandle
+from continuum.model.fourier import Real
 
 
-class Session(Opened):
+class Session(LammpsHandle):
     """LAMMPS open in this process on the atoms of a deck, without its wall.
 
     Parameters

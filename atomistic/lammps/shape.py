@@ -18,22 +18,18 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from scipy.interpolate import NdBSpline, make_interp_spline
 
-from atomistic.lammps.language import atom_variable, number
+from atomistic.lammps.language import atom_variable, formatted
 from continuum.arguments import ArgumentError, count, flag, pair
 from continuum.arguments import number as number_of
-from continuum.model.grid import Grid, Real
-
-__all__ = [
-    "MOST_WAVES", "Height", "Interpolated", "Round", "Shape", "Waves", "check_shape", "force_lines", "misfit",
-    "shape_of",
-]  # fmt: skip
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 
 MOST_WAVES = 12
 """Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
 _DEGREE = 5
 
 
-class Height(NamedTuple):
+class WallHeight(NamedTuple):
     """Of the wall above points of the plane: height, in a0, and its slopes."""
 
     height: Real
@@ -45,7 +41,7 @@ class Height(NamedTuple):
 class Shape(Protocol):
     """A wall as a function of the position, of the period of the slab."""
 
-    def evaluate(self, x: Real, y: Real) -> Height:
+    def evaluate(self, x: Real, y: Real) -> WallHeight:
         """Height and slopes above given points, in a0."""
 
     def lines(self) -> list[str] | None:
@@ -84,14 +80,13 @@ class Round:
     across: tuple[bool, bool] = (True, True)
 
     def __post_init__(self) -> None:
-        """Check the numbers, and that the height depends on the position at all."""
         _set_period(self)
         number_of("radius", self.radius, above=0)
         number_of("flat_radius", self.flat_radius, least=0)
         if not any(flag("across", counts) for counts in pair("across", self.across)):
             raise ArgumentError("across", self.across, "at least one of x and y")
 
-    def evaluate(self, x: Real, y: Real) -> Height:
+    def evaluate(self, x: Real, y: Real) -> WallHeight:
         """Height and slopes."""
         dx, dy = (
             counts * (v - length / 2 - length * np.rint((v - length / 2) / length))
@@ -100,29 +95,29 @@ class Round:
         r = np.hypot(dx, dy)
         rise = np.maximum(r - self.flat_radius, 0.0)
         slope = rise / (self.radius * np.where(r > 0, r, 1.0))
-        return Height(rise**2 / (2 * self.radius), slope * dx, slope * dy)
+        return WallHeight(rise**2 / (2 * self.radius), slope * dx, slope * dy)
 
     def lines(self) -> list[str]:
         """As LAMMPS' variables."""
         found = []
         for name, length, counts in zip("xy", self.period, self.across, strict=True):
             if counts:
-                from_axis = f"v_p{name}-{number(length / 2)}"
-                nearest = f"{from_axis}-{number(length)}*round(({from_axis})/{number(length)})"
+                from_axis = f"v_p{name}-{formatted(length / 2)}"
+                nearest = f"{from_axis}-{formatted(length)}*round(({from_axis})/{formatted(length)})"
                 found.append(atom_variable(f"d{name}", nearest))
         axes = [name for name, counts in zip("xy", self.across, strict=True) if counts]
         squares = "+".join(f"v_d{name}^2" for name in axes)
         if self.flat_radius:
-            flat = number(self.flat_radius)
+            flat = formatted(self.flat_radius)
             found += [
                 atom_variable("from_axis", f"sqrt({squares})"),
-                atom_variable("height", f"(v_from_axis>{flat})*(v_from_axis-{flat})^2/{number(2 * self.radius)}"),
+                atom_variable("height", f"(v_from_axis>{flat})*(v_from_axis-{flat})^2/{formatted(2 * self.radius)}"),
             ]
             slope = f"v_d{{}}*(v_from_axis>{flat})*(1.0-{flat}/(v_from_axis+(v_from_axis==0.0)))"
         else:
-            found.append(atom_variable("height", f"({squares})/{number(2 * self.radius)}"))
+            found.append(atom_variable("height", f"({squares})/{formatted(2 * self.radius)}"))
             slope = "v_d{}"
-        slopes = {name: f"{slope.format(name)}/{number(self.radius)}" if name in axes else "0.0" for name in "xy"}
+        slopes = {name: f"{slope.format(name)}/{formatted(self.radius)}" if name in axes else "0.0" for name in "xy"}
         return found + [atom_variable(f"slope_{name}", text) for name, text in slopes.items()]
 
 
@@ -147,7 +142,6 @@ class Waves:
     waves: tuple[tuple[float, int, int, float], ...]
 
     def __post_init__(self) -> None:
-        """Check the numbers, and that LAMMPS would not be slow."""
         _set_period(self)
         number_of("mean", self.mean)
         if not isinstance(self.waves, Sequence) or isinstance(self.waves, str | bytes) or len(self.waves) > MOST_WAVES:
@@ -161,7 +155,7 @@ class Waves:
             for m in (mx, my):
                 count("waves", m, -(2**31))
 
-    def evaluate(self, x: Real, y: Real) -> Height:
+    def evaluate(self, x: Real, y: Real) -> WallHeight:
         """Height and slopes."""
         height, slope_x, slope_y = np.full(np.shape(x), self.mean), np.zeros(np.shape(x)), np.zeros(np.shape(x))
         for amplitude, mx, my, phase in self.waves:
@@ -170,19 +164,19 @@ class Waves:
             height += amplitude * np.cos(at)
             slope_x -= amplitude * qx * np.sin(at)
             slope_y -= amplitude * qy * np.sin(at)
-        return Height(height, slope_x, slope_y)
+        return WallHeight(height, slope_x, slope_y)
 
     def lines(self) -> list[str]:
         """As LAMMPS' variables."""
-        found, terms = [], {"height": [number(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
+        found, terms = [], {"height": [formatted(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
         for i, (amplitude, mx, my, phase) in enumerate(self.waves, 1):
             q = [2 * np.pi * m / length for m, length in zip((mx, my), self.period, strict=True)]
-            parts = [f"({number(k)})*v_p{name}" for name, k in zip("xy", q, strict=True) if k]
-            found.append(atom_variable(f"phase{i}", "+".join([*parts, f"({number(phase)})"])))
-            terms["height"].append(f"({number(amplitude)})*cos(v_phase{i})")
+            parts = [f"({formatted(k)})*v_p{name}" for name, k in zip("xy", q, strict=True) if k]
+            found.append(atom_variable(f"phase{i}", "+".join([*parts, f"({formatted(phase)})"])))
+            terms["height"].append(f"({formatted(amplitude)})*cos(v_phase{i})")
             for name, k in zip("xy", q, strict=True):
                 if k:
-                    terms[f"slope_{name}"].append(f"({number(-amplitude * k)})*sin(v_phase{i})")
+                    terms[f"slope_{name}"].append(f"({formatted(-amplitude * k)})*sin(v_phase{i})")
         return found + [atom_variable(name, "+".join(parts)) for name, parts in terms.items()]
 
 
@@ -207,11 +201,11 @@ class Interpolated:
             coefficients = np.moveaxis(along.c, 0, axis)
         return NdBSpline((knots[0], knots[1]), coefficients, _DEGREE)
 
-    def evaluate(self, x: Real, y: Real) -> Height:
+    def evaluate(self, x: Real, y: Real) -> WallHeight:
         """Height and slopes."""
         at = np.stack([np.mod(v, n) for v, n in zip((x, y), self.heights.shape, strict=True)], axis=-1)
         height, slope_x, slope_y = (self._spline(at, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
-        return Height(height, slope_x, slope_y)
+        return WallHeight(height, slope_x, slope_y)
 
     def lines(self) -> None:
         """There is no formula."""

@@ -22,15 +22,13 @@ from continuum.files.output import folder
 from continuum.files.provenance import provenance
 from continuum.files.store import Dataset
 from continuum.measure.contact import contact_map, quantity, totals_of
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import Settings
-
-__all__ = ["ContinuumStep", "DeckRun", "DeckStep", "read_run"]
 
 SCHEMA, VERSION = "stickiness/deck-run", 2
 

@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from atomistic.config import AtomsSolverTable, DeckConfig, Steps, TopographySurface, Windows, kelvin
+from atomistic.config.deck import DeckConfig, Steps, TopographySurface
+from atomistic.config.motion import TimeWindows, kelvin
+from atomistic.config.slab import AtomsSolverTable
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
@@ -23,8 +25,9 @@ from atomistic.relax.shapes import shape_notes, shape_under
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError
-from continuum.files.tables import ConfigError, Fault, refuse
-from continuum.model.grid import Real
+from continuum.files.tables import refuse
+from continuum.files.toml import ConfigError, Fault
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope
 from continuum.model.surface import moments
@@ -33,10 +36,8 @@ from continuum.path import loading
 from continuum.solve.solution import NotConvergedError
 from continuum.units import parse
 
-__all__ = ["Parts", "deck_of", "deck_under", "parts_of"]
 
-
-class Parts(NamedTuple):
+class DeckParts(NamedTuple):
     """What an input of a deck describes, before anything is solved."""
 
     slab: Slab
@@ -48,7 +49,7 @@ class Parts(NamedTuple):
     """Where the heights come from."""
 
 
-def parts_of(config: DeckConfig) -> Parts:
+def parts_of(config: DeckConfig) -> DeckParts:
     """What an input describes, its crystal measured.
 
     Raises
@@ -82,7 +83,7 @@ def parts_of(config: DeckConfig) -> Parts:
     if faults or wall is None or heights is None:
         raise refuse(config, *faults)
     require_steps(config.steps(), slab, model, wall, heights, config)
-    return Parts(slab, model, wall, heights, notes)
+    return DeckParts(slab, model, wall, heights, notes)
 
 
 def deck_of(config: DeckConfig) -> Deck:
@@ -165,7 +166,7 @@ def _started(
     )  # fmt: skip
 
 
-def _motion(windows: Windows, model: Model, wall: Wall) -> Motion:
+def _motion(windows: TimeWindows, model: Model, wall: Wall) -> Motion:
     temperature = windows.temperature
     if isinstance(temperature, str):
         temperature = thermal_energy(kelvin(temperature), model.real_units)

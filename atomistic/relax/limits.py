@@ -8,16 +8,15 @@ from pathlib import Path
 
 import scipy.constants
 
-from atomistic.config import DeckConfig, Scale, Steps, Windows, beyond_physics
+from atomistic.config.deck import DeckConfig, Steps
+from atomistic.config.motion import MotionUnits, TimeWindows, beyond_physics
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.lammps.motion import largest_timestep, thermal_energy
-from continuum.files.tables import ConfigError, Fault, refuse
-from continuum.files.toml import Source
-from continuum.model.grid import Real
+from continuum.files.tables import refuse
+from continuum.files.toml import ConfigError, Fault, Source
+from continuum.model.fourier import Real
 from continuum.model.walls import Wall
-
-__all__ = ["FARTHEST", "require_steps", "scale_of"]
 
 FARTHEST = 100.0
 """Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""
@@ -25,13 +24,13 @@ _MOST_TIMESTEPS = 2**31 - 1
 """Of a window: LAMMPS counts the samples of an average with 32 bits."""
 
 
-def scale_of(model: Model) -> Scale | None:
+def scale_of(model: Model) -> MotionUnits | None:
     """What the units of a motion are in a crystal; None if it has no size."""
     real = model.real_units
     if real is None:
         return None
     mass = model.mass * scipy.constants.atomic_mass
-    return Scale(1 / thermal_energy(1.0, real), float((real.si("energy") / mass) ** 0.5))
+    return MotionUnits(1 / thermal_energy(1.0, real), float((real.si("energy") / mass) ** 0.5))
 
 
 def require_steps(
@@ -61,7 +60,7 @@ def require_steps(
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
 
 
-def _beyond_the_crystal(windows: Windows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
+def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
     """What of a motion the atoms do not stand, or LAMMPS does not count."""
     yield from beyond_physics(windows.temperature, windows.velocity, scale_of(model))
     if not windows.thermostat_layers < slab.mobile:

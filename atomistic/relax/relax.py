@@ -21,13 +21,11 @@ from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.result import DeckResult, LammpsError
 from atomistic.lammps.session import Session
 from atomistic.response.lattice import LatticeResponse
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import Settings
-
-__all__ = ["Iterated", "apply_wall", "iterate", "lattice_start", "relax"]
 
 _DEPTH = 8
 """States that are mixed."""
@@ -90,7 +88,7 @@ def relax(
 
 
 @dataclass(frozen=True, eq=False)
-class Iterated:
+class RelaxationResult:
     """What :func:`iterate` has found."""
 
     displacements: Real = field(repr=False)
@@ -106,7 +104,7 @@ class Iterated:
         return len(self.largest_forces)
 
 
-def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 120) -> Iterated:
+def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 120) -> RelaxationResult:
     """Equilibrium by the Green's-function-preconditioned iteration.
 
     With F(u) the forces between the atoms, f(u) the force of the wall and K the stiffness of the linear slab, an
@@ -163,7 +161,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
             break
         u = lattice_start(response, wall, gap)
         u[:mobile] += w
-    return Iterated(best, tuple(largest), min(largest) <= deck.tolerance / 2)
+    return RelaxationResult(best, tuple(largest), min(largest) <= deck.tolerance / 2)
 
 
 def _falling(largest: list[float]) -> bool:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from atomistic.config import DeckConfig
+from atomistic.config.deck import DeckConfig
 from atomistic.lammps.shape import Interpolated, Round, Shape, Waves, shape_of
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.runs.surfaces import CylinderSurface, PunchSurface, SineSurface, SphereSurface
-
-__all__ = ["shape_notes", "shape_under"]
 
 
 def shape_under(config: DeckConfig, heights: Real) -> Shape | None:

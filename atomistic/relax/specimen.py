@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from atomistic.config import DeckConfig, ValidateConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Springs
 from atomistic.response.cache import default_folder, response_key, stored_response
@@ -13,11 +14,10 @@ from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
-from continuum.files.tables import Fault, refuse
+from continuum.files.tables import refuse
+from continuum.files.toml import Fault
 from continuum.model.grid import Grid
 from continuum.runs.memory import physical_memory
-
-__all__ = ["BYTES", "BYTES_PER_ATOM", "Specimen", "slab_of", "slab_under", "specimen_of"]
 
 BYTES, BYTES_PER_ATOM = 2.5e8, 1600
 """Memory of a process: what the libraries take, and about what each atom takes."""

@@ -14,15 +14,14 @@ from pathlib import Path
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
-from atomistic.response.force_constants import Checks, ForceConstants
+from atomistic.response.force_constants import ForceConstants, SymmetryErrors
 from atomistic.response.lattice import LatticeResponse
 from continuum.errors import OutputError
 from continuum.files import output, store
+from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
-from continuum.files.store import Dataset, StoreError
+from continuum.files.store import Dataset
 from continuum.model.grid import Grid
-
-__all__ = ["default_folder", "response_key", "response_path", "slab_response", "stored_response"]
 
 SCHEMA, VERSION = "stickiness/lattice-response", 1
 """The version is raised whenever what is measured, or its layout, changes."""
@@ -126,6 +125,10 @@ def _read(path: Path, slab: Slab, key: str) -> LatticeResponse:
         msg = f"{path}: holds another response"
         raise StoreError(msg)
     names = [name for name in file.attributes if name.startswith("checks/")]
-    checks = Checks(**{name.removeprefix("checks/"): float(file.attributes[name]) for name in names}) if names else None
+    checks = (
+        SymmetryErrors(**{name.removeprefix("checks/"): float(file.attributes[name]) for name in names})
+        if names
+        else None
+    )
     constants = ForceConstants(file["surface"], file["bulk"], file["relaxation"], checks)
     return LatticeResponse(slab, constants, file["stiffness"])

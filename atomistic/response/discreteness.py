@@ -6,12 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from atomistic.crystal.elastic import CubicConstants
 from atomistic.response.lattice import LatticeResponse
-from continuum.model.grid import Real
+from continuum.model.cubic import CubicConstants
+from continuum.model.fourier import Real
 from continuum.model.substrates import CubicLayer
-
-__all__ = ["Discreteness", "discreteness"]
 
 _LONG = 12.0
 """Wavelengths, in a0, from which the first order in q is read: its neighbours are then below a tenth of it."""

@@ -19,9 +19,7 @@ from atomistic.crystal.interatomic import Model, Springs
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.cell import Cell
 from atomistic.response.material import STEP
-from continuum.model.grid import Complex, Real
-
-__all__ = ["Checks", "ForceConstants", "measure_force_constants", "relaxation", "spring_force_constants"]
+from continuum.model.fourier import Complex, Real
 
 _SETTLED = 1e-9
 """Layers whose distance has relaxed by less, in a0, count as bulk: their stiffness differs by some 1e-8."""
@@ -38,7 +36,7 @@ derivative of LAMMPS' spline jumps there, by up to 1e-5 for the tables that come
 
 
 @dataclass(frozen=True)
-class Checks:
+class SymmetryErrors:
     """By how much measured force constants violate what must hold, relative to the largest of them.
 
     All are mended afterwards: forces beyond the reach dropped, matrices symmetrised, and the force of an atom on itself
@@ -55,7 +53,6 @@ class Checks:
     """Σ_j Φ_ij x (r_j - r_i) = 0: turning the whole costs nothing, if it is at rest and without pressure."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no harmonic crystal."""
         for name, value in vars(self).items():
             if not value < _SOUND:
                 msg = f"the force constants violate {name} by {value:.1e}, more than {_SOUND:g}: no harmonic crystal"
@@ -78,10 +75,9 @@ class ForceConstants:
     surface: Real = field(repr=False)
     bulk: Real = field(repr=False)
     relaxation: Real
-    checks: Checks | None = None
+    checks: SymmetryErrors | None = None
 
     def __post_init__(self) -> None:
-        """Refuse arrays that do not belong together."""
         if self.surface.shape[1:] != self.bulk.shape or self.relaxation.shape != self.surface.shape[:1]:
             msg = (
                 f"force constants of shape {self.surface.shape} (surface), {self.bulk.shape} (bulk) and "
@@ -218,7 +214,7 @@ def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
         tables.append(table)
         around = [raised[max(layer + d, 0)] - raised[layer] for d in range(-reach, reach + 1)]
         torque = max(torque, _torque(row, np.array(around) if layer < depth else np.zeros(2 * reach + 1)))
-    checks = Checks(
+    checks = SymmetryErrors(
         beyond_reach=max(far, far_at_surface) / scale,
         translation=max(float(np.abs(row.sum(axis=(0, 1, 2))).max()) for row in rows) / scale,
         symmetry=asymmetry / scale,

@@ -34,10 +34,9 @@ from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, measure_force_constants, spring_force_constants
 from continuum.arguments import ArgumentError, array, instance
 from continuum.arguments import field as map_of
-from continuum.model.grid import Complex, Grid, Real
+from continuum.model.fourier import Complex, Real
+from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
-
-__all__ = ["LatticeResponse", "require_room"]
 
 _STEADY = 1e-14
 """Relative change of S_l^-1 from block to block below which it is taken to be that of all blocks above."""
@@ -91,7 +90,6 @@ class LatticeResponse:
     table: Real | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Check that the force constants reach no further than the slab, and that the table is of its grid."""
         slab = instance("slab", self.slab, Slab)
         constants = instance("force_constants", self.force_constants, ForceConstants)
         if constants.reach > slab.frozen:
@@ -371,7 +369,6 @@ def require_room(slab: Slab, model: Model) -> None:
 
 
 def _inverse(matrices: Complex) -> Complex:
-    """Inverse of each matrix."""
     return np.linalg.inv(matrices).astype(np.complex128, copy=False)
 
 

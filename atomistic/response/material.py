@@ -15,17 +15,15 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.elastic import CubicConstants, contact_modulus
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.cell import Cell
 from atomistic.lammps.engine import pair_styles
 from continuum.files.toml import nearest
-from continuum.model.grid import Real
+from continuum.model.cubic import CubicConstants, contact_modulus
+from continuum.model.fourier import Real
 from continuum.units import Units
-
-__all__ = ["STEP", "Crystal", "CrystalModel", "measure_crystal", "model_of"]
 
 STEP = 1e-5
 """Strain, or displacement in a0, of all finite differences.

@@ -14,8 +14,6 @@ from atomistic.response.material import CrystalModel
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
 
-__all__ = ["crystal_sheet", "lattice_sheet"]
-
 _RELAXED = 40
 """Layers of the slab whose surface relaxes."""
 

@@ -15,16 +15,14 @@ from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
-from continuum.show.plot import PAGE, SERIES, contact_image, new_figure, save, styled
+from continuum.show.plot import PAGE, SERIES, contact_image, new_figure, save_figure, styled
 from continuum.show.sheet import Column, Entry, Sheet, pairs
-
-__all__ = ["draw_run", "run_sheets", "write_run"]
 
 _JUMP = 0.25
 """Change of the contact, repulsive and attracted, from one step to the next that is drawn as a jump."""
 
 
-def run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
+def deck_run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
     """The last step in detail, with a remark; with a protocol all steps; the continuum beside them."""
     sheets = [replace(_last(run), note=remark)]
     if run.description.steps:
@@ -115,7 +113,7 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
     """Write HDF5 file, figures, and the wall of each step as a mesh; returns them."""
     name = run.directory.resolve().name
     stored = run.store(folder / f"{name}.h5", beside)
-    written = [stored, save(draw_run(run, beside), folder / name)]
+    written = [stored, save_figure(draw_deck_run(run, beside), folder / name)]
     for i, step in enumerate(run.steps, 1):
         mark = f".{i}" if run.description.steps else ""
         level = step.separation + run.description.surface
@@ -125,7 +123,7 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
 
 
 @styled
-def draw_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
+def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     """Load and areas against separation, in the order of the steps, and the contact where A_rep is largest."""
     figure = new_figure(PAGE, 2.9)
     load, area, contact = figure.subplots(1, 3)

@@ -24,11 +24,9 @@ from continuum.show.plot import (
     broken,
     contact_image,
     new_figure,
-    save,
+    save_figure,
     styled,
 )
-
-__all__ = ["contact_maps", "curves", "draw_all", "draw_contact_modulus", "draw_discreteness", "scaling"]
 
 LABELS = {
     "half-space": "half-space, ν = 1/2",
@@ -45,7 +43,7 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:
     """Draw every figure into a folder, as PNG and PDF; returns the PNG files."""
     figures = {"contact": contact_maps(archive), "curves": curves(archive), "scaling": scaling(archive)}
-    return [save(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None]
+    return [save_figure(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None]
 
 
 @styled
@@ -229,7 +227,7 @@ def draw_contact_modulus(modulus: ContactModulus, stem: Path, title: str) -> Pat
     axis.set_xlabel("direction of the wavevector in the (100) surface")
     axis.set_ylabel(r"$E^*(\theta)\,/\,E^*$")
     axis.set_title(f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean")
-    return save(figure, stem)
+    return save_figure(figure, stem)
 
 
 @styled
@@ -259,4 +257,4 @@ def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     axis.text(0.03, 0.97, title, transform=axis.transAxes, va="top")
     axis.set_ylim(bottom=min(axis.get_ylim()[0], -0.6 * axis.get_ylim()[1]))  # room below for what the points are
     axis.legend(markerscale=3, loc="lower left")
-    return save(figure, stem)
+    return save_figure(figure, stem)

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from atomistic.config import ValidateConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
-from atomistic.ladder.budget import Verdict
+from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import GEOMETRY, STEPS
 from atomistic.ladder.validate import Validation
 from atomistic.show.figures import draw_all
 from continuum.show.page import Page
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
-
-__all__ = ["budget_sheet", "page_of", "sentence", "validation_sheets", "write"]
 
 
 def validation_sheets(validation: Validation) -> list[Sheet]:
@@ -26,7 +24,7 @@ def validation_sheets(validation: Validation) -> list[Sheet]:
     return [sheet for sheet in sheets if sheet.rows]
 
 
-def sentence(verdicts: Sequence[Verdict]) -> str:
+def validation_sentence(verdicts: Sequence[BoundVerdict]) -> str:
     """How many bounds hold."""
     failed = sum(not verdict.holds for verdict in verdicts)
     return f"{len(verdicts) - failed} of {len(verdicts)} bounds hold" + (f", {failed} FAIL" if failed else "")
@@ -114,7 +112,7 @@ def _jumps(archive: Archive) -> Sheet:
     return Sheet.of(title, heads, rows, "Evaluations of forces include the certificate.")
 
 
-def _tolerances(verdicts: Sequence[Verdict]) -> Sheet:
+def _tolerances(verdicts: Sequence[BoundVerdict]) -> Sheet:
     return Sheet.of(
         "Tolerances: lattice Green's function against atoms",
         ("case", "quantity", "bound", "worst / limit", "states", "verdict", "why this bound"),
@@ -126,7 +124,7 @@ def _tolerances(verdicts: Sequence[Verdict]) -> Sheet:
     )  # fmt: skip
 
 
-def page_of(validation: Validation, figures: Sequence[Path]) -> Page:
+def validation_page(validation: Validation, figures: Sequence[Path]) -> Page:
     """One page: how many bounds hold, the tables, the figures, the substrate, the input."""
     stored, config = validation.stored, validation.config
     made: list[tuple[str, Entry]] = [
@@ -136,18 +134,18 @@ def page_of(validation: Validation, figures: Sequence[Path]) -> Page:
     ]
     return Page(
         f"{validation.path.stem}: Green's functions against atoms",
-        f"{sentence(validation.verdicts)}.  Lengths are in a0, pressures in E*, unless said otherwise.",
+        f"{validation_sentence(validation.verdicts)}.  Lengths are in a0, pressures in E*, unless said otherwise.",
         figures=[(figure, figure.stem) for figure in figures],
         sheets=[_substrate(stored, config), *validation_sheets(validation), pairs("Made with", made)],
         listing=("Input", config.source.text) if config.source else None,
     )
 
 
-def write(validation: Validation) -> list[Path]:
+def write_validation(validation: Validation) -> list[Path]:
     """Draw the figures and write the page, beside the file of the validation; returns the page and the PNG files."""
     folder, stem = validation.path.parent, validation.path.stem
     figures = draw_all(validation.stored, folder, stem)
-    return [page_of(validation, figures).write(folder / f"{stem}.html"), *figures]
+    return [validation_page(validation, figures).write(folder / f"{stem}.html"), *figures]
 
 
 def _substrate(archive: Archive, config: ValidateConfig) -> Sheet:

@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.files.hdf5 import read_array
-from continuum.model.grid import Real
-
-__all__ = ["HDF5_SUFFIXES", "read_numbers", "read_text"]
+from continuum.model.fourier import Real
 
 HDF5_SUFFIXES = frozenset({".h5", ".hdf5", ".hdf", ".nc"})
 

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from continuum.errors import InputError
 from continuum.files.output import whole
 
-__all__ = ["StoreError", "created", "datasets_in", "member", "opened", "read_array"]
-
 _FORMAT = ("v110", "v110")  # the oldest with sums on its headers; HDF5 1.10 (2016) and later read it
 _DEEPEST = 8  # groups in groups; a group may hold itself
 

@@ -18,8 +18,6 @@ from pydantic_core import ErrorDetails
 from continuum.files.tables import STRICT, Document, Table, frozen, is_kind
 from continuum.files.toml import ConfigError, Fault, Key, Source, find, nearest
 
-__all__ = ["load", "parsed"]
-
 _Document = TypeVar("_Document", bound=Document)
 
 

@@ -14,22 +14,8 @@ from filelock import FileLock, Timeout
 
 from continuum.errors import OutputError
 
-__all__ = [
-    "Held",
-    "distinct",
-    "folder",
-    "holder",
-    "is_held",
-    "placed",
-    "reason",
-    "remove_stale",
-    "reserved",
-    "save",
-    "whole",
-]
 
-
-class Held(OutputError):
+class LockedError(OutputError):
     """Another process is writing there."""
 
 
@@ -163,7 +149,7 @@ def reserved(path: str | Path) -> Iterator[None]:
         lock.acquire()
     except Timeout:
         msg = f"{path}: is being written by {holder(mark)}; wait for it, or choose another folder with --output"
-        raise Held(msg) from None
+        raise LockedError(msg) from None
     except OSError as error:
         msg = f"{path}: cannot be written: {reason(error)}"
         raise OutputError(msg) from error

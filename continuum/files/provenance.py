@@ -14,8 +14,6 @@ from pathlib import Path
 
 from continuum import __version__
 
-__all__ = ["journal", "now", "provenance", "versions"]
-
 
 def versions() -> str:
     """What the numbers depend on, a line each: program, Python, NumPy, LAMMPS, and the libraries of the back ends."""

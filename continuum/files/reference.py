@@ -17,8 +17,6 @@ from continuum.files.inputs import load
 from continuum.files.tables import Document, Table, is_kind
 from continuum.files.toml import find, text_of
 
-__all__ = ["Entry", "TableEntry", "entries", "markdown", "schema", "template"]
-
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _NAMES = {float: "number", int: "whole number", str: "text", bool: "true or false", Path: "file"}

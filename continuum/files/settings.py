@@ -10,8 +10,6 @@ import numpy as np
 
 from continuum.arguments import ArgumentError
 
-__all__ = ["settings_of"]
-
 
 def settings_of(given: Any) -> dict[str, Any]:
     """Dotted keys and their values as a file has them: NumPy's numbers and arrays become plain numbers and lists.

@@ -22,21 +22,6 @@ from numpy.typing import ArrayLike, NDArray
 from continuum.errors import OutputError
 from continuum.files.hdf5 import StoreError, created, datasets_in, member, opened
 
-__all__ = [
-    "Attribute",
-    "Dataset",
-    "File",
-    "StoreError",
-    "earlier",
-    "pack",
-    "read",
-    "read_few",
-    "read_part",
-    "schema_of",
-    "unpack",
-    "write",
-]
-
 Attribute = bool | int | float | str
 
 _CHUNK = 4 * 1024 * 1024  # bytes
@@ -61,7 +46,6 @@ class Dataset:
     long_name: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse arrays that the file format would not give back as they are."""
         values = np.asarray(self.values)
         if values.dtype.kind not in "biufUT":
             msg = f"a dataset holds numbers, booleans or text, not {values.dtype}"
@@ -80,7 +64,6 @@ class File:
     attributes: Mapping[str, Attribute]
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Values of a dataset."""
         return self.datasets[name].values
 
 

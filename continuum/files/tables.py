@@ -1,7 +1,7 @@
 """Strict typed models of input files: their base classes, the identity of a run.
 
 A table of the TOML file is a frozen :class:`Table`, the whole file a :class:`Document`.  A key that is
-unknown, of the wrong type or out of range is a fault, and so is whatever a method marked :func:`check` finds
+unknown, of the wrong type or out of range is a fault, and so is whatever a method marked :func:`constraint` finds
 where keys or tables contradict one another.  :func:`continuum.files.inputs.load` reports all faults of a file at once.
 """
 
@@ -28,30 +28,13 @@ from pydantic_core import PydanticCustomError
 
 from continuum.files.toml import ConfigError, Fault, Source
 
-__all__ = [
-    "STRICT",
-    "ConfigError",
-    "Document",
-    "Fault",
-    "InputFile",
-    "Positive",
-    "Table",
-    "check",
-    "frozen",
-    "identity",
-    "is_kind",
-    "refuse",
-    "resolved",
-    "restored",
-]
-
 STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 """Numbers are no texts and no booleans, and all of them are finite."""
 _Method = TypeVar("_Method", bound=Callable[..., Iterator[Fault]])
 _Document = TypeVar("_Document", bound="Document")
 
 
-def check(method: _Method) -> _Method:
+def constraint(method: _Method) -> _Method:
     """Mark a method of a table that yields the faults in how its keys fit together.
 
     It may use any key: where one is faulty itself, the check is skipped.

@@ -16,8 +16,6 @@ from typing import Any
 
 from continuum.errors import InputError
 
-__all__ = ["ConfigError", "Fault", "Key", "Source", "find", "nearest", "value_of"]
-
 Key = tuple[str | int, ...]
 """Where a value stands: names of tables and keys, and indices of arrays."""
 

@@ -18,7 +18,7 @@ from continuum.files.inputs import load
 from continuum.files.settings import settings_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep, is_sweep
-from continuum.runs.build import System, build
+from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import Progress
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from continuum.sticky.materials import Interface
     from continuum.sticky.mending import Detrending
     from continuum.sticky.topography import Topography
-
-__all__ = ["Analysis", "CheckReport", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"]
 
 
 class Result(continuum.runs.result.Result):
@@ -89,9 +87,9 @@ class Prediction(continuum.sticky.predict.Prediction):
     @property
     def sentence(self) -> str:
         """The answer in one sentence."""
-        from continuum.show.prediction import sentence
+        from continuum.show.prediction import prediction_sentence
 
-        return sentence(self)
+        return prediction_sentence(self)
 
     def solved(self, threads: int = 1) -> Prediction:
         """The same with the contact of its map, solved; see :func:`continuum.sticky.predict.solved`."""
@@ -119,9 +117,9 @@ class Prediction(continuum.sticky.predict.Prediction):
         OutputError
             If they cannot be written there.
         """
-        from continuum.show.prediction import write
+        from continuum.show.prediction import write_prediction
 
-        return write(self, Path(folder), name)
+        return write_prediction(self, Path(folder), name)
 
     def _repr_html_(self) -> str:
         return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
@@ -133,7 +131,7 @@ class CheckReport:
 
     sheet: Sheet
     """Of a run grid, roughness, law, memory and cost; of a sweep what its systems cost together."""
-    system: System | None = None
+    system: RunSetup | None = None
     """The contact of a run, with its input; None of a sweep."""
 
     @property

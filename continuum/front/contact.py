@@ -24,14 +24,15 @@ from continuum.path.state import Control, Search
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
 
-__all__ = ["Contact"]
-
 _CONTROLS: dict[str, Control] = {
     "area": "repulsive-area",
     "mean_gap": "mean-gap",
     "separation": "separation",
     "pressure": "mean-pressure",
 }
+
+FARTHEST = 1e12
+"""Gaps of more a0, and pressures of more E*, are none, and would overflow in the energy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +82,6 @@ class Contact:
     device: str = "cpu"
 
     def __post_init__(self) -> None:
-        """Check all arguments, and warn of what the grid does not resolve."""
         number("tolerance", self.tolerance, above=0, most=LOOSEST)
         count("max_iterations", self.max_iterations)
         number("area_tolerance", self.area_tolerance, above=0, below=1)
@@ -202,4 +202,6 @@ def _chosen(**given: Any) -> tuple[str, Any]:
 
 def _target(name: str, value: Any) -> float:
     """A value of a control, as a number that some state may have."""
-    return number(name, value, above=0, below=1) if name == "area" else number(name, value)
+    if name == "area":
+        return number(name, value, above=0, below=1)
+    return number(name, value, least=-FARTHEST, most=FARTHEST)

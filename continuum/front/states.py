@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from continuum.measure import contact as contacts
 from continuum.measure.contact import Measurement
 from continuum.measure.curve import Adhesion, Curve, adhesion
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.path import state
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.solve.stability import Stability, stability
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from continuum.front.contact import Contact
-
-__all__ = ["Path", "State"]
 
 
 @dataclass(frozen=True, eq=False)

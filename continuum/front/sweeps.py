@@ -15,32 +15,27 @@ from typing import Any
 
 import continuum.runs.collect
 from continuum.arguments import count, file_name, flag, function, number, pair
-from continuum.files.output import Held, folder, save
+from continuum.files.output import LockedError, folder, save
 from continuum.files.settings import settings_of
 from continuum.files.toml import Source, find, text_of
 from continuum.runs.axes import Sweep
 from continuum.runs.cluster import require_scheduler, slurm_script
-from continuum.runs.collect import Collected, SweepStatus, status_of, write_cube
+from continuum.runs.collect import PointTable, SweepStatus, status_of, write_cube
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.engine import check_workers
 from continuum.runs.folder import Folder
 from continuum.runs.memory import physical_memory
 from continuum.runs.sweep import SystemTask, begin, run_sweep
-from continuum.runs.tasks import Ended
+from continuum.runs.tasks import TaskResult
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 
-__all__ = [
-    "Swept", "Verification", "check_sweep", "is_sweep", "plot_figure", "sweep", "sweep_collect", "sweep_slurm",
-    "sweep_status", "sweep_verify",
-]  # fmt: skip
-
-After = Callable[[Ended, int, int], None]
+After = Callable[[TaskResult, int, int], None]
 """Called after each system with how it ended, how many have, and how many there are."""
 
 
 @dataclass(frozen=True)
-class Swept:
+class SweepRun:
     """What one call did of a sweep."""
 
     folder: Path
@@ -49,9 +44,9 @@ class Swept:
     found: int
     """That were done before, or meanwhile by another process."""
     done: int
-    failed: tuple[Ended, ...]
+    failed: tuple[TaskResult, ...]
     """That could not be done, with the reasons."""
-    held: tuple[Ended, ...]
+    held: tuple[TaskResult, ...]
     """That another process has in hand."""
 
     @property
@@ -59,7 +54,7 @@ class Swept:
         """Whether all systems are done."""
         return not self.failed and not self.held
 
-    def collect(self) -> Collected:
+    def collect(self) -> PointTable:
         """All points that are done, as one table."""
         return continuum.runs.collect.collect(self.folder)
 
@@ -79,7 +74,7 @@ def sweep(
     scheduler_file: str | Path | None = None,
     begun: Callable[[list[SystemTask]], None] | None = None,
     progress: After | None = None,
-) -> Swept:
+) -> SweepRun:
     """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
 
     Parameters
@@ -134,9 +129,9 @@ def _cluster(scheduler_file: str | Path | None) -> Path | None:
     return path
 
 
-def _followed(running: Generator[Ended, None, None], total: int, progress: After | None) -> list[Ended]:
+def _followed(running: Generator[TaskResult, None, None], total: int, progress: After | None) -> list[TaskResult]:
     """How each system ended; whatever stops this, the processes are stopped."""
-    ended = list[Ended]()
+    ended = list[TaskResult]()
     with closing(running):
         for one in running:
             ended.append(one)
@@ -193,11 +188,11 @@ def _devices(described: Sweep) -> tuple[str, ...]:
     return back_end(config.solver.device).devices()
 
 
-def _swept(root: Path, ended: list[Ended]) -> Swept:
-    held = tuple(one for one in ended if isinstance(one.error, Held) and not one.task.path.is_file())
-    failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, Held))
+def _swept(root: Path, ended: list[TaskResult]) -> SweepRun:
+    held = tuple(one for one in ended if isinstance(one.error, LockedError) and not one.task.path.is_file())
+    failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
     done = sum(one.ok and not one.found for one in ended)
-    return Swept(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held)
+    return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held)
 
 
 def sweep_status(sweep: str | Path) -> SweepStatus:
@@ -215,7 +210,7 @@ def sweep_status(sweep: str | Path) -> SweepStatus:
     return status_of(file_name("sweep", sweep))
 
 
-def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> Collected:
+def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:
     """Write all points of a sweep as one table: ``table.csv`` (a row for each) and ``table.h5`` (xarray opens it).
 
     Parameters

@@ -10,21 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.measure.outline import Mask, Outline, outline, ratio
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.walls import Wall
-
-__all__ = [
-    "ATTRACTED",
-    "MEASURED",
-    "OUT_OF_RANGE",
-    "REPULSIVE",
-    "Measurement",
-    "Totals",
-    "contact_map",
-    "measure",
-    "quantity",
-    "totals_of",
-]
 
 OUT_OF_RANGE, ATTRACTED, REPULSIVE = np.uint8(0), np.uint8(1), np.uint8(2)
 _ROWS = 256

@@ -13,12 +13,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.model.grid import Real
-
-__all__ = ["Adhesion", "Curve", "OnPath", "adhesion", "normal_stiffness"]
+from continuum.model.fourier import Real
 
 
-class OnPath(Protocol):
+class CurvePoint(Protocol):
     """What a curve asks of a point of a path."""
 
     @property
@@ -50,7 +48,7 @@ class Curve:
     """False on approach."""
 
     @classmethod
-    def of(cls, points: Sequence[OnPath]) -> Curve:
+    def of(cls, points: Sequence[CurvePoint]) -> Curve:
         """The curve of equilibria, in their order."""
         columns = [(point.mean_gap, point.separation, point.load) for point in points]
         mean_gap, separation, load = np.array(columns, dtype=np.float64).reshape(-1, 3).T

@@ -14,25 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, sparse
 
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.walls import Wall
 from continuum.theory import paper
-
-__all__ = [
-    "EDGE_SHARE",
-    "Areas",
-    "Correction",
-    "Mask",
-    "Outline",
-    "Patches",
-    "areas",
-    "checked",
-    "outline",
-    "patches",
-    "perimeter_map",
-    "ratio",
-    "size_distribution",
-]
 
 Mask = NDArray[np.bool_]
 EDGE_SHARE = float((np.pi - 1 + np.log(2)) / 24)

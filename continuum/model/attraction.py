@@ -11,8 +11,6 @@ from continuum.arguments import choice, number
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, LennardJonesSpline, Wall
 
-__all__ = ["CORE_DEPTH", "SHAPES", "Shape", "attraction_on_core"]
-
 Shape = Literal["spline", "exponential"]
 SHAPES: tuple[Shape, ...] = ("spline", "exponential")
 CORE_DEPTH = 2.0

@@ -18,9 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from continuum.model.grid import Real
-
-__all__ = ["CubicConstants", "contact_modulus", "directional_contact_modulus", "surface_stiffness"]
+from continuum.model.fourier import Real
 
 THICK = 40.0
 """q depth above which a layer is a half-space to all digits: fields decay as exp(-a q z), a about 1/2 or more."""
@@ -46,10 +44,11 @@ class CubicConstants(NamedTuple):
             If it is not.
         """
         if not (self.c44 > 0 and self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
-            msg = f"a cubic crystal is stable if C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0, got {self}"
+            msg = f"elastic constants of a stable crystal have C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0, not {self}"
             raise ValueError(msg)
         if self.c11 > LEAST_COMPRESSIBLE * self.c44:
-            msg = f"C11 is at most {LEAST_COMPRESSIBLE:g} C44, or digits are lost, got {self}: take an isotropic layer"
+            most = f"C11 of at most {LEAST_COMPRESSIBLE:g} C44, or digits are lost"
+            msg = f"elastic constants need a {most}, not {self}: take an isotropic layer"
             raise ValueError(msg)
 
     def stiffness_tensor(self) -> Real:

@@ -13,20 +13,6 @@ import ducc0.fft
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Complex",
-    "Real",
-    "block_edges",
-    "columns_forward",
-    "columns_inverse",
-    "cut",
-    "padded",
-    "prolong",
-    "restrict",
-    "rows_forward",
-    "rows_inverse",
-]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 _PADDING = 128  # bytes

@@ -21,8 +21,6 @@ from continuum.model.fourier import (
     rows_inverse,
 )
 
-__all__ = ["Complex", "Grid", "Real"]
-
 SHORTEST, LONGEST = 1e-30, 1e30
 """Periods, in any unit, whose moments and wavevectors to the fourth power are still numbers."""
 
@@ -46,7 +44,6 @@ class Grid:
     lengths: tuple[float, float]
 
     def __post_init__(self) -> None:
-        """Check numbers of points and periods."""
         shape = tuple(count("shape", n, 2) for n in pair("shape", self.shape))
         lengths = tuple(number("lengths", each, least=SHORTEST, most=LONGEST) for each in pair("lengths", self.lengths))
         object.__setattr__(self, "shape", shape)

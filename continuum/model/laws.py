@@ -18,20 +18,6 @@ from numba import njit
 
 from continuum.model.fourier import Real
 
-__all__ = [
-    "EXPONENTIAL",
-    "INVERSE_POWERS",
-    "SPLINE",
-    "TABLE",
-    "Law",
-    "evaluate",
-    "exponential",
-    "inverse_powers",
-    "respond",
-    "spline",
-    "table",
-]
-
 SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = 0, 1, 2, 3
 """Kinds of laws."""
 

@@ -18,12 +18,11 @@ from functools import cached_property
 import numpy as np
 
 from continuum.arguments import field
-from continuum.model.grid import Complex, Grid, Real
+from continuum.model.fourier import Complex, Real
+from continuum.model.grid import Grid
 from continuum.model.substrates import Substrate
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
-
-__all__ = ["ContactProblem"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,6 @@ class ContactProblem:
     substrate: Substrate
 
     def __post_init__(self) -> None:
-        """Refuse heights that have no meaning."""
         heights = field("heights", self.heights, self.grid.shape)
         if heights.flags.writeable or heights.base is not None:
             # Others could change them.

@@ -7,22 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from continuum.arguments import ArgumentError
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.theory.paper import snap_in_wavelength
-
-__all__ = [
-    "LARGEST_SLOPE",
-    "POINTS",
-    "SMALL_SLOPE",
-    "check_slope",
-    "doubts",
-    "other_unit",
-    "short_waves",
-    "steep",
-    "unresolved",
-]
 
 POINTS = 4
 """Points of the grid that a wavelength needs."""

@@ -20,9 +20,8 @@ from continuum.model.cubic import (
     directional_contact_modulus,
     surface_stiffness,
 )
-from continuum.model.grid import Grid, Real
-
-__all__ = ["CubicLayer", "HalfSpace", "Layer", "MeanMode", "Substrate", "TabulatedSubstrate"]
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 
 OTHER_MEAN = 1.5
 """By this factor at most E*, as a mean over directions, depends on which mean is taken (fcc metals: 1.2)."""
@@ -73,7 +72,6 @@ class HalfSpace:
     mean: MeanMode = "clamped"
 
     def __post_init__(self) -> None:
-        """Check the mean mode."""
         _check_mean(self.mean)
 
     def stiffness(self, grid: Grid) -> Real:
@@ -105,7 +103,6 @@ class Layer:
     mean: MeanMode
 
     def __post_init__(self) -> None:
-        """Check depth, Poisson ratio and mean mode."""
         number("depth", self.depth, above=0)
         number("poisson", self.poisson, above=-1, most=0.5)
         _check_mean(self.mean)
@@ -161,7 +158,6 @@ class CubicLayer:
     axis: float = np.pi / 4
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         if not (isinstance(self.depth, float) and np.isposinf(self.depth)):  # a half-space
             number("depth", self.depth, above=0)
         _check_mean(self.mean)
@@ -214,7 +210,6 @@ class TabulatedSubstrate:
     source: str
 
     def __post_init__(self) -> None:
-        """Check the table."""
         what = "a half spectrum of positive finite numbers (q = 0: zero or more, or infinite)"
         table = np.array(array("table", self.table), dtype=np.float64)
         others = table.ravel()[1:]

@@ -11,16 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from continuum.arguments import ArgumentError, count, field, flag, instance, number, pair
-from continuum.model.grid import Grid, Real
-
-__all__ = [
-    "LARGEST_SLOPE", "SMALLEST_SLOPE", "Moments", "SelfAffine", "cylinder", "moments", "power_spectrum", "punch",
-    "sine", "sphere",
-]  # fmt: skip
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
 """Rms slopes that are computed at all: below, squares are no numbers; above, heights are rather given in other units
 than a0."""
+HIGHEST = 1e30
+"""Heights of more a0 are none, and would overflow where they are squared."""
 _GENERATOR = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
 
 
@@ -88,7 +86,6 @@ class SelfAffine:
     rescale: bool = True
 
     def __post_init__(self) -> None:
-        """Check the numbers, and that the wavelengths are in order."""
         number("hurst", self.hurst, above=0, below=1)
         number("rms_slope", self.rms_slope, least=SMALLEST_SLOPE, most=LARGEST_SLOPE)
         if number("lambda_s", self.lambda_s, above=0) > number("lambda_L", self.lambda_L, above=0):
@@ -217,7 +214,7 @@ def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
     waves : per period along x and y, at most half the points: whole numbers, negative for the other diagonal.
     """
     x, y = instance("grid", grid, Grid).positions
-    amplitude = number("amplitude", amplitude)
+    amplitude = number("amplitude", amplitude, least=-HIGHEST, most=HIGHEST)
     for wave, n in zip(pair("waves", waves), grid.shape, strict=True):
         count("waves", wave, -(n // 2), n // 2, why="a wave has two points at least")
     if not any(waves):

@@ -10,11 +10,9 @@ from scipy.interpolate import CubicSpline
 
 from continuum.arguments import array
 from continuum.model import laws
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.model.walls import Wall
-
-__all__ = ["TabulatedWall"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +37,6 @@ class TabulatedWall(Wall):
     traction: Real
 
     def __post_init__(self) -> None:
-        """Refuse tables that are no wall."""
         gap, traction = (np.array(array(name, getattr(self, name)), np.float64) for name in ("gap", "traction"))
         if gap.ndim != 1 or gap.shape != traction.shape or gap.size < 4:
             msg = f"gap, traction: a wall table is two columns of at least 4 rows, not {gap.shape} and {traction.shape}"

@@ -18,11 +18,9 @@ from scipy.optimize import minimize_scalar
 
 from continuum.arguments import ArgumentError, array, number, pair
 from continuum.model import laws
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.theory import paper
-
-__all__ = ["Exponential", "HardWall", "Interaction", "InversePowers", "LennardJonesSpline", "Wall"]
 
 _CORE = 0.7
 
@@ -182,7 +180,6 @@ class LennardJonesSpline(Wall):
     adhesion_length: InitVar[float | None] = None
 
     def __post_init__(self, adhesion_length: float | None) -> None:
-        """Refuse what has no meaning."""
         number("minimum_stiffness", self.minimum_stiffness, above=0)
         number("core", self.core, above=0, below=1)
         if (adhesion_length is None) == _is_missing(self.range):
@@ -240,7 +237,6 @@ class InversePowers(Wall):
     adhesion_length: InitVar[float | None] = None
 
     def __post_init__(self, adhesion_length: float | None) -> None:
-        """Refuse what has no meaning."""
         repulsion, attraction = pair("powers", self.powers)
         number("powers", repulsion, above=number("powers", attraction, above=1))
         number("core", self.core, above=0, below=1)
@@ -289,7 +285,6 @@ class Exponential(Wall):
     core_stiffness: float
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         for name in ("surface_energy", "decay_length", "core_stiffness"):
             number(name, getattr(self, name), above=0)
 

@@ -19,15 +19,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from continuum.model.fourier import cut, padded, prolong, restrict
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real, cut, padded, prolong, restrict
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import Branch, Outcome, Search, State, event, numbers
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
-
-__all__ = ["find_area"]
 
 LOOSE, LOOSEST = 100.0, 1e-5
 """Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""

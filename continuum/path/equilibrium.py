@@ -11,14 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Control, State, gone, state_of
 from continuum.solve.solution import Settings, Solution, Status, Work
 from continuum.solve.solver import Solver
 from continuum.solve.stability import stability
-
-__all__ = ["equilibrium", "solver_of"]
 
 STRETCH = 50
 """Under tension a solve is looked at after so many iterations."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from continuum.arguments import field
 from continuum.measure.contact import Totals
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.area import find_area
 from continuum.path.equilibrium import equilibrium, solver_of
@@ -34,8 +34,6 @@ from continuum.path.state import (
 )
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
-
-__all__ = ["Branch", "Control", "Search", "State", "follow", "solve"]
 
 
 def solve(

@@ -10,27 +10,9 @@ import numpy as np
 
 from continuum.arguments import choice, number
 from continuum.measure.contact import Totals, totals_of
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.solve.solution import NotConvergedError, Solution, Status
-
-__all__ = [
-    "Branch",
-    "Control",
-    "Event",
-    "EventKind",
-    "Outcome",
-    "Search",
-    "Side",
-    "State",
-    "check_target",
-    "coordinate",
-    "event",
-    "gone",
-    "kept",
-    "numbers",
-    "state_of",
-]
 
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
 CONTROLS: tuple[Control, ...] = get_args(Control)
@@ -72,7 +54,6 @@ class Search:
     event_threshold: float = 0.01
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         number("area_tolerance", self.area_tolerance, above=0, below=1)
         number("area_resolution", self.area_resolution, above=0)
         if self.event_resolution is not None:
@@ -94,7 +75,7 @@ def check_target(control: Control, target: float) -> None:
         number(control, target)
 
 
-class Side(NamedTuple):
+class JumpSide(NamedTuple):
     """One side of a jump, as numbers: lengths in a0, loads per A0 in E*, areas as fractions of A0."""
 
     value: float
@@ -113,8 +94,8 @@ class Event(NamedTuple):
     """"jump-in" on approach, "jump-out" on retraction, "pull-off" where no repulsive contact remains after it."""
     control: Control
     branch: Branch
-    before: Side
-    after: Side
+    before: JumpSide
+    after: JumpSide
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,6 +221,6 @@ def event(control: Control, branch: Branch, before: State, after: State) -> Even
     return Event(kind, control, branch, _side(control, before), _side(control, after))
 
 
-def _side(control: Control, state: State) -> Side:
+def _side(control: Control, state: State) -> JumpSide:
     totals, value = state.totals, coordinate(control, state)
-    return Side(value, state.separation, state.mean_gap, totals.area_rep, totals.area_att, totals.load)
+    return JumpSide(value, state.separation, state.mean_gap, totals.area_rep, totals.area_att, totals.load)

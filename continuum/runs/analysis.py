@@ -17,13 +17,12 @@ from continuum.measure.profile import (
     gap_profile,
     pressure_distribution,
 )
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.walls import Wall
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.theory import paper
-
-__all__ = ["Analysis", "Expected", "FieldMeasurement", "MeasuredPoint", "analyse", "gap_ratio"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,5 +178,5 @@ def gap_ratio(
     near = (x >= 2) & (x <= diameter / 4)
     if not near.any():
         return np.nan, np.nan
-    ratio = profile.gap[near] / paper.gap_profile(x[near], rms_slope, diameter)
+    ratio = profile.gap[near] / paper.gap_outside_contact(x[near], rms_slope, diameter)
     return float(ratio.min()), float(ratio.max())

@@ -17,13 +17,11 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from continuum.files.inputs import parsed
-from continuum.files.tables import Document, Table, check, identity
+from continuum.files.tables import Document, Table, constraint, identity
 from continuum.files.toml import ConfigError, Fault, Source, find, text_of
 from continuum.runs.conditions import condition, holds
 from continuum.runs.config import RunConfig
-from continuum.runs.ranges import MOST, listed
-
-__all__ = ["MOST", "Axis", "Sweep", "SweepTable", "SystemPlan"]
+from continuum.runs.ranges import MOST, expand_range
 
 _Values = dict[str, Any]
 
@@ -52,12 +50,12 @@ class SweepTable(Table):
     @property
     def all_axes(self) -> tuple[Axis, ...]:
         """The axes in their order, the zipped ones last."""
-        single = [Axis((name,), tuple((v,) for v in listed(given))) for name, given in _flat(self.axes)]
+        single = [Axis((name,), tuple((v,) for v in expand_range(given))) for name, given in _flat(self.axes)]
         columns = [dict(_flat(table)) for table in self.zipped]
-        together = [Axis(tuple(t), tuple(zip(*map(listed, t.values()), strict=True))) for t in columns]
+        together = [Axis(tuple(t), tuple(zip(*map(expand_range, t.values()), strict=True))) for t in columns]
         return (*single, *together)
 
-    @check
+    @constraint
     def _sound(self) -> Iterator[Fault]:
         # Each asks what only holds if the one before found nothing.
         yield from next(filter(None, (list(find()) for find in (self._lists, self._together, self._conditions))), ())
@@ -67,7 +65,7 @@ class SweepTable(Table):
         for place, table in places:
             for name, given in _flat(table):
                 try:
-                    values = listed(given)
+                    values = expand_range(given)
                 except ValueError as error:
                     yield Fault((*place, name), f"a list of values, or a range {{from, to, step}}: {error}")
                 else:
@@ -78,7 +76,7 @@ class SweepTable(Table):
 
     def _together(self) -> Iterator[Fault]:
         for i, table in enumerate(self.zipped):
-            lengths = {name: len(listed(given)) for name, given in _flat(table)}
+            lengths = {name: len(expand_range(given)) for name, given in _flat(table)}
             if len(set(lengths.values())) > 1:
                 counts = ", ".join(f"{name} has {count}" for name, count in lengths.items())
                 yield Fault(("zipped", i), "lists of one length", f"these change together, but {counts}")
@@ -116,7 +114,7 @@ def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
     for i, key in enumerate(axis.keys):
         given = changes.get(key, tuple(values[i] for values in axis.values))
         several = isinstance(given, (tuple, list)) or (isinstance(given, Mapping) and "from" in given)
-        columns.append(listed(given) if several else (given,))
+        columns.append(expand_range(given) if several else (given,))
     return Axis(axis.keys, tuple(zip(*columns, strict=True)))
 
 

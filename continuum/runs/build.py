@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from continuum.arguments import ArgumentError
-from continuum.files.tables import Fault, Table, refuse
+from continuum.files.tables import Table, refuse
+from continuum.files.toml import Fault
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
@@ -17,11 +18,9 @@ from continuum.runs.cost import cost_of
 from continuum.runs.memory import physical_memory
 from continuum.solve.solution import Settings
 
-__all__ = ["System", "build"]
-
 
 @dataclass(frozen=True, eq=False)
-class System:
+class RunSetup:
     """A contact problem with what belongs to it."""
 
     config: RunConfig
@@ -40,7 +39,7 @@ class System:
         return self.problem.grid
 
 
-def build(config: RunConfig) -> System:
+def build(config: RunConfig) -> RunSetup:
     """The contact problem of a configuration.
 
     Raises
@@ -75,7 +74,7 @@ def build(config: RunConfig) -> System:
     _check_mean_gaps(config, problem)
     expected = config.surface.expected(grid)
     warned = doubts(problem, realised.rms_slope, config.surface.shortest)
-    return System(config, problem, realised, expected, config.solver.build(problem.traction_scale), warned)
+    return RunSetup(config, problem, realised, expected, config.solver.build(problem.traction_scale), warned)
 
 
 def _unusable(name: str, table: Table, error: Exception) -> Fault:

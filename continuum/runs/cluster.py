@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 
 from continuum.arguments import ArgumentError, count
 from continuum.errors import InputError
-from continuum.runs.tasks import DIED, Ended, Job, Task, timed
+from continuum.runs.tasks import DIED, Job, Task, TaskResult, timed
 
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["ClusterError", "on_cluster", "require_scheduler", "slurm_script"]
 
 _PROCESS = 2.5e8
 """Bytes of a worker before it does anything."""
@@ -30,7 +29,7 @@ class ClusterError(InputError, OSError):
     """There is no cluster where there should be one."""
 
 
-def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[Ended, None, None]:
+def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[TaskResult, None, None]:
     """Run tasks on the workers of a cluster; the longest first, as they come.
 
     What a worker returns is the time it took: results are on disk, so that nothing is lost with a worker.
@@ -52,11 +51,11 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[E
             task = futures.pop(future)
             error = future.exception()
             if error is None:
-                yield Ended(task, future.result())
+                yield TaskResult(task, future.result())
             elif type(error).__name__ == "KilledWorker":
-                yield Ended(task, 0.0, DIED)
+                yield TaskResult(task, 0.0, DIED)
             elif isinstance(error, Exception):
-                yield Ended(task, 0.0, f"{type(error).__name__}: {error}", error)
+                yield TaskResult(task, 0.0, f"{type(error).__name__}: {error}", error)
             else:
                 raise error
             future.release()

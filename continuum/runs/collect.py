@@ -15,27 +15,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.files import output, store
+from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import provenance
-from continuum.files.store import Dataset, StoreError
-from continuum.files.tables import ConfigError, frozen, identity, restored
-from continuum.model.grid import Grid, Real
+from continuum.files.store import Dataset
+from continuum.files.tables import frozen, identity, restored
+from continuum.files.toml import ConfigError
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.runs.config import RunConfig
 from continuum.runs.folder import TABLE_SCHEMA, Folder
 from continuum.runs.measured import COLUMNS, numbers_of
-from continuum.runs.sweep import Listed, System, systems_of
+from continuum.runs.sweep import SweepListing, System, systems_of
 from continuum.runs.tables import GridTable
-
-__all__ = ["Collected", "Fault", "SweepStatus", "collect", "status_of", "verify", "write_cube"]
 
 _RECENT = 50
 """Systems that ended last, from which the rate is taken."""
 
 
 @dataclass(frozen=True, eq=False)
-class Collected:
+class PointTable:
     """All converged points of a sweep, one in a row."""
 
-    listed: Listed = field(repr=False)
+    listed: SweepListing = field(repr=False)
     keys: tuple[str, ...]
     """Systems that were read, in the order of the listing."""
     system: NDArray[np.int64]
@@ -102,7 +103,7 @@ def _word(value: Any) -> Any:
     return json.dumps(value) if isinstance(value, (list, tuple, dict)) else value
 
 
-def collect(root: str | Path) -> Collected:
+def collect(root: str | Path) -> PointTable:
     """Read all that is done; a file that cannot be read is one fault, and the rest is there.
 
     Raises
@@ -132,13 +133,13 @@ def collect(root: str | Path) -> Collected:
         seconds.append(found.seconds)
         made[found.made] += 1
     values = np.concatenate(tables) if tables else np.empty((0, len(COLUMNS)))
-    return Collected(
+    return PointTable(
         listed, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
         tuple(faults), dict(made),
     )  # fmt: skip
 
 
-def write_cube(found: Collected, path: Path) -> None:
+def write_cube(found: PointTable, path: Path) -> None:
     """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it.
 
     Keys that change together are one dimension, named by the first.  What is not there is NaN.
@@ -193,7 +194,7 @@ def _place(values: tuple[Any, ...]) -> str:
 class SweepStatus:
     """How far a sweep is, from its files alone."""
 
-    listed: Listed = field(repr=False)
+    listed: SweepListing = field(repr=False)
     done: int
     running: tuple[str, ...]
     """Who has a system in hand, with when it was begun."""
@@ -269,14 +270,14 @@ def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Fault:
+class DamagedFile:
     """A file that is not what its name says."""
 
     path: Path
     what: str
 
 
-def verify(root: str | Path, *, aside: bool = False) -> tuple[int, list[Fault]]:
+def verify(root: str | Path, *, aside: bool = False) -> tuple[int, list[DamagedFile]]:
     """Read every file of a sweep whole: sums, schema, identity; returns how many there are, and what is wrong.
 
     Parameters
@@ -294,7 +295,7 @@ def verify(root: str | Path, *, aside: bool = False) -> tuple[int, list[Fault]]:
     for path in paths:
         what = _fault(path)
         if what:
-            faults.append(Fault(path, what))
+            faults.append(DamagedFile(path, what))
             if aside:
                 output.placed(path, output.folder(folder.root / "damaged") / path.name)
     return len(paths), faults

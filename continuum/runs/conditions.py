@@ -13,8 +13,6 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
-__all__ = ["condition", "holds"]
-
 _LONGEST = 1000  # characters; one of ours has 70
 _DIGITS = 308  # of a power of whole numbers, at most: as of a floating-point number
 

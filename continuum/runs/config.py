@@ -10,15 +10,13 @@ from pydantic import BeforeValidator, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 from continuum.errors import InputError
-from continuum.files.tables import Document, Table, check
+from continuum.files.tables import Document, Table, constraint
 from continuum.files.toml import Fault
 from continuum.path.state import Control, Search
-from continuum.runs.ranges import listed
+from continuum.runs.ranges import expand_range
 from continuum.runs.surfaces import SelfAffineSurface, SineSurface, SurfaceTable
-from continuum.runs.tables import GridTable, SolverTable, SubstrateTable, Unit
+from continuum.runs.tables import Fraction, GridTable, SolverTable, SubstrateTable
 from continuum.runs.walls import WallTable
-
-__all__ = ["LoadingTable", "OutputTable", "RetractionTable", "RunConfig"]
 
 _ROUNDING = 1e-12  # a value written in decimal may miss its bound by this fraction
 
@@ -27,7 +25,7 @@ def _spread(given: Any) -> Any:
     if not isinstance(given, Mapping):
         return given
     try:
-        return tuple(map(float, listed(given)))
+        return tuple(map(float, expand_range(given)))
     except ValueError as error:
         raise PydanticCustomError("range", "a list, or a range: {cause}", {"cause": str(error)}) from None
 
@@ -55,7 +53,7 @@ class RetractionTable(Table):
     targets: _Targets
     """its values, a list or a range: separation and mean gap increasing, mean pressure and repulsive area decreasing"""
 
-    @check
+    @constraint
     def _retracting(self) -> Iterator[Fault]:
         yield from _unordered(self.control, self.targets, nearer=False)
 
@@ -72,14 +70,14 @@ class LoadingTable(Table):
     """whether to go back through the same values"""
     retraction: RetractionTable | None = None
     """another way back, instead of retract"""
-    area_tolerance: Unit | Annotated[tuple[Unit, ...], Field(min_length=1)] = 0.01
+    area_tolerance: Fraction | Annotated[tuple[Fraction, ...], Field(min_length=1)] = 0.01
     """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0; or
     one for each target; half a point of the grid always counts as met"""
     area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
     """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
     """width to which jumps between points are bracketed, in units of the control; not looked for if not given"""
-    event_threshold: Unit = 0.01
+    event_threshold: Fraction = 0.01
     """smallest jump that counts, as a fraction of A0: of repulsive area, of contact area, or of attractive load
     over the largest tension of the wall"""
 
@@ -107,11 +105,11 @@ class LoadingTable(Table):
         """Number of points of the path."""
         return sum(len(targets) for _, targets in self.legs)
 
-    @check
+    @constraint
     def _approaching(self) -> Iterator[Fault]:
         yield from _unordered(self.control, self.targets, nearer=True)
 
-    @check
+    @constraint
     def _a_tolerance_for_each(self) -> Iterator[Fault]:
         if isinstance(self.area_tolerance, tuple) and len(self.area_tolerance) != len(self.targets):
             expected = f"one number, or one for each target: {len(self.targets)}"
@@ -119,12 +117,12 @@ class LoadingTable(Table):
         if isinstance(self.area_tolerance, tuple) and self.retraction is not None:
             yield Fault(("area_tolerance",), "one number, where [loading.retraction] has targets of its own")
 
-    @check
+    @constraint
     def _one_way_back(self) -> Iterator[Fault]:
         if self.retract and self.retraction is not None:
             yield Fault(("retract",), "false where [loading.retraction] says how to go back", "both are given")
 
-    @check
+    @constraint
     def _events_on_the_way(self) -> Iterator[Fault]:
         if self.event_resolution is not None and all(control == "repulsive-area" for control, _ in self.legs):
             cause = "a search for an area brackets jumps over it by itself: see area_resolution"
@@ -175,7 +173,7 @@ class RunConfig(Document):
             raise InputError(msg) from error
         return self.model_copy(update={"solver": solver})
 
-    @check
+    @constraint
     def _resolved(self) -> Iterator[Fault]:
         surface, spacing = self.surface, self.grid.spacing
         if isinstance(surface, SelfAffineSurface) and surface.lambda_s < 2 * spacing * (1 - _ROUNDING):
@@ -187,14 +185,14 @@ class RunConfig(Document):
                 cause = "the grid cannot show shorter waves: raise grid.n"
                 yield Fault(("surface", "waves"), f"at most half the points, {limits}", cause)
 
-    @check
+    @constraint
     def _fits_the_period(self) -> Iterator[Fault]:
         period = min(self.grid.lengths)
         if isinstance(self.surface, SelfAffineSurface) and self.surface.lambda_L > period:
             cause = "too small a period: raise grid.period (or grid.n), or lower lambda_L"
             yield Fault(("surface", "lambda_L"), f"at most the period, {period:g} a0", cause)
 
-    @check
+    @constraint
     def _load_to_carry(self) -> Iterator[Fault]:
         cause = "a substrate whose mean is free carries no load at any separation"
         for key, part in ((("loading",), self.loading), (("loading", "retraction"), self.loading.retraction)):

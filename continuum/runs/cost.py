@@ -18,8 +18,6 @@ from continuum.runs.config import RunConfig
 from continuum.runs.surfaces import SelfAffineSurface
 from continuum.runs.walls import AttractionWall
 
-__all__ = ["Cost", "cost_of", "pair_seconds"]
-
 # Peak memory of a run in bytes: the libraries, and per grid point; seen: 83 with a law (4096²), 110 with a hard wall.
 _BYTES, _BYTES_PER_POINT = 2.5e8, 115
 # FFT pairs of a point at a given gap, separation or pressure, and of one at a given area, its search included, without

@@ -14,10 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.runs.tasks import DIED, Ended, Job, Task
+from continuum.runs.tasks import DIED, Job, Task, TaskResult
 from continuum.runs.workers import Worker
-
-__all__ = ["check_workers", "run_tasks"]
 
 _MOST = 1024
 """Processes, and threads of each."""
@@ -34,7 +32,7 @@ def run_tasks(
     scheduler_file: Path | None = None,
     memory: float = np.inf,
     devices: Sequence[str] = (),
-) -> Generator[Ended, None, None]:
+) -> Generator[TaskResult, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
     Parameters
@@ -57,7 +55,7 @@ def run_tasks(
     todo = []
     for task in tasks:
         if is_done(task):
-            yield Ended(task, 0.0)
+            yield TaskResult(task, 0.0)
         else:
             todo.append(task)
     todo.sort(key=lambda task: -task.cost)
@@ -73,7 +71,7 @@ def run_tasks(
     # Beside others the memory may not have sufficed: alone it may.
     for task in died:
         if (yield from _in_parallel([task], work, environments[:1], memory)):
-            yield Ended(task, 0.0, DIED)
+            yield TaskResult(task, 0.0, DIED)
 
 
 def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
@@ -92,7 +90,7 @@ def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> No
 
 def _in_parallel(
     todo: list[Task], work: Job, environments: Iterable[dict[str, str]], memory: float
-) -> Generator[Ended, None, list[Task]]:
+) -> Generator[TaskResult, None, list[Task]]:
     """Run tasks until all have ended, in one process for each environment; returns those whose process died."""
     waiting, died = list(reversed(todo)), list[Task]()
     workers = [Worker(environment) for environment in environments]
@@ -117,9 +115,9 @@ def _in_parallel(
                 if found is None:
                     died.append(task)
                 elif isinstance(found, Exception):
-                    yield Ended(task, 0.0, f"{type(found).__name__}: {found}", found)
+                    yield TaskResult(task, 0.0, f"{type(found).__name__}: {found}", found)
                 else:
-                    yield Ended(task, found)
+                    yield TaskResult(task, found)
     except BaseException:
         for worker in workers:
             worker.kill()

@@ -16,8 +16,6 @@ from pathlib import Path
 from continuum.errors import InputError, OutputError
 from continuum.files import output, store
 
-__all__ = ["TABLE_SCHEMA", "Folder", "SweepError", "names"]
-
 _DIGITS = 24
 """Of an identity, in the name of a file."""
 TABLE_SCHEMA = "stickiness/sweep-table"

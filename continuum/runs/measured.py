@@ -10,20 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import store
-from continuum.files.store import Attribute, Dataset, File, StoreError
+from continuum.files.hdf5 import StoreError
+from continuum.files.store import Attribute, Dataset, File
 from continuum.files.tables import restored
 from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
 from continuum.measure.outline import patches
 from continuum.measure.profile import gap_profile
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.surface import Moments
 from continuum.model.walls import Wall
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, points_of
-from continuum.runs.result import wall_of
-
-__all__ = ["COLUMNS", "Numbers", "finish", "numbers_of"]
+from continuum.runs.result import stored_wall
 
 _SYSTEM = {
     "rms_height": ("a0", "h_rms of the surface as it was"),
@@ -47,7 +47,7 @@ COLUMNS: Mapping[str, tuple[str, str]] = {**_ADDED, **_POINT, **MEASURED, **_SYS
 _NAME = "measured"
 
 
-def finish(path: Path) -> None:
+def add_measurements(path: Path) -> None:
     """Add the table of numbers to the file of a finished run: dataset ``measured``, rows as ``step``.
 
     Raises
@@ -66,7 +66,7 @@ def finish(path: Path) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Numbers:
+class SystemTable:
     """The table of a system, with what it was made by."""
 
     table: Real
@@ -77,7 +77,7 @@ class Numbers:
     """Version and commit of the program."""
 
 
-def numbers_of(path: Path, key: str | None = None) -> Numbers:
+def numbers_of(path: Path, key: str | None = None) -> SystemTable:
     """The numbers of a finished system; little else of its file is read.
 
     Parameters
@@ -111,13 +111,13 @@ def numbers_of(path: Path, key: str | None = None) -> Numbers:
     commit = str(found.get("provenance/git_commit", ""))[:12]
     changed = " with changes" if found.get("provenance/git_dirty") else ""
     made = f"version {found.get('provenance/stickiness')}{f', commit {commit}' if commit else ''}{changed}"
-    return Numbers(table, float(found.get("journal/total_seconds", np.nan)), made)
+    return SystemTable(table, float(found.get("journal/total_seconds", np.nan)), made)
 
 
 def _table(path: Path, file: File) -> Real:
     """One row for each point, one column for each of :data:`COLUMNS`."""
     config = restored(RunConfig, str(file.attributes["config_resolved"]))
-    grid, wall, points = config.grid.build(), wall_of(path, config, file), points_of(file)
+    grid, wall, points = config.grid.build(), stored_wall(path, config, file), points_of(file)
     system = _system(file.attributes, wall)
     stiffness = _stiffness(points)
     table = np.full((len(points), len(COLUMNS)), np.nan)

@@ -11,8 +11,6 @@ import numpy as np
 
 from continuum.errors import InputError
 
-__all__ = ["cgroup_limit", "physical_memory", "slurm_limit"]
-
 # SLURM sets one of these, in MB; the others may have been set by hand, with a unit, as an input of srun.
 _SLURM = {
     "SLURM_MEM_PER_NODE": None,

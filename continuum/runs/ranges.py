@@ -6,14 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["MOST", "listed"]
-
 MOST = 1_000_000
 """Values of a range, and systems of a sweep, at most."""
 _HUGE = 1e150  # numbers whose differences and ratios are numbers, too
 
 
-def listed(given: Any) -> tuple[Any, ...]:
+def expand_range(given: Any) -> tuple[Any, ...]:
     """The values of a list, or of a range ``{from, to, step | factor | count}``, its end included.
 
     Raises

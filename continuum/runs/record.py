@@ -14,12 +14,9 @@ from continuum.files import store
 from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Event, EventKind, Outcome, Side, State, gone, numbers
+from continuum.path.state import Branch, Event, EventKind, JumpSide, Outcome, State, gone, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
-
-__all__ = ["EVENT_DATASETS", "Passed", "Point", "Record", "events_of", "points_of"]
-
 
 _OF_SOLUTION = ("residual", "duality_gap", "lowest_eigenvalue", "iterations", "fft_pairs", "sweeps")
 
@@ -74,7 +71,7 @@ class Point(Totals):
         return words
 
 
-class Passed(NamedTuple):
+class PathEvent(NamedTuple):
     """A jump, and the point of the path on the way to which it was met."""
 
     step: int
@@ -88,7 +85,7 @@ class Record:
     fields: bool
     """Whether gaps are kept in full."""
     points: list[Point] = field(default_factory=list)
-    events: list[Passed] = field(default_factory=list)
+    events: list[PathEvent] = field(default_factory=list)
     repulsive: list[NDArray[np.uint8]] = field(default_factory=list)
     attracted: list[NDArray[np.uint8]] = field(default_factory=list)
     gaps: list[NDArray[np.float32]] = field(default_factory=list)
@@ -101,7 +98,7 @@ class Record:
     def append(self, problem: ContactProblem, state: State, solver: Solver) -> None:
         """Add a point of the path; the solver is that of the path, in whose arrays the elastic energy is found."""
         self.points.append(Point.of(problem, state, solver))
-        self.events += [Passed(len(self.points) - 1, event) for event in state.events]
+        self.events += [PathEvent(len(self.points) - 1, event) for event in state.events]
         repulsive, attracted = _contact(problem, state)
         self.repulsive.append(repulsive)
         self.attracted.append(attracted)
@@ -235,10 +232,10 @@ def points_of(file: store.File) -> tuple[Point, ...]:
     return tuple(Point(**dict(zip(names, row, strict=True))) for row in rows)
 
 
-def events_of(file: store.File) -> tuple[Passed, ...]:
+def events_of(file: store.File) -> tuple[PathEvent, ...]:
     """The jumps that a file holds."""
     sides = [
-        [Side(*row) for row in zip(*(file[f"events/{name}_{when}"].tolist() for name in _SIDE_UNITS), strict=True)]
+        [JumpSide(*row) for row in zip(*(file[f"events/{name}_{when}"].tolist() for name in _SIDE_UNITS), strict=True)]
         for when in ("before", "after")
     ]
     words = zip(*(file[f"events/{name}"].tolist() for name in _EVENT_NAMES), strict=True)
@@ -246,7 +243,7 @@ def events_of(file: store.File) -> tuple[Passed, ...]:
         Event(cast("EventKind", kind), control, branch, before, after)
         for (kind, control, branch), before, after in zip(words, *sides, strict=True)
     ]
-    return tuple(Passed(step, event) for step, event in zip(file["events/step"].tolist(), events, strict=True))
+    return tuple(PathEvent(step, event) for step, event in zip(file["events/step"].tolist(), events, strict=True))
 
 
 def _stored_work(file: store.File) -> list[tuple[Work, ...]]:

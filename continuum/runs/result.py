@@ -12,22 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.files import store
-from continuum.files.store import Attribute, StoreError
+from continuum.files.hdf5 import StoreError
+from continuum.files.store import Attribute
 from continuum.files.tables import restored
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.measure.outline import Mask
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.surface import Moments
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Wall
 from continuum.runs.config import RunConfig
-from continuum.runs.record import EVENT_DATASETS, Passed, Point, events_of, points_of
+from continuum.runs.record import EVENT_DATASETS, PathEvent, Point, events_of, points_of
 from continuum.runs.walls import TableWall
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["Result", "wall_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Result:
     attributes: Mapping[str, Attribute] = field(repr=False)
     points: tuple[Point, ...]
     """Of the path, converged or not."""
-    events: tuple[Passed, ...]
+    events: tuple[PathEvent, ...]
     """Jumps on the path."""
     wall: Wall
     resumed: int = 0
@@ -61,7 +61,7 @@ class Result:
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "wall/gap", "wall/traction"}
         file = store.read(path, RunConfig.result_schema, RunConfig.result_version, names)
         config = restored(RunConfig, str(file.attributes["config_resolved"]))
-        return cls(path, config, file.attributes, points_of(file), events_of(file), wall_of(path, config, file))
+        return cls(path, config, file.attributes, points_of(file), events_of(file), stored_wall(path, config, file))
 
     @property
     def identity(self) -> str:
@@ -131,7 +131,7 @@ class Result:
         return xarray.open_dataset(self.path, engine="h5netcdf")
 
 
-def wall_of(path: Path, config: RunConfig, file: store.File) -> Wall:
+def stored_wall(path: Path, config: RunConfig, file: store.File) -> Wall:
     """The wall of a stored run.
 
     Raises

@@ -20,16 +20,15 @@ from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import identity, resolved
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.path.equilibrium import solver_of
-from continuum.path.loading import State, follow
-from continuum.runs.build import System, build
+from continuum.path.loading import follow
+from continuum.path.state import State
+from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.runs.surfaces import SelfAffineSurface
 from continuum.solve.backend import back_end
 from continuum.solve.solver import Solver
-
-__all__ = ["Progress", "run"]
 
 Progress = Callable[[Point, int, int], None]
 """Called after each point with what it is, how many are done, and how many there are."""
@@ -97,7 +96,7 @@ def _nothing(config: RunConfig) -> Record:
     return Record(config.output.fields)
 
 
-def _states(system: System, record: Record, solver: Solver) -> Iterator[State]:
+def _states(system: RunSetup, record: Record, solver: Solver) -> Iterator[State]:
     """The points of the path that are still to be done."""
     loading, done = system.config.loading, len(record.points)
     for control, targets, search in loading.stretches:
@@ -109,7 +108,7 @@ def _states(system: System, record: Record, solver: Solver) -> Iterator[State]:
         done = max(0, done - len(targets))
 
 
-def _write(record: Record, system: System, path: Path, key: str, resumed: int) -> None:
+def _write(record: Record, system: RunSetup, path: Path, key: str, resumed: int) -> None:
     config, grid = system.config, system.grid
     finished = len(record.points) == config.loading.points
     x, y = grid.positions
@@ -129,7 +128,7 @@ def _write(record: Record, system: System, path: Path, key: str, resumed: int) -
     store.write(path, datasets, attributes)
 
 
-def _attributes(system: System, key: str, finished: bool) -> dict[str, Attribute]:
+def _attributes(system: RunSetup, key: str, finished: bool) -> dict[str, Attribute]:
     config, wall = system.config, system.problem.wall
     attributes: dict[str, Attribute] = {
         "schema": config.result_schema,
@@ -163,7 +162,7 @@ def _device(name: str) -> dict[str, Attribute]:
     return {} if name == "cpu" else {"device": name, "journal/machine": back_end(name).machine()}
 
 
-def _stored(system: System, path: Path, key: str, *, force: bool) -> tuple[Record, bool]:
+def _stored(system: RunSetup, path: Path, key: str, *, force: bool) -> tuple[Record, bool]:
     """What a file holds of this run, and whether that is all of it."""
     config = system.config
     file = store.earlier(path, config.result_schema, config.result_version, key, force=force)

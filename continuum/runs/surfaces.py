@@ -10,22 +10,12 @@ from pydantic import Field
 
 from continuum.arguments import ArgumentError
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
-from continuum.files.tables import InputFile, Positive, Table, check
+from continuum.files.tables import InputFile, Positive, Table, constraint
 from continuum.files.toml import Fault
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, Moments, SelfAffine, cylinder, punch, sine, sphere
-from continuum.runs.tables import LARGEST_N, Unit, pair
-
-__all__ = [
-    "CylinderSurface",
-    "FileSurface",
-    "PunchSurface",
-    "SelfAffineSurface",
-    "SelfAffineTable",
-    "SineSurface",
-    "SphereSurface",
-    "SurfaceTable",
-]
+from continuum.runs.tables import LARGEST_N, Fraction, both_directions
 
 
 class _Surface(Table):
@@ -52,7 +42,7 @@ class _Surface(Table):
 class SelfAffineTable(_Surface):
     """A self-affine spectrum, without its slope."""
 
-    hurst: Unit
+    hurst: Fraction
     """H, the Hurst exponent"""
     lambda_s: Positive
     """shortest wavelength, in a0"""
@@ -80,12 +70,12 @@ class SelfAffineSurface(SelfAffineTable):
     rescale: bool = True
     """whether the realisation has exactly that rms slope or height, or scatters about it"""
 
-    @check
+    @constraint
     def _ordered(self) -> Iterator[Fault]:
         if self.lambda_s >= self.lambda_L:
             yield Fault(("lambda_s",), f"below lambda_L = {self.lambda_L:g}", "the two are exchanged")
 
-    @check
+    @constraint
     def _one_size(self) -> Iterator[Fault]:
         if (self.rms_slope is None) == (self.rms_height is None):
             cause = "both are given" if self.rms_slope is not None else "neither is given"
@@ -150,11 +140,11 @@ class SineSurface(_Surface):
     """half the height from valley to crest, in a0"""
     waves: Annotated[
         tuple[int, int],
-        pair(int, 0, LARGEST_N, "two whole numbers [mx, my], zero or more"),
+        both_directions(int, 0, LARGEST_N, "two whole numbers [mx, my], zero or more"),
     ]
     """waves per period along x and y"""
 
-    @check
+    @constraint
     def _some_wave(self) -> Iterator[Fault]:
         if self.waves == (0, 0):
             yield Fault(("waves",), "at least one wave along x or y")
@@ -219,7 +209,7 @@ class FileSurface(_Surface):
     dataset: str | None = None
     """name of the dataset in an HDF5 file"""
 
-    @check
+    @constraint
     def _dataset(self) -> Iterator[Fault]:
         hdf5 = self.path.suffix.lower() in HDF5_SUFFIXES
         if hdf5 and self.dataset is None:

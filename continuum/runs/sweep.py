@@ -21,12 +21,10 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.engine import run_tasks
 from continuum.runs.folder import Folder, SweepError, names
-from continuum.runs.measured import finish
+from continuum.runs.measured import add_measurements
 from continuum.runs.memory import physical_memory
 from continuum.runs.run import run
-from continuum.runs.tasks import Ended, Task
-
-__all__ = ["Listed", "System", "begin", "run_sweep", "solve_system", "systems_of"]
+from continuum.runs.tasks import Task, TaskResult
 
 _EVERY = 20.0
 """Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""
@@ -50,7 +48,7 @@ class System:
 
 
 @dataclass(frozen=True)
-class Listed:
+class SweepListing:
     """What a sweep amounts to."""
 
     name: str
@@ -115,7 +113,7 @@ def run_sweep(
     memory: float | None = None,
     scheduler_file: Path | None = None,
     devices: Sequence[str] = (),
-) -> Generator[Ended, None, None]:
+) -> Generator[TaskResult, None, None]:
     """Do the systems that are not done; yields how each ended.  What failed is recorded, and never stops the rest.
 
     Parameters
@@ -158,12 +156,12 @@ def solve_system(root: Path, task: Task) -> None:
         if working.exists() and store.schema_of(working) != RunConfig.result_schema:
             working.unlink()  # what was left here by a machine that went down
         run(task.plan.config, working, every=_EVERY)
-        finish(working)
+        add_measurements(working)
         output.placed(working, task.path)
         folder.failure(task.path.stem).unlink(missing_ok=True)
 
 
-def systems_of(root: str | Path) -> Listed:
+def systems_of(root: str | Path) -> SweepListing:
     """What the sweep in a folder amounts to.
 
     Raises
@@ -180,7 +178,7 @@ def systems_of(root: str | Path) -> Listed:
             System(key, dict(zip(keys, values, strict=True)), cost, memory)
             for key, values, cost, memory in data["systems"]
         )
-        return Listed(data["name"], axes, data["common"], systems)
+        return SweepListing(data["name"], axes, data["common"], systems)
     except FileNotFoundError:
         msg = f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one"
         raise SweepError(msg) from None
@@ -192,7 +190,7 @@ def systems_of(root: str | Path) -> Listed:
 # --- the folder ----------------------------------------------------------------------------------------------
 
 
-def _listed(sweep: Sweep, folder: Folder) -> tuple[Listed, list[SystemTask]]:
+def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
     tasks, systems = list[SystemTask](), list[System]()
     common: dict[str, Any] = {}
     for plan, config in sweep.systems():
@@ -206,10 +204,10 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[Listed, list[SystemTask]]:
         systems.append(System(plan.key, dict(plan.settings), work, float(cost.memory)))
     on_axes = {key for axis in sweep.axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
-    return Listed(sweep.name, sweep.axes, common, tuple(systems)), tasks
+    return SweepListing(sweep.name, sweep.axes, common, tuple(systems)), tasks
 
 
-def _require_same_sweep(folder: Folder, listed: Listed) -> None:
+def _require_same_sweep(folder: Folder, listed: SweepListing) -> None:
     """Refuse a folder that holds results of another sweep; what is known of systems that are dropped is kept.
 
     Two sweeps are one that has changed if they have a system in common.
@@ -237,7 +235,7 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
             yield prefix + name, value
 
 
-def _json(listed: Listed) -> str:
+def _json(listed: SweepListing) -> str:
     axes = [{"keys": axis.keys, "values": axis.values} for axis in listed.axes]
     head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listed.name, "axes": axes}
     # One line for each system, so that a long list is still a text.
@@ -260,7 +258,7 @@ def _threaded(task: SystemTask, settings: Mapping[str, Any]) -> SystemTask:
     return SystemTask(task.path, task.label, task.cost, task.memory, plan)
 
 
-def _record(folder: Folder, ended: Ended) -> None:
+def _record(folder: Folder, ended: TaskResult) -> None:
     """Say on disk why a system failed; where that cannot be written either, the caller is told anyway."""
     journalled = {name.removeprefix("journal/"): value for name, value in journal().items()}
     content = {"system": ended.task.label, "reason": ended.reason, **journalled}

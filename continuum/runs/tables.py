@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from continuum.files.tables import Positive, Table, check
+from continuum.files.tables import Positive, Table, constraint
 from continuum.files.toml import Fault
 from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.grid import Grid
@@ -22,25 +22,11 @@ from continuum.model.substrates import OTHER_MEAN, CubicLayer, HalfSpace, Layer,
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, Settings
 
-__all__ = [
-    "LARGEST_N",
-    "CrystalTable",
-    "GridTable",
-    "HalfSpaceTable",
-    "LayerTable",
-    "MeanMode",
-    "SolverTable",
-    "SubstrateTable",
-    "ToleranceTable",
-    "Unit",
-    "pair",
-]
-
 LARGEST_N = 65536
 """Points or atoms along a side, at most."""
 
 
-def pair(kind: type[int] | type[float], low: float, high: float, allowed: str) -> BeforeValidator:
+def both_directions(kind: type[int] | type[float], low: float, high: float, allowed: str) -> BeforeValidator:
     """Validator: one number, meant for both directions, or two, along x and y."""
 
     def both(value: Any) -> Any:
@@ -70,7 +56,7 @@ def _device(value: str) -> str:
 
 
 MeanMode = Annotated[float | Literal["clamped", "free"], BeforeValidator(_mean_mode)]
-Unit = Annotated[float, Field(gt=0, lt=1)]
+Fraction = Annotated[float, Field(gt=0, lt=1)]
 """Between 0 and 1."""
 _Count = Annotated[int, Field(ge=1, le=10**9)]
 
@@ -80,12 +66,12 @@ class GridTable(Table):
 
     n: Annotated[
         tuple[int, int],
-        pair(int, 2, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]"),
+        both_directions(int, 2, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]"),
     ]
     """points along x and y"""
     period: Annotated[
         tuple[float, float] | None,
-        pair(float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"),
+        both_directions(float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"),
     ] = None
     """period along x and y, in a0; n if not given"""
 
@@ -99,7 +85,7 @@ class GridTable(Table):
         """The larger of the two spacings, in a0."""
         return max(length / n for length, n in zip(self.lengths, self.n, strict=True))
 
-    @check
+    @constraint
     def _whole_atoms(self) -> Iterator[Fault]:
         if any(length != round(length) for length in self.lengths):
             cause = "the surface is a crystal: a period holds whole atoms"
@@ -161,7 +147,7 @@ class CrystalTable(Table):
     mean: MeanMode
     """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
 
-    @check
+    @constraint
     def _stable(self) -> Iterator[Fault]:
         if not (self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
             yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from continuum.errors import StickinessError
 
-__all__ = ["DIED", "Ended", "Job", "Task", "timed"]
-
 DIED = "its process died: killed, out of memory, or by a fault of a library"
 """Why a task failed whose process did not live to say it."""
 
@@ -35,7 +33,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Ended:
+class TaskResult:
     """How a task ended."""
 
     task: Task

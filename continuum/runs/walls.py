@@ -8,23 +8,12 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from continuum.files.arrays import read_text
-from continuum.files.tables import InputFile, Positive, Table, check
+from continuum.files.tables import InputFile, Positive, Table, constraint
 from continuum.files.toml import Fault
 from continuum.model.attraction import Shape, attraction_on_core
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
-from continuum.runs.tables import Unit
-
-__all__ = [
-    "LARGEST_RANGE",
-    "AttractionWall",
-    "ExponentialWall",
-    "InversePowersWall",
-    "RigidWall",
-    "SplineWall",
-    "TableWall",
-    "WallTable",
-]
+from continuum.runs.tables import Fraction
 
 LARGEST_RANGE = 3.0
 """Of the paper's law, in a0.  Its largest tension is (2/27) E* r/a0: at 3 a0 it is 0.22 E*, the ideal strength of a
@@ -48,16 +37,16 @@ class SplineWall(_Wall):
     """l_a = w/E*, in a0 (the paper's: 0.0005, 0.005, 0.05); instead of range"""
     range: Annotated[float, Field(ge=0)] | None = None
     """distance over which the wall attracts, in a0; 0 for no adhesion; instead of adhesion_length"""
-    core: Unit = 0.7
+    core: Fraction = 0.7
     """gap below which the law is only continued, in a0"""
 
-    @check
+    @constraint
     def _one_strength(self) -> Iterator[Fault]:
         if (self.adhesion_length is None) == (self.range is None):
             cause = "both are given" if self.range is not None else "neither is given; range = 0 is no adhesion"
             yield Fault(("adhesion_length",), "exactly one of adhesion_length and range", cause)
 
-    @check
+    @constraint
     def _within_elasticity(self) -> Iterator[Fault]:
         cause = "given in other units than a0, or range and adhesion_length exchanged"
         if self.range is not None and self.range > LARGEST_RANGE:
@@ -108,7 +97,7 @@ class InversePowersWall(_Wall):
     law: Literal["lennard-jones-9-3", "lennard-jones-12-6"]
     adhesion_length: Annotated[float, Field(gt=0, le=LARGEST_RANGE**2 / 24)]
     """l_a = w/E*, in a0; the stiffness of the law follows from it"""
-    core: Unit = 0.7
+    core: Fraction = 0.7
     """gap below which the law is only continued, in a0"""
 
     @property

@@ -27,12 +27,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, InputError, StickinessError, shortened
+from continuum.errors import BAD_INPUT, NOT_CONVERGED, InputError, StickinessError, shortened
 from continuum.show.sheet import Sheet
-
-__all__ = [
-    "BAD_INPUT", "NOT_CONVERGED", "OK", "Counted", "Reporter", "Voice", "exit_code", "progress", "show", "warn",
-]  # fmt: skip
 
 Voice = Literal["quiet", "normal", "verbose"]
 """How much a command says.
@@ -101,7 +97,7 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
     yield line
 
 
-class Counted:
+class EstimatedProgress:
     """Progress of parts whose work is known about: what remains is estimated from the work that is done."""
 
     def __init__(self, title: str) -> None:
@@ -114,7 +110,6 @@ class Counted:
         return self
 
     def __exit__(self, *raised: object) -> None:
-        """Take the bar away."""
         self._stack.close()
 
     def begin(self, costs: Mapping[Hashable, float]) -> None:

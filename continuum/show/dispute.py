@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from continuum.files import output
-from continuum.model.grid import Real
-from continuum.runs.collect import Collected
+from continuum.model.fourier import Real
+from continuum.runs.collect import PointTable
 from continuum.show import plot
 from continuum.show.paper import Drawing, save_drawing
 from continuum.show.paper_points import ENOUGH, FigureError, plain_ticks
@@ -21,8 +21,6 @@ from continuum.sticky import criteria
 from continuum.sticky.criteria import Estimate, RoughContact
 from continuum.sticky.turns import Turn, exponent, load_turns, pull_off_turns
 from continuum.theory import dispute, paper
-
-__all__ = ["THEORIES", "Theory", "dispute_sheets", "draw_turns", "many_contacts", "write_dispute"]
 
 
 @dataclass(frozen=True)
@@ -205,7 +203,7 @@ def _draw_panel(axis: Axes, turns: Sequence[Turn], shape: str) -> list[tuple[_Ce
     ]
 
 
-def write_dispute(sweeps: Sequence[tuple[str, Collected]], path: Path) -> list[Path]:
+def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[Path]:
     """Tables and figures of one or both observables, from their sweeps; returns the files written.
 
     Parameters
@@ -263,7 +261,7 @@ def _numbers(item: tuple[tuple[str, ...], object]) -> tuple[float, ...]:
     return tuple(float(each or 0) for each in item[0])
 
 
-def _diameters(table: Collected) -> str:
+def _diameters(table: PointTable) -> str:
     """How often the criterion's d_rep = 4h'/h'' is missed."""
     expected = [paper.contact_diameter(*pair) for pair in zip(table["rms_slope"], table["rms_curvature"], strict=True)]
     ratio = table["diameter"] / np.array(expected)

@@ -12,8 +12,6 @@ import continuum
 from continuum.files import output
 from continuum.show.sheet import Sheet
 
-__all__ = ["Page", "picture"]
-
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 div.sheet { overflow-x: auto; }

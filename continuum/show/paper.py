@@ -11,14 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from continuum.files import output
-from continuum.model.grid import Real
-from continuum.runs.collect import Collected
+from continuum.model.fourier import Real
+from continuum.runs.collect import PointTable
 from continuum.show import plot
 from continuum.show.paper_points import FigureError, Points, colour, draw, legend, plain_ticks
 from continuum.show.sheet import Sheet
 from continuum.theory import rough
-
-__all__ = ["FIGURES", "Drawing", "points_of", "save_drawing"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +36,7 @@ def save_drawing(drawing: Drawing, stem: Path) -> list[Path]:
     OutputError
         If they cannot be written there.
     """
-    picture = plot.save(drawing.figure, stem)
+    picture = plot.save_figure(drawing.figure, stem)
     return [picture, output.save(stem.with_name(f"{stem.name}.csv"), drawing.sheet.csv())]
 
 
@@ -241,7 +239,7 @@ FIGURES: Mapping[str, Callable[[Points], Drawing]] = {
 """Figures that need the table of a sweep only."""
 
 
-def points_of(table: Collected) -> Points:
+def points_of(table: PointTable) -> Points:
     """The points of a sweep.
 
     Raises

@@ -9,13 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from continuum.measure.curve import Curve, adhesion
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.show import plot
 from continuum.show.paper import Drawing
 from continuum.show.paper_points import FigureError, Points, colour, draw, legend
 from continuum.show.sheet import Sheet
-
-__all__ = ["AXES"]
 
 _LINES = 12
 """Paths up to which their points are joined; of more, lines hide the points."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from continuum.measure.profile import GapProfile
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.runs.analysis import MeasuredPoint, analyse, gap_ratio
-from continuum.runs.collect import Collected
+from continuum.runs.collect import PointTable
 from continuum.runs.config import RunConfig
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
@@ -20,8 +20,6 @@ from continuum.show.paper import Drawing
 from continuum.show.paper_points import FigureError, colour
 from continuum.show.sheet import Sheet
 from continuum.theory import paper
-
-__all__ = ["gap_profiles"]
 
 _TARGET = 0.01
 """A_rep/A0 at which the profiles are taken."""
@@ -34,7 +32,7 @@ _HEADS = (
 )  # fmt: skip
 
 
-def _profiles(table: Collected, root: Path) -> list[_Found]:
+def _profiles(table: PointTable, root: Path) -> list[_Found]:
     """The point nearest to 1 % area of each system that has stored its gaps."""
     folder, found = Folder(root), []
     for key in table.keys:
@@ -51,7 +49,7 @@ def _profiles(table: Collected, root: Path) -> list[_Found]:
 
 
 def _ratio(result: Result, point: MeasuredPoint, profile: GapProfile) -> Real:
-    expected: Real = paper.gap_profile(profile.distance, result.moments.rms_slope, point.numbers.diameter)
+    expected: Real = paper.gap_outside_contact(profile.distance, result.moments.rms_slope, point.numbers.diameter)
     return profile.gap / expected
 
 
@@ -66,7 +64,7 @@ def _number(config: RunConfig, name: str) -> float:
 
 
 @plot.styled
-def gap_profiles(table: Collected, root: Path) -> Drawing:
+def gap_profiles(table: PointTable, root: Path) -> Drawing:
     """Ratio of the mean gap to Eq. (S-1) against the distance from the edge, at 1 % area; d_att in the table."""
     found = _profiles(table, root)
     by_wall = {

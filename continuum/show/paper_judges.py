@@ -8,31 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.show.paper_points import Points
 from continuum.theory import paper, rough
-
-__all__ = [
-    "OFF",
-    "VISIBLE",
-    "Judged",
-    "Word",
-    "asperities",
-    "attraction",
-    "constant",
-    "diameter",
-    "kappa_att",
-    "kappa_rep",
-    "linear",
-    "mean_gap",
-    "perimeter",
-    "pressure",
-    "ratio",
-    "roll_off",
-    "sticky",
-    "stiffness",
-    "strip",
-]
 
 Word = Literal["reproduced", "reproduced with a remark", "not reproduced", "not looked at"]
 Rows = NDArray[np.int64]
@@ -63,7 +41,6 @@ def _spread(values: Real) -> str:
 
 
 def _factor(logs: Real) -> str:
-    """Of logarithms of ratios."""
     return f"geometric mean {np.exp(logs.mean()):.3g}, scatter by a factor of {np.exp(logs.std()):.3g}"
 
 

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 
 from continuum.measure.contact import REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
-from continuum.runs.collect import Collected
+from continuum.runs.collect import PointTable
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
 from continuum.show import plot
@@ -19,13 +19,11 @@ from continuum.show.paper import Drawing
 from continuum.show.paper_points import FigureError
 from continuum.show.sheet import Sheet
 
-__all__ = ["contact_maps", "patch_cells"]
-
 _TARGET = 0.02
 """A_rep/A0 of the maps of Fig. 1."""
 
 
-def _results(table: Collected, root: Path) -> list[tuple[Result, int]]:
+def _results(table: PointTable, root: Path) -> list[tuple[Result, int]]:
     """One system for each adhesion length, of the first surface; and the point nearest to the area of Fig. 1."""
     found: dict[float, tuple[Result, int]] = {}
     folder = Folder(root)
@@ -49,7 +47,7 @@ def _window(inside: Mask, width: int) -> tuple[int, int]:
 
 
 @plot.styled
-def contact_maps(table: Collected, root: Path) -> Drawing:
+def contact_maps(table: PointTable, root: Path) -> Drawing:
     """Fig. 1: geometry, maps at a fixed repulsive area with growing adhesion, one patch, and a cut through it."""
     chosen = _results(table, root)
     first, last = chosen[0], chosen[-1]
@@ -110,7 +108,7 @@ def _cut(axis: Axes, key: Axes, drawn: tuple[Result, int], k: int, m: int, small
 
 
 @plot.styled
-def patch_cells(table: Collected, root: Path) -> Drawing:
+def patch_cells(table: PointTable, root: Path) -> Drawing:
     """Fig. S-1: which cells are neighbours, and the perimeter cells of a patch."""
     result, step = _results(table, root)[0]
     inside = result.repulsive(step)

@@ -9,16 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import output
-from continuum.runs.collect import Collected, collect
+from continuum.runs.collect import PointTable, collect
 from continuum.show.dispute import write_dispute
 from continuum.show.paper import FIGURES, Drawing, points_of, save_drawing
 from continuum.show.paper_axes import AXES
 from continuum.show.paper_gaps import gap_profiles
 from continuum.show.paper_maps import contact_maps, patch_cells
 from continuum.show.paper_points import FigureError, Points
-from continuum.show.paper_verdicts import verdict_sheet, verdicts
-
-__all__ = ["NAMES", "draw_figure", "write_page"]
+from continuum.show.paper_verdicts import claim_verdicts, verdict_sheet
 
 _MAPS = {"figure1": contact_maps, "figure-s1": patch_cells, "gap-profile": gap_profiles}
 NAMES = (*_MAPS, *FIGURES, *AXES, "verdicts", "page", "dispute")
@@ -54,19 +52,19 @@ def draw_figure(name: str, roots: Sequence[Path], into: Path | None = None) -> l
     root = roots[0]
     table = collect(root)
     if name == "verdicts":
-        found = verdict_sheet(verdicts(points_of(table)))
+        found = verdict_sheet(claim_verdicts(points_of(table)))
         text = f"# {found.title}\n\n{found.markdown()}\n\n{_provenance(table)}\n"
         return [output.save(place / "verdicts.md", text), output.save(place / "verdicts.csv", found.csv())]
     return save_drawing(_drawing(name, table, root, points_of(table)), place / name)
 
 
-def _drawing(name: str, table: Collected, root: Path, points: Points) -> Drawing:
+def _drawing(name: str, table: PointTable, root: Path, points: Points) -> Drawing:
     if name in _MAPS:
         return _MAPS[name](table, root)
     return {**FIGURES, **AXES}[name](points)
 
 
-def write_page(sweeps: Sequence[tuple[Collected, Path]], path: Path) -> list[Path]:
+def write_page(sweeps: Sequence[tuple[PointTable, Path]], path: Path) -> list[Path]:
     """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
 
     Parameters
@@ -82,7 +80,7 @@ def write_page(sweeps: Sequence[tuple[Collected, Path]], path: Path) -> list[Pat
     for table, root in sweeps:
         points = points_of(table)
         parts += [f"## Sweep `{root.resolve().name}`\n", _provenance(table), _sizes(points)]
-        looked = [verdict for verdict in verdicts(points) if verdict.word != "not looked at"]
+        looked = [verdict for verdict in claim_verdicts(points) if verdict.word != "not looked at"]
         parts += ["", verdict_sheet(looked).markdown(), ""]
         for name in _meant(table, points):
             try:
@@ -95,7 +93,7 @@ def write_page(sweeps: Sequence[tuple[Collected, Path]], path: Path) -> list[Pat
     return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
 
 
-def _meant(table: Collected, points: Points) -> Iterator[str]:
+def _meant(table: PointTable, points: Points) -> Iterator[str]:
     """The figures that a sweep is for: its own by its name; else, as of figure4, all that there are points for."""
     own = table.listed.name.removesuffix("-reduced")
     if own in (*_MAPS, *FIGURES, *AXES) and own != "figure4":
@@ -108,7 +106,7 @@ def _meant(table: Collected, points: Points) -> Iterator[str]:
         yield from (*FIGURES, "diameter")
 
 
-def _provenance(table: Collected) -> str:
+def _provenance(table: PointTable) -> str:
     made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
     return (
         f"{len(table.keys)} of {len(table.listed.systems)} systems done, {len(table.system)} converged points; "

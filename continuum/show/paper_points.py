@@ -12,11 +12,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from continuum.errors import InputError
-from continuum.model.grid import Real
-from continuum.runs.collect import Collected
+from continuum.model.fourier import Real
+from continuum.runs.collect import PointTable
 from continuum.theory import paper
-
-__all__ = ["COLOURS", "ENOUGH", "FigureError", "Points", "draw", "legend", "plain_ticks"]
 
 Mask = NDArray[np.bool_]
 ENOUGH = 10.0
@@ -35,7 +33,7 @@ class FigureError(InputError, ValueError):
 class Points:
     """Converged points of a sweep, one array entry each."""
 
-    table: Collected
+    table: PointTable
 
     def __getitem__(self, name: str) -> Real:
         """A column of the table, or a key of the input."""

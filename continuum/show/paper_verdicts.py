@@ -10,11 +10,9 @@ from continuum.show.paper_judges import OFF, VISIBLE, Judged, Word
 from continuum.show.paper_points import Points
 from continuum.show.sheet import Sheet
 
-__all__ = ["Verdict", "verdict_sheet", "verdicts"]
-
 
 @dataclass(frozen=True)
-class Verdict:
+class ClaimVerdict:
     """One claim."""
 
     claim: str
@@ -84,14 +82,14 @@ def _claims() -> tuple[_Claim, ...]:
     )  # fmt: skip
 
 
-def verdicts(points: Points) -> list[Verdict]:
+def claim_verdicts(points: Points) -> list[ClaimVerdict]:
     """All claims that a sweep can judge; of the others it is said that they were not looked at."""
     nothing: Judged = ("not looked at", "no points for it in this sweep", 0)
     found = ((claim, claim.judge(points) or nothing) for claim in _claims())
-    return [Verdict(claim.text, claim.paper, *one, claim.bounds) for claim, one in found]
+    return [ClaimVerdict(claim.text, claim.paper, *one, claim.bounds) for claim, one in found]
 
 
-def verdict_sheet(found: list[Verdict]) -> Sheet:
+def verdict_sheet(found: list[ClaimVerdict]) -> Sheet:
     """The claims as a table."""
     columns = (
         "claim of the paper",

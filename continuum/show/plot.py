@@ -18,24 +18,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from continuum.files import output
-from continuum.model.grid import Real
-
-__all__ = [
-    "ATTRACTED_COLOUR",
-    "COLUMN",
-    "DIFFERENT_COLOUR",
-    "PAGE",
-    "REPULSIVE_COLOUR",
-    "SERIES",
-    "STYLE",
-    "broken",
-    "contact_image",
-    "drawn",
-    "new_figure",
-    "save",
-    "styled",
-    "written_as",
-]
+from continuum.model.fourier import Real
 
 REPULSIVE_COLOUR, ATTRACTED_COLOUR = "#f08000", "black"
 """The paper's Fig. 1: orange repels, black attracts.  They also differ in lightness."""
@@ -77,7 +60,7 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
 
 
 @styled
-def save(figure: Figure, stem: Path) -> Path:
+def save_figure(figure: Figure, stem: Path) -> Path:
     """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first.
 
     Raises

@@ -21,8 +21,6 @@ from continuum.sticky.topography import Topography
 from continuum.sticky.verdict import judge, votes
 from continuum.theory import paper
 
-__all__ = ["page_of", "prediction_sheets", "sentence", "write"]
-
 
 def _length(value: float) -> str:
     return units.readable(value, "length", 3)
@@ -51,7 +49,7 @@ def _faults(prediction: Prediction) -> str:
     return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}.  "
 
 
-def sentence(prediction: Prediction) -> str:
+def prediction_sentence(prediction: Prediction) -> str:
     """Faults of the maps, the vote of the theories, what the paper says, and what the solver says if it was asked."""
     paper, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
     modulus, work = turning_modulus(paper, contact), turning_work(paper, contact)
@@ -243,16 +241,16 @@ def _solved(prediction: Prediction, simulation: Simulation) -> Sheet:
     return Sheet.of("Solved on the map, on approach", ("quantity", "paper", "solver"), rows)
 
 
-def page_of(prediction: Prediction, name: str, folder: Path) -> tuple[Page, list[Path]]:
+def prediction_page(prediction: Prediction, name: str, folder: Path) -> tuple[Page, list[Path]]:
     """The page of a prediction, and its figures, which are drawn into a folder."""
     figures = {name: (overview(prediction), "Map, spectrum, and what depends on the smallest wavelength counted.")}
     if prediction.simulation is not None:
         figures[f"{name}-contact"] = (contact_figure(prediction.simulation), "The contact, solved on the map.")
     if prediction.faults:
         figures[f"{name}-faults"] = (fault_figure(prediction), "What was looked for on a faulty map.")
-    drawn = [(plot.save(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
+    drawn = [(plot.save_figure(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
     sheets = prediction_sheets(prediction)
-    text = sentence(prediction)
+    text = prediction_sentence(prediction)
     page = Page(
         "Is it sticky?  " + " and ".join(t.source for t in prediction.topographies),
         text + ".",
@@ -266,7 +264,7 @@ def page_of(prediction: Prediction, name: str, folder: Path) -> tuple[Page, list
     return page, [path for path, _ in drawn]
 
 
-def write(prediction: Prediction, folder: Path, name: str) -> list[Path]:
+def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Path]:
     """Write ``NAME.html``, which needs no other file, and its figures as PNG and PDF; returns HTML and PNG files."""
-    page, pictures = page_of(prediction, name, folder)
+    page, pictures = prediction_page(prediction, name, folder)
     return [page.write(folder / f"{name}.html"), *pictures]

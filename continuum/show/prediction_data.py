@@ -13,8 +13,6 @@ from continuum.sticky.predict import Prediction
 from continuum.sticky.roughness import spectrum
 from continuum.sticky.verdict import judge, votes
 
-__all__ = ["as_csv", "as_json", "row"]
-
 
 def row(prediction: Prediction) -> dict[str, str | float | None]:
     """One line of a table: verdict, moments, contact, and of each criterion its margin and what its record says."""

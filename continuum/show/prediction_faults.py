@@ -7,15 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from continuum import units
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.show import plot
 from continuum.sticky.faults import Findings
 from continuum.sticky.linescan import profile_spectrum
 from continuum.sticky.predict import Prediction
 from continuum.sticky.scanlines import line_offsets
 from continuum.sticky.topography import Topography
-
-__all__ = ["fault_figure"]
 
 
 @plot.styled

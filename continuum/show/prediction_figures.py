@@ -15,8 +15,6 @@ from continuum.sticky.predict import Prediction, distinct
 from continuum.sticky.roughness import Cut, spectrum
 from continuum.sticky.simulate import Simulation
 
-__all__ = ["contact_figure", "overview"]
-
 _COLOURS = (*plot.SERIES, "black")
 """Of the criteria, each its own."""
 

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from continuum.measure.curve import OnPath
+from continuum.measure.curve import CurvePoint
 from continuum.measure.outline import patches, size_distribution
 from continuum.runs.analysis import Analysis, MeasuredPoint
-from continuum.runs.record import Passed, Point
+from continuum.runs.record import PathEvent, Point
 from continuum.runs.result import Result
 from continuum.show.plot import (
     ATTRACTED_COLOUR,
@@ -26,29 +26,14 @@ from continuum.show.plot import (
     broken,
     contact_image,
     new_figure,
-    save,
+    save_figure,
     styled,
 )
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.theory import paper
 
-__all__ = [
-    "Drawn",
-    "analysis_sheets",
-    "area_and_load",
-    "contact_maps",
-    "curve_figure",
-    "draw_analysis",
-    "draw_run",
-    "gap_profiles",
-    "map_figure",
-    "progress_line",
-    "run_sheets",
-    "words",
-]
 
-
-class Drawn(OnPath, Protocol):
+class PathPoint(CurvePoint, Protocol):
     """What the figure of a path asks of its points."""
 
     @property
@@ -93,7 +78,7 @@ def run_sheets(result: Result) -> list[Sheet]:
     return [*sheets, _jumps(result.events)] if result.events else sheets
 
 
-def _jumps(events: Sequence[Passed]) -> Sheet:
+def _jumps(events: Sequence[PathEvent]) -> Sheet:
     columns = (
         Column("before step"), Column("jump"), Column("of"), Column("from", "", ".6g"), Column("to", "", ".6g"),
         Column("mean gap", "a0", ".5g"), Column("after", "a0", ".5g"), Column("A_rep/A0", "", ".5g"),
@@ -197,7 +182,7 @@ def draw_run(result: Result, folder: Path | None = None) -> list[Path]:
     """Draw every figure of a stored run, beside it or into a folder; returns the PNG files."""
     stem = (folder or result.path.parent) / result.path.stem
     figures = {"contact": contact_maps(result), "area-and-load": area_and_load(result)}
-    return [save(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
+    return [save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
 
 
 def _explain(figure: Figure) -> None:
@@ -250,7 +235,7 @@ def area_and_load(result: Result) -> Figure:
 
 
 @styled
-def curve_figure(points: Sequence[Drawn], slope: float) -> Figure:
+def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
     """Repulsive area against load (the paper's Fig. 2), and both against the mean gap; failed points crossed."""
     area, load, gap = np.array([(p.area_rep, p.load, p.mean_gap) for p in points]).T
     retract = np.array([point.branch == "retract" for point in points])
@@ -295,7 +280,7 @@ def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
     if any(point.fields for point in chosen):
         figures["gap-profile"] = gap_profiles(analysis, chosen)
         figures["distributions"] = _distributions(chosen)
-    return [save(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
+    return [save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
 
 
 def _label(point: MeasuredPoint) -> str:
@@ -357,10 +342,13 @@ def gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
         profile, diameter = point.fields.profile, point.numbers.diameter
         x = profile.distance
         left.loglog(x, profile.gap, "o", color=colour, markerfacecolor="none", markersize=3, label=_label(point))
-        left.loglog(x, paper.gap_profile(x, slope, diameter), "-", color=colour, linewidth=0.8)
+        left.loglog(x, paper.gap_outside_contact(x, slope, diameter), "-", color=colour, linewidth=0.8)
         for distance, style in ((x, "-"), (profile.from_perimeter_cells, ":")):
             right.plot(
-                distance / diameter, profile.gap / paper.gap_profile(distance, slope, diameter), style, color=colour
+                distance / diameter,
+                profile.gap / paper.gap_outside_contact(distance, slope, diameter),
+                style,
+                color=colour,
             )
     if analysis.expected.range > 0:
         left.axhline(analysis.expected.range, color="0.6", linewidth=0.6)

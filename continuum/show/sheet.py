@@ -9,8 +9,6 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["Column", "Entry", "Sheet", "pairs"]
-
 Entry = str | float | int | None
 """What a row may hold; None where there is nothing to say."""
 

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 
-from continuum.files.output import Held
-from continuum.runs.collect import Collected, SweepStatus
-from continuum.runs.tasks import Ended
+from continuum.files.output import LockedError
+from continuum.runs.collect import PointTable, SweepStatus
+from continuum.runs.tasks import TaskResult
 from continuum.show.sheet import Sheet, pairs
-
-__all__ = ["collected_sheet", "ended_line", "failed_sheet", "status_sheet"]
 
 _MOST = 20
 
 
-def ended_line(ended: Ended) -> str:
+def ended_line(ended: TaskResult) -> str:
     """One system, in a line."""
     if ended.ok:
         return f"{ended.task.label}: {'was there' if ended.found else f'{ended.seconds:.1f} s'}"
-    if isinstance(ended.error, Held):
+    if isinstance(ended.error, LockedError):
         return f"{ended.task.label}: locked by another process"
     return f"{ended.task.label}: {ended.reason.splitlines()[0]}"
 
@@ -49,7 +47,7 @@ def failed_sheet(found: SweepStatus) -> Sheet:
     return Sheet.of("failed; --retry tries them again", ("system", "reason"), rows, note)
 
 
-def collected_sheet(found: Collected) -> Sheet:
+def collected_sheet(found: PointTable) -> Sheet:
     """What a table holds."""
     rows: list[tuple[str, str | int]] = [
         ("systems", len(found.keys)),

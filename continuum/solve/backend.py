@@ -21,8 +21,6 @@ from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.solution import Work
 
-__all__ = ["BACK_ENDS", "BackEnd", "Face", "Level", "back_end"]
-
 BACK_ENDS = {
     "cpu": "continuum.solve.cpu",
     "cuda": "continuum.solve.cuda",

@@ -31,8 +31,6 @@ from continuum.model.fourier import Real
 from continuum.solve.backend import Face
 from continuum.solve.solution import Iteration, Settings, Solution, Status, Work
 
-__all__ = ["constrain"]
-
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
 """Of the start on the grids of n/2, n/4, ... points, in units of the tolerance asked for."""
 WINDOW = 0.25

@@ -29,9 +29,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.solve.backend import Level
-from continuum.solve.solution import Iteration, NotConvergedError, Settings, Solution, Status
-
-__all__ = ["COARSE_TOLERANCES", "NotConvergedError", "Settings", "Solution", "Status", "minimise"]
+from continuum.solve.solution import Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
 """Of a cold start on the grids of n/2, n/4, ... points, in units of the tolerance asked for; measured optimum."""

@@ -13,9 +13,6 @@ from continuum.errors import StickinessError
 from continuum.model.fourier import Real
 from continuum.model.laws import Law, evaluate
 
-__all__ = ["Iteration", "NotConvergedError", "Settings", "Solution", "Status", "Work"]
-
-
 MOST_THREADS = 1024
 """Threads that a solve may use."""
 LOOSEST = 0.01
@@ -81,7 +78,6 @@ class Settings:
     stability: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         number("tolerance", self.tolerance, above=0)
         count("max_iterations", self.max_iterations)
         number("shift", self.shift, above=0)

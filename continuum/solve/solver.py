@@ -10,8 +10,6 @@ from continuum.solve.hard import constrain
 from continuum.solve.smooth import COARSE_TOLERANCES, minimise
 from continuum.solve.solution import Settings, Solution
 
-__all__ = ["Solver"]
-
 
 class Solver:
     """Equilibria of one elastic surface, one after the other, in arrays that are made once.

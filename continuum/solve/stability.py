@@ -19,8 +19,6 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law, evaluate
 
-__all__ = ["Stability", "stability"]
-
 ITERATIONS = 60
 """At most; a negative eigenvalue mostly shows in the first few."""
 ACCURACY = 1e-3

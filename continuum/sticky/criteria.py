@@ -14,33 +14,6 @@ from continuum.arguments import number
 from continuum.theory import paper, rough
 from continuum.theory.smooth import JKR, tabor_parameter
 
-__all__ = [
-    "AREA",
-    "Estimate",
-    "RoughContact",
-    "adhesive_pressure",
-    "area_ratio",
-    "asperity_pull_off",
-    "asperity_tabor",
-    "attraction_width",
-    "bearing_area",
-    "contact_diameter",
-    "dmt_asperities",
-    "dmt_pull_off",
-    "every_estimate",
-    "fuller_tabor",
-    "generalised_tabor",
-    "half_conformal_energy",
-    "inverse_kappa",
-    "maugis_parameter",
-    "necessary_adhesion",
-    "pastewka_robbins",
-    "persson_tosatti",
-    "range_over_gap",
-    "repulsive_pressure",
-    "verdicts",
-]
-
 AREA = 0.01
 """Repulsive area at which a surface is called sticky if its load is negative."""
 GW_LIMIT = 3.0
@@ -106,7 +79,6 @@ class RoughContact:
     kappa_rep: float = paper.KAPPA_REP
 
     def __post_init__(self) -> None:
-        """Check that all values that are known are positive and finite."""
         optional = ("conformal_energy", "spacing", "roll_off")
         for name, value in tuple(vars(self).items()):
             if value is not None or name not in optional:

@@ -14,8 +14,6 @@ from continuum.sticky.mending import detrend
 from continuum.sticky.topography import Topography, TopographyError, mirror
 from continuum.units import readable
 
-__all__ = ["Edges", "wall_of"]
-
 Edges = Literal["mirror", "window"]
 
 _FEWEST = 4
@@ -24,7 +22,7 @@ _TAPER = 0.5
 """Part of a side over which a window goes to zero, both ends together."""
 
 
-def wall_of(
+def wall_from_map(
     topography: Topography, n: int, spacing: float, edges: Edges, centre: tuple[float, float] = (0.5, 0.5)
 ) -> Topography:
     """A periodic wall of n x n points, one above each surface atom; its heights are those of a wall.

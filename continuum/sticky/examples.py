@@ -16,8 +16,6 @@ from continuum.model.walls import InversePowers, LennardJonesSpline
 from continuum.sticky.materials import MATERIALS, Body, interface
 from continuum.theory import paper, rough
 
-__all__ = ["Example", "LennardJonesCrystal", "as_markdown", "lennard_jones_crystal", "worked_examples"]
-
 _SHELLS = 24
 """Half width of the cube of lattice vectors summed over, in lattice constants; the slowest sum, w, is 0.4 % short."""
 

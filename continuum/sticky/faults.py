@@ -16,13 +16,11 @@ from scipy.ndimage import binary_dilation, label
 
 from continuum import units
 from continuum.arguments import instance
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.sticky.mending import Detrending, background, cut_off, detrend, fill_outliers
 from continuum.sticky.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
 from continuum.sticky.scanlines import Mask, ScanLines, scan_lines, spikes
 from continuum.sticky.topography import FLAT, Topography, TopographyError
-
-__all__ = ["Directions", "Fault", "Findings", "directions", "find_faults"]
 
 LINE_SHARE = 0.05
 """Part of the mean square slope across the lines, due to their offsets, that counts."""
@@ -50,7 +48,7 @@ SMOOTHEST = 1.25
 
 
 @dataclass(frozen=True)
-class Fault:
+class MapFault:
     """One fault of a map."""
 
     kind: str
@@ -79,7 +77,7 @@ class Directions:
 class Findings:
     """All that was found on one map."""
 
-    faults: tuple[Fault, ...]
+    faults: tuple[MapFault, ...]
     lines: ScanLines = field(repr=False)
     marked: Mask = field(repr=False)
     """Points of scars, and points that stand out."""
@@ -118,10 +116,10 @@ def find_faults(topography: Topography) -> Findings:
     faults = _marks(lines, outside)
     if marked.any():
         clean = _mend(clean, lambda one: fill_outliers(one, 1.0))
-    steps: tuple[tuple[Callable[..., list[Fault]], Detrending], ...]
+    steps: tuple[tuple[Callable[..., list[MapFault]], Detrending], ...]
     steps = (_tilt, "plane"), (_line_faults, "lines"), (_bow, "curvature")
     for looked_for, how in steps:
-        found: list[Fault] = looked_for(clean, lines)
+        found: list[MapFault] = looked_for(clean, lines)
         if found:
             faults += found
             clean = _mend(clean, partial(detrend, how=how))
@@ -148,30 +146,30 @@ def _mend(topography: Topography, step: Callable[[Topography], Topography]) -> T
         return topography
 
 
-def _numbers(topography: Topography, roughness: Roughness) -> list[Fault]:
+def _numbers(topography: Topography, roughness: Roughness) -> list[MapFault]:
     """Numbers that no surface has."""
     found = []
     slope, pixel = roughness.moments.rms_slope, max(topography.grid.spacing)
     if slope > STEEP:
-        found.append(Fault("slope", f"an rms slope of {slope:.3g}: size or unit of the heights are probably wrong"))
+        found.append(MapFault("slope", f"an rms slope of {slope:.3g}: size or unit of the heights are probably wrong"))
     if pixel > COARSE:
-        found.append(Fault("pixel", f"pixels of {_length(pixel)}: the size of the map is probably wrong"))
+        found.append(MapFault("pixel", f"pixels of {_length(pixel)}: the size of the map is probably wrong"))
     return found
 
 
-def _marks(lines: ScanLines, outside: Mask) -> list[Fault]:
+def _marks(lines: ScanLines, outside: Mask) -> list[MapFault]:
     found = []
     if lines.scars.any():
         count = int(label(lines.scars)[1])
         share = max(100 * float(lines.scars.mean()), 0.01)
         text = f"{count} scar{'s' if count > 1 else ''} along {'xy'[lines.axis]}, {share:.2g} % of the points"
-        found.append(Fault("scars", text, "--fill 5%"))
+        found.append(MapFault("scars", text, "--fill 5%"))
     if outside.any():
-        found.append(Fault("spikes", f"{np.count_nonzero(outside)} points that stand out", "--fill 5%"))
+        found.append(MapFault("spikes", f"{np.count_nonzero(outside)} points that stand out", "--fill 5%"))
     return found
 
 
-def _line_faults(topography: Topography, lines: ScanLines) -> list[Fault]:
+def _line_faults(topography: Topography, lines: ScanLines) -> list[MapFault]:
     """Offsets of the lines: of all, or of some."""
     found, along = [], "xy"[lines.axis]
     across = directions(topography).slopes[1 - lines.axis]
@@ -180,23 +178,23 @@ def _line_faults(topography: Topography, lines: ScanLines) -> list[Fault]:
     if lines.restless and share > LINE_SHARE:
         text = f"lines along {along} displaced by {_length(lines.noise)} (rms), {100 * min(share, 1):.0f} % of the "
         text += "mean square slope across them"
-        found.append(Fault("line noise", text, "--detrend lines"))
+        found.append(MapFault("line noise", text, "--detrend lines"))
     elif lines.outliers.size:
         some = ", ".join(map(str, lines.outliers[:5])) + (", ..." if lines.outliers.size > 5 else "")
         text = f"{lines.outliers.size} lines along {along} displaced against their neighbours (number {some})"
-        found.append(Fault("outlier lines", text, "--detrend lines"))
+        found.append(MapFault("outlier lines", text, "--detrend lines"))
     return found
 
 
-def _tilt(topography: Topography, lines: ScanLines) -> list[Fault]:
+def _tilt(topography: Topography, lines: ScanLines) -> list[MapFault]:
     """A plane that carries most of the heights."""
     plane = float(np.var(background(topography, 1)[0]) / np.var(topography.heights))
     if topography.periodic or plane < BACKGROUND_SHARE:
         return []
-    return [Fault("tilt", f"{100 * plane:.0f} % of the variance of heights is a plane", "--detrend plane")]
+    return [MapFault("tilt", f"{100 * plane:.0f} % of the variance of heights is a plane", "--detrend plane")]
 
 
-def _bow(topography: Topography, lines: ScanLines) -> list[Fault]:
+def _bow(topography: Topography, lines: ScanLines) -> list[MapFault]:
     """A paraboloid that carries most of what the plane leaves."""
     plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
     whole = float(np.var(topography.heights))
@@ -208,10 +206,10 @@ def _bow(topography: Topography, lines: ScanLines) -> list[Fault]:
     text = (
         f"{100 * share:.0f} % of the variance of heights is a paraboloid: the bow of a scanner, the shape of the part, "
     )
-    return [Fault("bow", text + "or waves longer than the map", "--detrend curvature")]
+    return [MapFault("bow", text + "or waves longer than the map", "--detrend curvature")]
 
 
-def _short_waves(topography: Topography, roughness: Roughness, fit: Fit | None) -> tuple[float | None, list[Fault]]:
+def _short_waves(topography: Topography, roughness: Roughness, fit: Fit | None) -> tuple[float | None, list[MapFault]]:
     """Noise, and what a blunt tip left: both are mended by a cut-off, the longer of the two."""
     if topography.cutoff is not None:
         return None, []
@@ -225,7 +223,7 @@ def _short_waves(topography: Topography, roughness: Roughness, fit: Fit | None) 
             text = f"below {_length(fit.floor)} the spectrum falls less than that of any surface: {100 * share:.0f} % "
             text += "of the mean square slope are probably noise"
             remedy = f"--cutoff {_option(wavelength)}" if smallest < wavelength < largest else ""
-            found.append(Fault("noise", text, remedy))
+            found.append(MapFault("noise", text, remedy))
             cutoffs += [wavelength] if remedy else []
     tip = _tip(topography)
     if tip is not None:
@@ -233,7 +231,7 @@ def _short_waves(topography: Topography, roughness: Roughness, fit: Fit | None) 
         waves = [w for w in roughness.wavelengths if roughness.cut(w).moments.rms_curvature < 1 / tip]
         wavelength = min((w for w in waves if smallest < w < largest), default=0.0)
         text = f"summits are rounded to {_length(tip)}, with cusps between them: probably a blunt tip"
-        found.append(Fault("tip", text, f"--cutoff {_option(wavelength)}" if wavelength else ""))
+        found.append(MapFault("tip", text, f"--cutoff {_option(wavelength)}" if wavelength else ""))
         cutoffs += [wavelength] if wavelength else []
     return max(cutoffs, default=None), found
 
@@ -249,21 +247,23 @@ def _tip(topography: Topography) -> float | None:
     return -2 / low
 
 
-def _statistics(topography: Topography, fit: Fit | None) -> list[Fault]:
+def _statistics(topography: Topography, fit: Fit | None) -> list[MapFault]:
     """What isotropic Gaussian self-affine surfaces do not show."""
     found, by = [], directions(topography)
     if by.anisotropy > ANISOTROPY:
         text = f"slopes along {by.angle:.0f}° from x are {by.anisotropy:.2g} times those across: theories are of "
-        found.append(Fault("anisotropy", text + "isotropic surfaces"))
+        found.append(MapFault("anisotropy", text + "isotropic surfaces"))
     kurtosis = _kurtosis(topography.heights)
     if kurtosis > KURTOSIS:
-        found.append(Fault("non-Gaussian heights", f"a kurtosis of {kurtosis:.3g}, where theories assume 3"))
+        found.append(MapFault("non-Gaussian heights", f"a kurtosis of {kurtosis:.3g}, where theories assume 3"))
     equal = np.mean(np.diff(topography.heights, axis=0) == 0)
     if equal > STEPS:
-        found.append(Fault("height steps", f"{100 * equal:.0f} % of neighbouring points have exactly the same height"))
+        found.append(
+            MapFault("height steps", f"{100 * equal:.0f} % of neighbouring points have exactly the same height")
+        )
     if fit is not None and not 0 <= fit.hurst <= SMOOTHEST:
         text = f"the fit finds H = {fit.hurst:.2f}, which no self-affine surface has: filtered, interpolated, or shaped"
-        found.append(Fault("impossible fit", text))
+        found.append(MapFault("impossible fit", text))
     return found
 
 

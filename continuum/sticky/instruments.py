@@ -18,10 +18,8 @@ import numpy as np
 
 from continuum import units
 from continuum.arguments import file_name
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.sticky.topography import TopographyError
-
-__all__ = ["ALL", "RawMap", "from_instrument", "is_container", "measurements"]
 
 ALL = "all"
 """Instead of the name of a part: all measurements of a container, joined."""

@@ -15,19 +15,9 @@ from scipy.optimize import nnls
 from scipy.signal import detrend, welch
 
 from continuum.arguments import ArgumentError, flag, number
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.sticky.topography import Topography, TopographyError, fault_of, heights_of
-
-__all__ = [
-    "BANDS_PER_DECADE",
-    "LARGEST",
-    "SHORTEST",
-    "Bands",
-    "isotropic_surface",
-    "profile_spectrum",
-    "random_surface",
-    "surface_bands",
-]
 
 LARGEST = 1024
 """Points a side of the surface, at most: of a longer scan, waves longer than so many points are left out."""

@@ -19,17 +19,6 @@ from continuum import units
 from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.errors import InputError
 
-__all__ = [
-    "MATERIALS",
-    "Body",
-    "Interface",
-    "InterfaceError",
-    "Material",
-    "interface",
-    "read_interface",
-    "reduced_modulus",
-]
-
 _RANGE = 0.35e-9
 _RANGE_SOURCE = "range: paper, Eq. (S-5), 1.153 a0 of the 9-3 law, with a0 = 0.3 nm between atoms that are not bonded"
 _SOFT_RANGE_SOURCE = "range: the paper's discussion of elastomers"
@@ -125,7 +114,6 @@ class Body:
     material: Material | None = None
 
     def __post_init__(self) -> None:
-        """Check the values that are given."""
         if self.modulus is not None:
             object.__setattr__(self, "modulus", number("modulus", self.modulus, above=0))
         if self.poisson is not None:
@@ -176,7 +164,6 @@ class Interface:
     """Where the values come from."""
 
     def __post_init__(self) -> None:
-        """Check the values."""
         for name in ("contact_modulus", "work_of_adhesion", "range", "spacing"):
             value = getattr(self, name)
             if value is not None or name != "spacing":

@@ -14,11 +14,9 @@ from scipy.sparse.linalg import spsolve
 
 from continuum import units
 from continuum.arguments import ArgumentError, array, choice, instance, number, pair
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.sticky.scanlines import Mask, line_offsets, scan_lines, spikes
 from continuum.sticky.topography import FLAT, Topography, TopographyError, mirror
-
-__all__ = ["Detrending", "background", "crop", "cut_off", "detrend", "fill_outliers", "harmonic", "prepare"]
 
 Detrending = Literal["plane", "curvature", "lines", "none"]
 

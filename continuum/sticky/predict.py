@@ -16,7 +16,7 @@ import numpy as np
 from continuum import units
 from continuum.arguments import ArgumentError, instance
 from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
-from continuum.sticky.faults import Fault, Findings, find_faults
+from continuum.sticky.faults import Findings, MapFault, find_faults
 from continuum.sticky.materials import Interface
 from continuum.sticky.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 from continuum.sticky.topography import Topography, opposed
@@ -25,16 +25,6 @@ from continuum.theory import paper
 if TYPE_CHECKING:
     from continuum.sticky.simulate import Simulation
 
-__all__ = [
-    "Prediction",
-    "distinct",
-    "facing",
-    "predict",
-    "rough_contact",
-    "solved",
-    "turning_modulus",
-    "turning_work",
-]
 
 RESOLVED = 8.0
 """Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
@@ -88,7 +78,7 @@ class Prediction:
         return (*self.warnings, *solved, *([f"not solved: {self.unsolved}"] if self.unsolved else []))
 
     @property
-    def faults(self) -> tuple[Fault, ...]:
+    def faults(self) -> tuple[MapFault, ...]:
         """Faults of the maps."""
         return tuple(fault for found in self.findings for fault in found.faults)
 
@@ -166,7 +156,6 @@ def predict(topographies: Sequence[Topography], interface: Interface) -> Predict
 
 
 def _predicted(topographies: Sequence[Topography], interface: Interface, findings: tuple[Findings, ...]) -> Prediction:
-    """Maps as they are."""
     analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
     # What bands of lines leave of a spectrum gives moments, but no exponent that deserves the name.
@@ -223,7 +212,6 @@ def _warnings(
     roughness: Roughness,
     contact: RoughContact,
 ) -> list[str]:
-    """What to doubt."""
     found = []
     for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
         name = topography.source

@@ -12,8 +12,6 @@ from continuum import units
 from continuum.arguments import instance, number
 from continuum.sticky.topography import TopographyError
 
-__all__ = ["corners", "scale", "share", "sizes"]
-
 
 def sizes(source: str, text: str | None) -> tuple[float, ...] | None:
     """One length or two, in m, from a text such as "10um" or "10um,12um"; None for None.

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from continuum import units
 from continuum.arguments import ArgumentError, file_name, flag, number, pair, texts
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.sticky import quantities
 from continuum.sticky.instruments import ALL, RawMap, from_instrument, is_container, measurements
 from continuum.sticky.joined import joined
@@ -26,12 +26,10 @@ from continuum.sticky.linescan import isotropic_surface
 from continuum.sticky.mending import crop, harmonic
 from continuum.sticky.topography import FEWEST, Topography, TopographyError, heights_of
 
-__all__ = ["from_array", "read", "read_all"]
-
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 
 
-def read(
+def read_topography(
     path: str | Path,
     *,
     size: Sequence[float] | None = None,
@@ -74,8 +72,9 @@ def read(
         raise TopographyError(msg)
     if part == ALL and is_container(path):
         one = partial(
-            read, path, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill, override=override
-        )
+            read_topography, path, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill,
+            override=override,
+        )  # fmt: skip
         parts = [one(part=name) for name in measurements(path)]
         return joined(parts, f"{path.name}: all measurements")
     suffix, told = path.suffix.lower(), dataset or size is not None or unit is not None
@@ -101,13 +100,13 @@ def from_array(
     fill: float = 0.0,
     source: str = "array",
 ) -> Topography:
-    """A topography from an array in memory, as :func:`read` makes it from a file.
+    """A topography from an array in memory, as :func:`read_topography` makes it from a file.
 
     Parameters
     ----------
     heights : out of the body, shape (nx, ny), or one profile; a masked point is a missing one.
-    size, unit : as in :func:`read`; both are needed.
-    periodic, corners, fill : as in :func:`read`.
+    size, unit : as in :func:`read_topography`; both are needed.
+    periodic, corners, fill : as in :func:`read_topography`.
     source : what it is called in messages and on the page.
 
     Raises
@@ -146,7 +145,7 @@ def read_all(
     maps : names of files, or arrays of heights whose masked points are missing.
     size : like ``"10um"`` or ``"10um,12um"``; ``"-"``: as the file says.
     unit : of the heights, like ``"nm"``; ``"-"``: as the file says.
-    dataset, part : see :func:`read`.
+    dataset, part : see :func:`read_topography`.
     periodic : whether all are; else as the files say.
     crop : part of each map that counts, like ``"1um,9um,1um,9um"``: from x0 to x1 and from y0 to y1.
     fill : largest share of heights that is filled where they are missing, like ``"5%"`` or 0.05.
@@ -155,7 +154,7 @@ def read_all(
     Raises
     ------
     TopographyError, ArgumentError
-        If an argument has no meaning; or see :func:`read`.  All maps are looked at before.
+        If an argument has no meaning; or see :func:`read_topography`.  All maps are looked at before.
     """
     if not 1 <= len(maps) <= 2:
         msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}"
@@ -191,7 +190,7 @@ def _one(
     """One of the maps, from its file or, without a path, from the array that it is."""
     size, unit = quantities.sizes(source, text["size"]), quantities.scale(source, text["unit"])
     if path is not None:
-        return read(
+        return read_topography(
             path, size=size, unit=unit, periodic=periodic or None, dataset=text["dataset"], part=text["part"],
             corners=corners, fill=fill, override=override,
         )  # fmt: skip

@@ -22,8 +22,6 @@ import numpy as np
 
 from continuum.sticky.criteria import Estimate, RoughContact
 
-__all__ = ["FEWEST", "Support", "Surface", "recorded", "support"]
-
 Criterion = Callable[[RoughContact], Estimate]
 
 SIMILAR = 3.0

@@ -16,22 +16,11 @@ import numpy as np
 
 from continuum.arguments import ArgumentError, array, count, flag, instance, number, pair
 from continuum.arguments import field as map_of
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.surface import Moments, moments, power_spectrum
 from continuum.sticky.topography import Topography, mirror
 from continuum.theory.rough import conformal_energy
-
-__all__ = [
-    "Cut",
-    "Fit",
-    "Roughness",
-    "fit_self_affine",
-    "hann",
-    "roughness_of",
-    "spectrum",
-    "stencil_moments",
-    "together",
-]
 
 BANDS_PER_DECADE = 12
 """Of the logarithmic bands that a fit sees."""

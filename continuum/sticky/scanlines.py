@@ -17,9 +17,7 @@ from scipy.ndimage import binary_dilation, binary_opening
 
 from continuum.arguments import ArgumentError
 from continuum.arguments import field as map_of
-from continuum.model.grid import Real
-
-__all__ = ["Mask", "ScanLines", "line_offsets", "scan_lines", "spikes"]
+from continuum.model.fourier import Real
 
 Mask = NDArray[np.bool_]
 

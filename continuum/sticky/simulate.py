@@ -13,7 +13,8 @@ import numpy as np
 from continuum import units
 from continuum.arguments import instance
 from continuum.model.attraction import attraction_on_core
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace
@@ -25,8 +26,6 @@ from continuum.solve.solution import NotConvergedError, Settings
 from continuum.sticky.criteria import AREA
 from continuum.sticky.materials import Interface
 from continuum.sticky.topography import Topography, mirror
-
-__all__ = ["Simulation", "UnresolvedError", "resolvable", "simulate"]
 
 SNAPPING, SAFE = 1.0, 2.0
 """Pixels from which waves may snap for a contact to be solved as it is, and in the limit that is solved instead."""

@@ -17,9 +17,8 @@ import numpy as np
 from continuum import units
 from continuum.arguments import array, count, flag, instance, number, pair
 from continuum.errors import InputError
-from continuum.model.grid import Grid, Real
-
-__all__ = ["FEWEST", "FLAT", "Topography", "TopographyError", "fault_of", "heights_of", "mirror", "opposed"]
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 
 FEWEST = 16
 """Points in each direction below which a map has no statistics."""
@@ -100,7 +99,6 @@ class Topography:
     measurements: int = 0
 
     def __post_init__(self) -> None:
-        """Check heights and size."""
         instance("source", self.source, str, "a text")
         flag("periodic", self.periodic)
         count("lines", self.lines, 0)

@@ -16,23 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.measure.curve import Curve, adhesion
-from continuum.model.grid import Grid, Real
-from continuum.runs.collect import Collected
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.runs.collect import PointTable
 from continuum.runs.surfaces import SelfAffineSurface
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.theory import rough
-
-__all__ = [
-    "NEAR",
-    "Trial",
-    "Turn",
-    "by_load",
-    "by_pull_off",
-    "conformal_energies",
-    "exponent",
-    "load_turns",
-    "pull_off_turns",
-]
 
 NEAR = 1.1
 """Ratio within which the largest or smallest work counts as the turn itself: attraction is nearly proportional to w, so
@@ -94,17 +83,17 @@ def exponent(cuts: Real, works: Real) -> float:
     return float(np.polyfit(np.log(cuts), np.log(works), 1)[0]) if len(cuts) > 2 else float("nan")
 
 
-def load_turns(table: Collected) -> list[Turn]:
+def load_turns(table: PointTable) -> list[Turn]:
     """By the paper's observable, the sign of the load at the first point of each path."""
     return _turns(by_load(table))
 
 
-def pull_off_turns(table: Collected) -> list[Turn]:
+def pull_off_turns(table: PointTable) -> list[Turn]:
     """By its critics' observable: the largest tension on retraction equals the largest load before."""
     return _turns(by_pull_off(table))
 
 
-def by_load(table: Collected) -> list[Trial]:
+def by_load(table: PointTable) -> list[Trial]:
     """Attraction over repulsion at the first point of each approach."""
 
     def ratio(rows: NDArray[np.int64]) -> tuple[float, float]:
@@ -115,7 +104,7 @@ def by_load(table: Collected) -> list[Trial]:
     return list(_trials(table, ratio))
 
 
-def by_pull_off(table: Collected) -> list[Trial]:
+def by_pull_off(table: PointTable) -> list[Trial]:
     """Pull-off over the peak load of each cycle, and the work lost in it."""
 
     def ratio(rows: NDArray[np.int64]) -> tuple[float, float]:
@@ -133,7 +122,7 @@ def by_pull_off(table: Collected) -> list[Trial]:
     return list(_trials(table, ratio))
 
 
-def _trials(table: Collected, found: Callable[[NDArray[np.int64]], tuple[float, float]]) -> Iterator[Trial]:
+def _trials(table: PointTable, found: Callable[[NDArray[np.int64]], tuple[float, float]]) -> Iterator[Trial]:
     axes = [key for axis in table.listed.axes for key in axis.keys]
     told = dict.fromkeys((*_TOLD, *axes))
     energies = conformal_energies(table)
@@ -182,7 +171,7 @@ def _turn(trials: list[Trial]) -> Turn | None:
     return Turn(settings, replace(first.contact, work_of_adhesion=float(np.exp(at))), float(loss))
 
 
-def conformal_energies(table: Collected) -> dict[str, float]:
+def conformal_energies(table: PointTable) -> dict[str, float]:
     """Elastic energy per area of full contact of each system's surface, in E* a0: the surfaces are made anew."""
 
     @cache

@@ -18,8 +18,6 @@ from continuum.sticky.criteria import Estimate, RoughContact
 from continuum.sticky.predict import Prediction
 from continuum.sticky.record import Support, Surface, support
 
-__all__ = ["RECORDED", "SURE", "WIDE", "Answer", "Verdict", "Vote", "count", "judge", "votes"]
-
 Answer = Literal["sticky", "not sticky", "undecided"]
 
 SURE = 0.9
@@ -104,10 +102,10 @@ def judge(prediction: Prediction) -> Verdict:
 
 def _plain(prediction: Prediction) -> Verdict:
     """The vote if the map is believed."""
-    return count(votes(prediction.contact))
+    return count_verdicts(votes(prediction.contact))
 
 
-def count(cast: tuple[Vote, ...]) -> Verdict:
+def count_verdicts(cast: tuple[Vote, ...]) -> Verdict:
     """The answer of all theories that are heard and say something, if they say the same."""
     heard = [vote for vote in cast if vote.counts]
     if not heard:

@@ -7,8 +7,6 @@ h' ~ λ_s^(H-1) and h'' ~ λ_s^(H-2).
 
 from __future__ import annotations
 
-__all__ = ["conformal_exponent", "fuller_tabor_exponent", "long_wave_exponent", "pastewka_robbins_exponent"]
-
 
 def pastewka_robbins_exponent(hurst: float, range_exponent: float = 0.0) -> float:
     """5H/3 - 1 for a fixed range: w ~ h' Δr^(1/3) (h'²/h'')^(2/3), the paper's Eq. (6).

@@ -21,33 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-__all__ = [
-    "KAPPA_REP",
-    "PERIMETER_FACTOR",
-    "PERIMETER_FACTOR_PAPER",
-    "adhesive_pressure",
-    "area_ratio",
-    "asperity_radius",
-    "attraction_width",
-    "attractive_load",
-    "contact_diameter",
-    "critical_modulus",
-    "effective_range",
-    "gap_profile",
-    "gap_scale",
-    "height_change",
-    "kappa_att",
-    "maugis_parameter",
-    "necessary_adhesion_length",
-    "onset",
-    "perimeter",
-    "renormalised_kappa",
-    "repulsive_pressure",
-    "snap_in_wavelength",
-    "spline_adhesion_length",
-    "stiffness_reduction",
-]
-
 Real = NDArray[np.float64]
 
 KAPPA_REP = 2.0
@@ -140,7 +113,7 @@ def perimeter(area: float, diameter: float) -> float:
     return np.pi * area / diameter
 
 
-def gap_profile(x: Real | float, rms_slope: float, diameter: float) -> Real:
+def gap_outside_contact(x: Real | float, rms_slope: float, diameter: float) -> Real:
     """Gap at a distance x outside the edge of a contact, Eq. (S-1).
 
     ::

@@ -15,19 +15,6 @@ from scipy.integrate import quad, simpson
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import erf, erfc
 
-__all__ = [
-    "KAPPA_BGT",
-    "KAPPA_PERSSON",
-    "GreenwoodWilliamson",
-    "asperity_limit",
-    "bearing_area_limit",
-    "conformal_energy",
-    "dmt_asperities",
-    "fuller_tabor",
-    "generalised_tabor",
-    "persson_area",
-]
-
 Real = NDArray[np.float64]
 
 KAPPA_BGT = float(np.sqrt(2 * np.pi))

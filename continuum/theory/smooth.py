@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-__all__ = ["DMT", "JKR", "AdhesiveWave", "Hertz", "MaugisDugdale", "SphereState", "Westergaard", "tabor_parameter"]
-
 Real = NDArray[np.float64]
 
 

@@ -20,6 +20,6 @@ found = gap_profile(grid, state.gap, state.contact_map == 2, farthest=20, zero_g
 x = found.distance
 figure, axis = plt.subplots()
 axis.loglog(x, found.gap, "o", mfc="none", label="solver, mean over the edge")
-axis.loglog(x, paper.gap_profile(x, 0.1, state.measure().diameter), label="Eq. (S-1)")
+axis.loglog(x, paper.gap_outside_contact(x, 0.1, state.measure().diameter), label="Eq. (S-1)")
 axis.set(xlabel="distance from the edge ($a_0$)", ylabel="gap above that of the edge ($a_0$)")
 axis.legend()

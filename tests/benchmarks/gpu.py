@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from continuum.errors import InputError
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve

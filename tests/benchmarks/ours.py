@@ -14,11 +14,12 @@ import numpy as np
 from numba import njit
 
 from continuum.measure.contact import contact_map, totals_of
-from continuum.model.fourier import padded
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real, padded
+from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.walls import HardWall, Wall
-from continuum.path.loading import State, solve
+from continuum.path.loading import solve
+from continuum.path.state import State
 from continuum.solve import cpu
 from continuum.solve.cpu.compiled import TILE
 from continuum.solve.cpu.levels import NEAR

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from continuum.show.plot import PAGE, SERIES, new_figure, save, styled
+from continuum.show.plot import PAGE, SERIES, new_figure, save_figure, styled
 from tests.benchmarks.cases import (
     ADHESION_LENGTHS,
     AREA,
@@ -418,7 +418,7 @@ def draw(results: Row, stem: Path) -> Path:
             panel(axis, rows)
         else:
             axis.set_axis_off()
-    return save(figure, stem)
+    return save_figure(figure, stem)
 
 
 def write(results: Row, folder: Path) -> str:

@@ -21,7 +21,8 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
 from atomistic.relax.relax import lattice_start, relax
 from atomistic.response.lattice import LatticeResponse
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.surface import cylinder, sine, sphere
 from continuum.model.walls import LennardJonesSpline

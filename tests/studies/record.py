@@ -21,13 +21,13 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import output
-from continuum.runs.collect import Collected, collect
+from continuum.runs.collect import PointTable, collect
 from continuum.show.paper_points import Points
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import RoughContact
 from continuum.sticky.record import Surface, recorded
 from continuum.sticky.turns import conformal_energies, load_turns
-from continuum.sticky.verdict import RECORDED, count, votes
+from continuum.sticky.verdict import RECORDED, count_verdicts, votes
 
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
@@ -37,14 +37,14 @@ SURFACE = ("hurst", "lambda_s", "lambda_L", "seed")
 MOMENTS = ("rms_height", "rms_slope", "rms_curvature")
 
 
-def turned(table: Collected) -> Iterator[dict[str, object]]:
+def turned(table: PointTable) -> Iterator[dict[str, object]]:
     """Surfaces with the work of adhesion at which attraction and repulsion cancel at 1 % area."""
     for turn in load_turns(table):
         surface = {name: turn.settings[f"surface.{name}"] for name in SURFACE}
         yield {**surface, **_contact(turn.contact), "source": "turn", "law": turn.shape, "sticky": "turns"}
 
 
-def states(table: Collected) -> Iterator[dict[str, object]]:
+def states(table: PointTable) -> Iterator[dict[str, object]]:
     """Surfaces of the paper's law with the sign of their load where κ is read: with A_rep >= 10 λ_s²."""
     points, energies = Points(table), conformal_energies(table)
     for row in np.flatnonzero(points.reference & (points.length > 0)).tolist():
@@ -69,7 +69,7 @@ def _key(row: dict[str, str]) -> tuple[str, ...]:
     return (row["source"], row["law"], *numbers, f"{float(row['work']):.4g}" if row["source"] == "state" else "")
 
 
-def added(rows: Iterable[dict[str, str]], tables: Iterable[Collected]) -> list[dict[str, str]]:
+def added(rows: Iterable[dict[str, str]], tables: Iterable[PointTable]) -> list[dict[str, str]]:
     """Rows of a record, and those of sweeps: a surface under one law at one range has its turn once."""
     known = {_key(row): row for row in rows}
     for table in tables:
@@ -104,13 +104,13 @@ def vote_sheet() -> Sheet:
     turns, others = _kinds()
     said: dict[str, Counter[str]] = {}
     for surface in others:
-        answer = count(votes(surface.contact, lambda other: other.sticky is not None)).answer
+        answer = count_verdicts(votes(surface.contact, lambda other: other.sticky is not None)).answer
         truth = "sticky" if surface.sticky else "not sticky"
         said.setdefault("states, by the turns", Counter())[_outcome(answer, truth)] += 1
     for factor, truth in ((0.2, "not sticky"), (0.5, "not sticky"), (2.0, "sticky"), (5.0, "sticky")):
         for surface in turns:
             contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
-            answer = count(votes(contact, partial(_same, surface))).answer
+            answer = count_verdicts(votes(contact, partial(_same, surface))).answer
             said.setdefault(f"{factor:g} times the work of the turn", Counter())[_outcome(answer, truth)] += 1
     rows = [(name, found["right"], found["undecided"], found["wrong"]) for name, found in said.items()]
     return Sheet.of("the vote", ("surfaces", "right", "undecided", "wrong"), rows)

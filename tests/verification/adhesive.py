@@ -16,13 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import sine, sphere
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import LennardJonesSpline, Wall
-from continuum.path.loading import State, follow, solve
+from continuum.path.loading import follow, solve
+from continuum.path.state import State
 from continuum.solve.solution import Settings
 from continuum.theory.smooth import DMT, JKR, AdhesiveWave, MaugisDugdale
 from tests.verification.axisymmetric import AxisymmetricSphere

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ellipe, ellipk
 
-from continuum.model.grid import Real
+from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 
 __all__ = ["AxisymmetricSphere"]

@@ -11,7 +11,8 @@ from functools import cache, partial
 
 import numpy as np
 
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import sine, sphere

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from continuum.show.plot import SERIES, new_figure, save, styled
+from continuum.show.plot import SERIES, new_figure, save_figure, styled
 from continuum.theory.smooth import DMT, JKR, MaugisDugdale
 from tests.verification import checks
 from tests.verification.checks import COMPARISONS, Comparison
@@ -133,7 +133,7 @@ def main(folder: Path) -> int:
     """Make page and figure."""
     good = write(COMPARISONS, folder / "verification.md")
     stem = folder / "verification"
-    save(draw(), stem)
+    save_figure(draw(), stem)
     stem.with_suffix(".pdf").unlink()
     return 0 if good else 1
 

@@ -11,8 +11,6 @@ from continuum.model.grid import Grid
 from continuum.solve.cpu.faces import Face
 from continuum.solve.cpu.levels import Level
 
-__all__ = ["CAUTION", "LEVELS", "SMALLEST", "devices", "face", "level", "machine", "require"]
-
 SMALLEST = 128
 """Grids of no more points along a side have no coarser one: calls, not points, would take the time."""
 LEVELS = 3

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from continuum.model import laws
 
-__all__ = ["SOURCES", "SUMS", "TILE", "Mask", "compiled", "digest", "inlined"]
-
 SUMS = 6
 """Sums of a sweep, at most."""
 TILE = 64

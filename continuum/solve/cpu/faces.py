@@ -11,8 +11,6 @@ from continuum.model.grid import Grid
 from continuum.solve.cpu import pressing
 from continuum.solve.cpu.passes import Passes, lent, memory
 
-__all__ = ["Face"]
-
 
 class Face(Passes):
     """The arrays of one grid: offset, pressure p, gap z without its level, direction t, and what M needs.

@@ -32,8 +32,6 @@ from continuum.solve.cpu import sweeps, tractions
 from continuum.solve.cpu.compiled import TILE
 from continuum.solve.cpu.passes import Kernel, Passes, lent, memory
 
-__all__ = ["NEAR", "Level"]
-
 NEAR = 0.5
 """Points within this distance of the reach of the law are near the wall, in a0: the line search asks these alone."""
 

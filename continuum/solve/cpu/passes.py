@@ -29,8 +29,6 @@ from continuum.model.grid import Grid
 from continuum.solve.cpu.compiled import SUMS
 from continuum.solve.solution import Work
 
-__all__ = ["Kernel", "Passes", "Task", "lent", "memory"]
-
 Kernel = Callable[..., None]
 Task = Callable[[int, int, Real], float | None]
 """Of a block, ``first:last``: writes its sums, returns the seconds it took in transforms."""

@@ -10,22 +10,6 @@ from __future__ import annotations
 from continuum.model.fourier import Real
 from continuum.solve.cpu.compiled import Mask, compiled
 
-__all__ = [
-    "accept",
-    "advance",
-    "arrive",
-    "compliance",
-    "contact",
-    "correct",
-    "level",
-    "misses",
-    "narrow",
-    "select",
-    "spread",
-    "trial",
-    "turn",
-]
-
 
 @compiled
 def level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real) -> None:

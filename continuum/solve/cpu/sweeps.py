@@ -12,19 +12,6 @@ from __future__ import annotations
 from continuum.model.fourier import Real
 from continuum.solve.cpu.compiled import TILE, Mask, compiled, inlined
 
-__all__ = [
-    "copy",
-    "displace",
-    "every_second",
-    "gradient",
-    "lay",
-    "low_direction",
-    "low_gradient",
-    "low_modes",
-    "moved",
-    "square",
-]
-
 
 @compiled
 def gradient(

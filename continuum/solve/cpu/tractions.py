@@ -14,8 +14,6 @@ from continuum.model.fourier import Real
 from continuum.model.laws import respond
 from continuum.solve.cpu.compiled import TILE, Mask, compiled
 
-__all__ = ["line", "move", "press", "turn"]
-
 
 @compiled
 def press(

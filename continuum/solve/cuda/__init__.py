@@ -12,19 +12,6 @@ from continuum.solve.cuda.device import device_name, refuse_without_gpu, refuse_
 from continuum.solve.cuda.faces import Face
 from continuum.solve.cuda.levels import Level
 
-__all__ = [
-    "CAUTION",
-    "FACE_FIELDS",
-    "LEVELS",
-    "LEVEL_FIELDS",
-    "SMALLEST",
-    "devices",
-    "face",
-    "level",
-    "machine",
-    "require",
-]
-
 CAUTION = (
     'device = "cuda" is experimental: its results were checked in a simulator, its speed on no GPU yet; compare a '
     "point with the CPU's before you rely on it"

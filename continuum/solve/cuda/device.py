@@ -26,30 +26,6 @@ from numpy.typing import NDArray
 from continuum.errors import InputError, StickinessError
 from continuum.model.fourier import Real
 
-__all__ = [
-    "BLOCKS",
-    "KERNELS",
-    "SIMULATED",
-    "SUMS",
-    "THREADS",
-    "Array",
-    "DeviceError",
-    "Kernel",
-    "Mask",
-    "Parameters",
-    "Reduction",
-    "Sums",
-    "cuda",
-    "device_function",
-    "device_name",
-    "empty",
-    "kernel",
-    "refuse_without_gpu",
-    "refuse_without_memory",
-    "to_device",
-    "visible_devices",
-]
-
 cuda: Any = numba.cuda
 """As kernels use it; what it has depends on whether there is a simulator, and no types are known."""
 SIMULATED = bool(vars(config)["ENABLE_CUDASIM"])

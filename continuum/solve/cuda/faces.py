@@ -10,8 +10,6 @@ from continuum.solve.cuda import points, pressing
 from continuum.solve.cuda.device import Array, empty
 from continuum.solve.cuda.fields import Fields
 
-__all__ = ["Face"]
-
 
 class Face(Fields):
     """The arrays of one grid: offset, pressure p, gap z without its level, direction t, and what M needs.

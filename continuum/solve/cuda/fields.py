@@ -13,8 +13,6 @@ from continuum.solve.cuda.device import Array, Kernel, Reduction, empty, to_devi
 from continuum.solve.cuda.transforms import Transforms
 from continuum.solve.solution import Work
 
-__all__ = ["Fields"]
-
 
 class Fields:
     """The arrays that both solvers need; all fields are of shape ``grid.shape``, without padding.

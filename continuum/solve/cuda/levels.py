@@ -16,8 +16,6 @@ from continuum.solve.cuda import points, spectra, walls
 from continuum.solve.cuda.device import Array, to_device
 from continuum.solve.cuda.fields import Fields
 
-__all__ = ["Level"]
-
 
 class Level(Fields):
     """The arrays of one grid.
@@ -236,6 +234,5 @@ class Level(Fields):
         self.run(spectra.elastic, self.g, self.w, self.K, 0.0 if self.held else self.pressure)
 
     def _press(self) -> None:
-        """Traction of the gap."""
         self.transforms += 1
         self.run(walls.press, self.w, self.z, self.law, self.parameters, self.reach, self.per_point)

@@ -11,8 +11,6 @@ import math
 from continuum.model.fourier import Real
 from continuum.solve.cuda.device import Sums, cuda, kernel
 
-__all__ = ["above", "displace", "every_second", "fill", "into", "keep", "lay", "moved", "put", "shift", "total"]
-
 
 @kernel
 def put(values: Real, at_first: float) -> None:

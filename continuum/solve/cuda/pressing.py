@@ -10,37 +10,6 @@ from __future__ import annotations
 from continuum.model.fourier import Real
 from continuum.solve.cuda.device import Mask, Sums, cuda, kernel
 
-__all__ = [
-    "accept",
-    "advance",
-    "arrive",
-    "certificate",
-    "compliance",
-    "contact",
-    "correct",
-    "finish",
-    "guess",
-    "kernel_q",
-    "level",
-    "lowest",
-    "mark",
-    "marked",
-    "misses",
-    "multiply",
-    "narrow",
-    "ones",
-    "positive",
-    "scale",
-    "select",
-    "spread",
-    "square",
-    "trial",
-    "turn",
-    "wide",
-    "window",
-]
-
-
 # --- where it starts -------------------------------------------------------------------------------------------
 
 

@@ -13,9 +13,6 @@ from __future__ import annotations
 from continuum.model.fourier import Real
 from continuum.solve.cuda.device import Sums, cuda, device_function, kernel
 
-__all__ = ["add_square", "elastic", "energy", "gradient", "low_direction", "low_gradient", "low_modes", "prolong",
-           "restrict"]  # fmt: skip
-
 
 @device_function
 def _weight(j: int, single: int) -> float:

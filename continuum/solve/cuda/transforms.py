@@ -17,8 +17,6 @@ import numpy as np
 
 from continuum.solve.cuda.device import SIMULATED, Array, empty
 
-__all__ = ["Transforms"]
-
 
 class Transforms:
     """Forward and inverse transform of one shape.

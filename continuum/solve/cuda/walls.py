@@ -12,8 +12,6 @@ from continuum.model.fourier import Real
 from continuum.model.laws import EXPONENTIAL, INVERSE_POWERS, SPLINE
 from continuum.solve.cuda.device import Parameters, Sums, cuda, device_function, kernel
 
-__all__ = ["line", "move", "press", "turn"]
-
 _spline = device_function(laws.spline)
 _inverse_powers = device_function(laws.inverse_powers)
 _exponential = device_function(laws.exponential)

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from atomistic.crystal.elastic import CubicConstants, contact_modulus, directional_contact_modulus
 from atomistic.crystal.interatomic import Springs
+from continuum.model.cubic import CubicConstants, contact_modulus, directional_contact_modulus
 
 UNIT_SPRINGS = Springs(1.0).elastic_constants
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from atomistic.crystal.elastic import contact_modulus
 from atomistic.crystal.interatomic import Springs
+from continuum.model.cubic import contact_modulus
 
 
 def test_elastic_constants_of_springs():

@@ -9,7 +9,8 @@ import pytest
 
 import atomistic as a
 from atomistic.cli import main
-from atomistic.config import DeckConfig, ValidateConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.cost import cost_of_deck, cost_of_validation
 from continuum.files.inputs import load
 

@@ -11,7 +11,7 @@ import pytest
 
 import atomistic as a
 from atomistic.cli import main
-from atomistic.config import ValidateConfig
+from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.ladder import archive, budget
@@ -270,19 +270,19 @@ def test_each_step_of_the_budget_changes_one_response() -> None:
 
 
 def test_bounds_that_hold_and_bounds_that_fail(config: ValidateConfig, columns: dict[str, np.ndarray]) -> None:
-    verdicts = list(budget.verdicts(config, columns))
+    verdicts = list(budget.bound_verdicts(config, columns))
     assert all(verdict.holds for verdict in verdicts)
     assert all(verdict.measured > 0 for verdict in verdicts if verdict.quantity not in ("contact map",))
     worse = dict(columns)
     worse["nonlinearity_load"] = columns["nonlinearity_load"] * 10
-    failed = [verdict for verdict in budget.verdicts(config, worse) if not verdict.holds]
+    failed = [verdict for verdict in budget.bound_verdicts(config, worse) if not verdict.holds]
     assert [(v.case, v.quantity) for v in failed] == [("plain", "load")]
     worse = dict(columns)
     worse["largest_force"] = columns["largest_force"] * 1e3
-    assert {v.quantity for v in budget.verdicts(config, worse) if not v.holds} == {"largest force"}
+    assert {v.quantity for v in budget.bound_verdicts(config, worse) if not v.holds} == {"largest force"}
     for bad in (np.nan, np.inf):
         worse["nonlinearity_gross_load"] = np.where(columns["case"] == "sticky", bad, 0.0)
-        assert "gross load" in {v.quantity for v in budget.verdicts(config, worse) if not v.holds}
+        assert "gross load" in {v.quantity for v in budget.bound_verdicts(config, worse) if not v.holds}
 
 
 def test_a_bound_that_applies_to_nothing_does_not_hold(config: ValidateConfig, columns: dict[str, np.ndarray]) -> None:
@@ -290,7 +290,7 @@ def test_a_bound_that_applies_to_nothing_does_not_hold(config: ValidateConfig, c
         name: values[..., columns["case"] == "plain"] if values.shape[-1:] == columns["case"].shape else values
         for name, values in columns.items()
     }
-    failed = {v.case for v in budget.verdicts(config, only_plain) if not v.holds}
+    failed = {v.case for v in budget.bound_verdicts(config, only_plain) if not v.holds}
     assert failed == {"sticky"}
 
 
@@ -323,9 +323,9 @@ def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
         data: dict = {}
         for i, result in enumerate(order):
             data = archive.join(config, data, archive.datasets_of([result]))
-            finished = archive.write(tmp_path / f"{name}.h5", config, data)
+            finished = archive.write_archive(tmp_path / f"{name}.h5", config, data)
             assert finished == (i == len(order) - 1)
-        stored.append(archive.read(tmp_path / f"{name}.h5")[0])
+        stored.append(archive.read_archive(tmp_path / f"{name}.h5")[0])
     a, b = stored
     assert a.finished
     assert list(a.columns["case"]) == ["plain", "plain", "sticky", "sticky"]
@@ -340,13 +340,13 @@ def test_a_validation_goes_on_where_it_stopped(
 ) -> None:
     assert config.source is not None
     path = tmp_path / "small.h5"
-    archive.write(path, config, archive.datasets_of(results[:2]))
+    archive.write_archive(path, config, archive.datasets_of(results[:2]))
     assert main(["validate", str(config.source.path), "-o", str(tmp_path), "-j", "1"]) == 0
     out = capsys.readouterr().out
     assert "validate small 3/3" in out  # one part was left
     assert "validate small 1/3" not in out
     assert "bounds hold" in out
-    assert archive.read(path)[0].finished
+    assert archive.read_archive(path)[0].finished
     for figure in ("contact", "curves", "scaling"):
         assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
         assert (tmp_path / f"small-{figure}.pdf").exists()
@@ -361,7 +361,7 @@ def test_another_validation_in_the_way_is_left_alone(
 ) -> None:
     changed = tmp_path / "small.toml"
     changed.write_text(SMALL.replace("depth = 8.0", "depth = 9.0"))
-    archive.write(tmp_path / "small.h5", config, archive.datasets_of(results))
+    archive.write_archive(tmp_path / "small.h5", config, archive.datasets_of(results))
     before = (tmp_path / "small.h5").read_bytes()
     assert main(["validate", str(changed), "-o", str(tmp_path)]) == 2
     assert "holds another result" in capsys.readouterr().err
@@ -373,7 +373,7 @@ def test_a_failing_bound_is_the_exit_code(
 ) -> None:
     strict = tmp_path / "small.toml"
     strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
-    archive.write(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results))
+    archive.write_archive(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results))
     assert main(["validate", str(strict), "-o", str(tmp_path)]) == 1
     assert "1 FAIL" in capsys.readouterr().out
 
@@ -435,7 +435,7 @@ def crystal(tmp_path_factory: pytest.TempPathFactory) -> tuple[ValidateConfig, P
 
 
 def test_a_crystal_is_on_every_rung_and_springs_tell_its_geometry(crystal: tuple[ValidateConfig, Path]) -> None:
-    stored = archive.read(crystal[1] / "crystal.h5")[0]
+    stored = archive.read_archive(crystal[1] / "crystal.h5")[0]
     columns = stored.columns
     assert tuple(columns["rung"]) == RUNGS
     assert (columns["lambda_s"][0], columns["lambda_L"][0]) == (6.0, 12.0)

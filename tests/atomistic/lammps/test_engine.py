@@ -11,9 +11,9 @@ from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.doctor import doctor
-from atomistic.lammps.engine import LammpsError, run_command, run_in_process
+from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.law import read_wall_table
-from atomistic.lammps.result import DeckStatus, read_result
+from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
 from atomistic.relax.relax import apply_wall
 from continuum.model.walls import LennardJonesSpline

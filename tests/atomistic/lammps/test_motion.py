@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
-from atomistic.config import kelvin, steps_of
+from atomistic.config.deck import steps_of
+from atomistic.config.motion import kelvin
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck

@@ -12,7 +12,7 @@ import pytest
 import atomistic as a
 import continuum as c
 from atomistic.front.decks import DeckRun
-from atomistic.show.decks import draw_run
+from atomistic.show.decks import draw_deck_run
 from continuum.files import store
 from continuum.show.plot import new_figure
 
@@ -123,4 +123,4 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path):
     if real is not None:
         # E* a0² of copper: 135 GPa x (2.556 Å)² = 8.8 nN.
         assert real.si("force") == pytest.approx(8.8e-9, rel=0.02)
-    assert isinstance(draw_run(run), type(new_figure(1, 1)))
+    assert isinstance(draw_deck_run(run), type(new_figure(1, 1)))

@@ -18,7 +18,8 @@ from scipy.constants import atomic_mass, k
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
-from atomistic.config import FASTEST, HOTTEST, DeckConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.motion import FASTEST, HOTTEST
 from atomistic.crystal.interatomic import Model
 from atomistic.relax.limits import FARTHEST, scale_of
 from atomistic.response.material import model_of

@@ -9,7 +9,12 @@ from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import LennardJones, Model, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.lammps.cell import Cell
-from atomistic.response.force_constants import Checks, measure_force_constants, relaxation, spring_force_constants
+from atomistic.response.force_constants import (
+    SymmetryErrors,
+    measure_force_constants,
+    relaxation,
+    spring_force_constants,
+)
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
 
@@ -65,9 +70,9 @@ def test_sum_rules_and_elasticity(name, sound, elastic):
 
 def test_what_is_no_harmonic_crystal_is_refused():
     with pytest.raises(PotentialError, match="violate symmetry"):
-        Checks(0.0, 0.0, 1e-3, 0.0)
+        SymmetryErrors(0.0, 0.0, 1e-3, 0.0)
     with pytest.raises(PotentialError, match="violate rotation"):
-        Checks(0.0, 0.0, 0.0, float("nan"))
+        SymmetryErrors(0.0, 0.0, 0.0, float("nan"))
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.elastic import directional_contact_modulus
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.response.force_constants import ForceConstants, spring_force_constants
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of
+from continuum.model.cubic import directional_contact_modulus
 from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
 

@@ -9,7 +9,9 @@ import pytest
 
 import atomistic.cli
 import continuum.cli
-from atomistic.config import DeckConfig, ElasticConfig, ValidateConfig
+from atomistic.config.crystal import ElasticConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.validate import ValidateConfig
 from continuum.files.inputs import load
 from continuum.files.reference import entries, markdown, schema, template
 from continuum.files.tables import Document, identity

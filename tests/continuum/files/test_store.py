@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from continuum.errors import OutputError
 from continuum.files import output, store
-from continuum.files.hdf5 import read_array
-from continuum.files.store import Dataset, StoreError
+from continuum.files.hdf5 import StoreError, read_array
+from continuum.files.store import Dataset
 
 HEAD = {"schema": "test", "schema_version": 1}
 

@@ -19,7 +19,7 @@ from continuum.path.loading import solve
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 from continuum.theory.paper import attraction_width
-from continuum.theory.paper import gap_profile as predicted_gap
+from continuum.theory.paper import gap_outside_contact as predicted_gap
 from continuum.theory.smooth import Hertz, Westergaard
 from tests.problems import distance
 

@@ -7,7 +7,8 @@ import pytest
 
 from continuum.arguments import ArgumentError
 from continuum.model.cubic import CubicConstants
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate, TabulatedSubstrate
 from continuum.model.tabulated_wall import TabulatedWall

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
-from continuum.path.loading import Search, solve
-from continuum.path.state import Outcome
+from continuum.path.loading import solve
+from continuum.path.state import Outcome, Search
 from continuum.solve.solution import Settings
 from tests.problems import Rough
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from continuum.cli import main
 from continuum.files.inputs import load
-from continuum.files.tables import ConfigError, identity, resolved
-from continuum.files.toml import find, text_of, value_of
+from continuum.files.tables import identity, resolved
+from continuum.files.toml import ConfigError, find, text_of, value_of
 from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from tests.problems import SMALL

@@ -26,13 +26,13 @@ from hypothesis import strategies as st
 import continuum
 from continuum.cli import main
 from continuum.errors import InputError, OutputError
-from continuum.files.tables import ConfigError
+from continuum.files.toml import ConfigError
 from continuum.runs.axes import Sweep
 from continuum.runs.collect import collect, status_of, verify
 from continuum.runs.conditions import condition, holds
 from continuum.runs.cost import cost_of
 from continuum.runs.measured import numbers_of
-from continuum.runs.ranges import listed
+from continuum.runs.ranges import expand_range
 from continuum.runs.surfaces import SelfAffineSurface
 from continuum.runs.sweep import begin, run_sweep, solve_system, systems_of
 from continuum.show.paper_points import Points
@@ -61,9 +61,9 @@ def test_a_key_that_follows_from_an_axis_is_not_taken_from_the_first_system(tmp_
     path = described(tmp_path, '[[sweep.zipped]]\n"grid.n" = [[24, 30], [48, 60]]\n"surface.lambda_L" = [12.0, 24.0]\n')
     path.write_text(re.sub(r"^period = .*$", "", path.read_text(), flags=re.MULTILINE))
     begin(Sweep.read(path), tmp_path / "many")
-    listed = systems_of(tmp_path / "many")
-    assert "grid.period" not in listed.common
-    assert listed.common["surface.hurst"] == 0.8
+    expand_range = systems_of(tmp_path / "many")
+    assert "grid.period" not in expand_range.common
+    assert expand_range.common["surface.hurst"] == 0.8
     table = continuum.sweep(path, tmp_path).collect()
     assert sorted(set(Points(table).area)) == [24 * 30, 48 * 60]
 
@@ -223,12 +223,12 @@ def test_a_sweep_of_one_system_without_axes_is_collected(tmp_path: Path, capsys:
 
 @given(st.integers(-50, 50), st.integers(1, 7), st.integers(0, 30))
 def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) -> None:
-    assert listed({"from": first, "to": first + step * count, "step": step} if count else (first,)) == tuple(
+    assert expand_range({"from": first, "to": first + step * count, "step": step} if count else (first,)) == tuple(
         range(first, first + step * count + 1, step)
     )
-    decimal = listed({"from": first / 10, "to": (first + step * (count + 1)) / 10, "step": step / 10})
+    decimal = expand_range({"from": first / 10, "to": (first + step * (count + 1)) / 10, "step": step / 10})
     assert len(decimal) == count + 2
-    powers = listed({"from": 0.5, "to": 0.5 * 2.0**count, "factor": 2.0})
+    powers = expand_range({"from": 0.5, "to": 0.5 * 2.0**count, "factor": 2.0})
     np.testing.assert_allclose(powers, 0.5 * 2.0 ** np.arange(count + 1), rtol=1e-12)
 
 
@@ -561,7 +561,7 @@ def test_ten_thousand_systems_are_listed_resumed_and_collected_in_seconds(undist
     root = tmp_path / "out" / "many"
     began = time.perf_counter()
     tasks = begin(Sweep.read(path), root)
-    listed = time.perf_counter() - began
+    expand_range = time.perf_counter() - began
     from continuum.files import store
     from continuum.runs.config import RunConfig
 
@@ -578,9 +578,9 @@ def test_ten_thousand_systems_are_listed_resumed_and_collected_in_seconds(undist
     table = collect(root)
     collected = time.perf_counter() - began
     assert len(table.keys) == 10000
-    sys.stdout.write(json.dumps({"listed": listed, "resumed": resumed, "collected": collected}))
+    sys.stdout.write(json.dumps({"listed": expand_range, "resumed": resumed, "collected": collected}))
     # "Seconds": a minute allows for a machine that is ten times slower.
-    assert max(listed, resumed, collected) < 60
+    assert max(expand_range, resumed, collected) < 60
 
 
 def test_content_is_compared(undisturbed: Path) -> None:

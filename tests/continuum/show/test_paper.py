@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from continuum.runs.axes import Axis
-from continuum.runs.collect import Collected
+from continuum.runs.collect import PointTable
 from continuum.runs.measured import COLUMNS
-from continuum.runs.sweep import Listed, System
+from continuum.runs.sweep import SweepListing, System
 from continuum.show.paper import FIGURES, points_of, save_drawing
 from continuum.show.paper_page import draw_figure
 from continuum.show.paper_points import FigureError
-from continuum.show.paper_verdicts import Verdict, verdicts
+from continuum.show.paper_verdicts import ClaimVerdict, claim_verdicts
 from continuum.theory import paper
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
@@ -44,28 +44,28 @@ def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip
     return rows
 
 
-def table(kappa_rep: float = 2.0, strip: float = 1.0) -> Collected:
+def table(kappa_rep: float = 2.0, strip: float = 1.0) -> PointTable:
     keys = ("surface.rms_slope", "surface.lambda_s", "wall.adhesion_length")
     axes = ((0.1, 0.3), (16.0, 32.0), LENGTHS)
     places = list(itertools.product(*axes))
     systems = tuple(System(f"{i:024d}", dict(zip(keys, p, strict=True)), 1.0, 1.0) for i, p in enumerate(places))
     rows = [row for place in places for row in system(*place, kappa_rep, strip)]
     values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
-    listed = Listed(
+    listed = SweepListing(
         "made", tuple(Axis((k,), tuple((v,) for v in a)) for k, a in zip(keys, axes, strict=True)),
         {"surface.hurst": 0.8, "surface.seed": 1, "grid.n": [4096, 4096], "grid.period": [4096.0, 4096.0]}, systems,
     )  # fmt: skip
     index = np.repeat(np.arange(len(places)), AREAS.size)
     made = {"version 0": len(places)}
-    return Collected(listed, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
+    return PointTable(listed, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
 
 
-def by_claim(found: list[Verdict]) -> dict[str, Verdict]:
+def by_claim(found: list[ClaimVerdict]) -> dict[str, ClaimVerdict]:
     return {verdict.claim: verdict for verdict in found}
 
 
 def test_contacts_that_follow_the_paper_reproduce_it() -> None:
-    found = verdicts(points_of(table()))
+    found = claim_verdicts(points_of(table()))
     words = {verdict.claim: verdict.word for verdict in found if "Greenwood" not in verdict.claim}
     assert words.pop("kappa does not depend on lambda_L") == "not looked at"
     assert set(words.values()) == {"reproduced"}, words
@@ -73,12 +73,12 @@ def test_contacts_that_follow_the_paper_reproduce_it() -> None:
 
 
 def test_contacts_that_do_not_are_found_out() -> None:
-    soft = by_claim(verdicts(points_of(table(kappa_rep=8.0))))
+    soft = by_claim(claim_verdicts(points_of(table(kappa_rep=8.0))))
     assert soft["kappa_rep is close to 2 without adhesion"].word == "not reproduced"
     assert "κ_rep = 8" in soft["kappa_rep is close to 2 without adhesion"].found
     # Sticky where 1/κ_att > 1/8, predicted where it is > 1/2.
     assert soft["sticky if and only if 1/kappa_att of theory > 1/kappa_rep"].word != "reproduced"
-    wide = by_claim(verdicts(points_of(table(strip=3.0))))
+    wide = by_claim(claim_verdicts(points_of(table(strip=3.0))))
     assert wide["A_att is a strip of width d_att along the perimeter"].word == "not reproduced"
     assert wide["A_rep/A_att follows Eq. (4) where A_att < A_rep"].word == "not reproduced"
     assert wide["N_att = (w/range) A_att"].word == "reproduced"

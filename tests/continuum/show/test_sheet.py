@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.show.page import Page
-from continuum.show.plot import new_figure, save
+from continuum.show.plot import new_figure, save_figure
 from continuum.show.sheet import Column, Sheet, pairs
 
 cells = (
@@ -54,7 +54,7 @@ def test_a_row_of_another_length_is_refused() -> None:
 def test_a_page_stands_alone_and_escapes_what_it_is_told(tmp_path: Path) -> None:
     figure = new_figure(1, 1)
     figure.subplots()
-    picture = save(figure, tmp_path / "figure")
+    picture = save_figure(figure, tmp_path / "figure")
     sheets, listing = [pairs("t", [("<q>", 1)])], ("Input", "<x>")
     page = Page("a < b", "not & so", ["<script>"], [(picture, "a caption")], sheets, listing)
     text = page.write(tmp_path / "page.html").read_text()

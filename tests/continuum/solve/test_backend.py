@@ -12,8 +12,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from continuum.model.fourier import padded
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real, padded
+from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline

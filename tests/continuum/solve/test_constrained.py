@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from continuum.measure.contact import OUT_OF_RANGE, REPULSIVE, contact_map, totals_of
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine, sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
-from continuum.path.loading import State, follow, solve
-from continuum.path.state import Control, state_of
+from continuum.path.loading import follow, solve
+from continuum.path.state import Control, State, state_of
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz, Westergaard

@@ -12,13 +12,15 @@ from scipy.optimize import brentq
 
 from continuum.arguments import ArgumentError
 from continuum.measure.contact import ATTRACTED, OUT_OF_RANGE, REPULSIVE, contact_map, totals_of
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine, sine, sphere
 from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import LennardJonesSpline
-from continuum.path.loading import Control, State, follow, solve
+from continuum.path.loading import follow, solve
+from continuum.path.state import Control, State
 from continuum.solve.solution import NotConvergedError, Settings, Status
 from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz, Westergaard

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from continuum.sticky.crop import wall_of
+from continuum.sticky.crop import wall_from_map
 from continuum.sticky.topography import Topography, TopographyError
 
 NM = 1e-9
@@ -18,7 +18,7 @@ def waves(n: int = 100, size: float = 50 * NM) -> Topography:
 @pytest.mark.parametrize("edges", ["mirror", "window"])
 def test_a_wall_is_the_map_turned_over_and_made_periodic(edges):
     n, a0 = 32, 0.3 * NM
-    wall = wall_of(waves(), n, a0, edges, (0.5, 0.4))
+    wall = wall_from_map(waves(), n, a0, edges, (0.5, 0.4))
     assert wall.heights.shape == (n, n)
     assert wall.lengths == pytest.approx((n * a0, n * a0))
     assert wall.periodic
@@ -32,7 +32,7 @@ def test_a_wall_is_the_map_turned_over_and_made_periodic(edges):
 
 def test_the_sampled_heights_are_those_of_the_map():
     n, a0, centre = 32, 0.3 * NM, (0.5, 0.4)
-    wall = wall_of(waves(), n, a0, "mirror", centre)
+    wall = wall_from_map(waves(), n, a0, "mirror", centre)
     x, y = (c * 50 * NM + (np.arange(16) + 0.5 - 8) * a0 for c in centre)
     exact = NM * (np.sin(2 * np.pi * x / (20 * NM))[:, None] + np.cos(2 * np.pi * y / (25 * NM)))
     found = -wall.heights[:16, :16]
@@ -55,4 +55,4 @@ def test_the_sampled_heights_are_those_of_the_map():
 )
 def test_a_part_that_is_not_there_is_refused(n, spacing, edges, centre, message):
     with pytest.raises(TopographyError, match=message):
-        wall_of(waves(), n, spacing, edges, centre)
+        wall_from_map(waves(), n, spacing, edges, centre)

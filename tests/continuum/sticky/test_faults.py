@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.show.prediction import sentence
+from continuum.show.prediction import prediction_sentence
 from continuum.show.prediction_faults import fault_figure
 from continuum.sticky.faults import directions, find_faults
 from continuum.sticky.materials import Interface
 from continuum.sticky.mending import background, cut_off, detrend, fill_outliers, harmonic
 from continuum.sticky.predict import Prediction, predict
-from continuum.sticky.reading import read
+from continuum.sticky.reading import read_topography
 from continuum.sticky.roughness import roughness_of
 from continuum.sticky.scanlines import scan_lines
 from continuum.sticky.topography import Topography, TopographyError
@@ -58,7 +58,7 @@ def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind:
         verdict = judge(found)
         assert verdict.answer in (right, "undecided")
         assert verdict.answer == right or verdict.why
-        said = sentence(found)
+        said = prediction_sentence(found)
         assert said.startswith("Faulty map: ")
         if kind in MENDABLE:
             assert found.mended is not None
@@ -199,10 +199,12 @@ def test_a_map_with_holes_is_read_filled_or_cut(tmp_path: Path) -> None:
     heights = np.array(base.heights)
     heights[100, 100:103] = np.nan
     np.save(tmp_path / "map.npy", heights)
-    whole = read(tmp_path / "map.npy", size=base.lengths, unit=1.0, fill=0.01)
+    whole = read_topography(tmp_path / "map.npy", size=base.lengths, unit=1.0, fill=0.01)
     # Three points in the middle of a surface of waves above six.
     assert np.abs(whole.heights - base.heights).max() < 0.3 * base.heights.std()
-    part = read(tmp_path / "map.npy", size=base.lengths, unit=1.0, corners=(0.0, 100 * PIXEL, 0.0, 256 * PIXEL))
+    part = read_topography(
+        tmp_path / "map.npy", size=base.lengths, unit=1.0, corners=(0.0, 100 * PIXEL, 0.0, 256 * PIXEL)
+    )
     np.testing.assert_array_equal(part.heights, base.heights[:100])
     assert part.lengths == pytest.approx((100 * PIXEL, 256 * PIXEL))
 

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from continuum.cli import main
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
 from continuum.sticky.instruments import measurements
 from continuum.sticky.joined import joined, joined_spectrum
 from continuum.sticky.linescan import isotropic_surface
-from continuum.sticky.reading import read
+from continuum.sticky.reading import read_topography
 from continuum.sticky.topography import Topography, TopographyError
 from tests.measured import MEASURED, needs_files, needs_reader
 
@@ -87,7 +88,7 @@ def test_a_container_as_a_whole_and_each_of_its_measurements(tmp_path: Path) -> 
     path = MEASURED / "container-2.zip"
     names = measurements(path)
     assert len(names) == 3
-    whole = read(path, part="all")
+    whole = read_topography(path, part="all")
     assert whole.measurements == 3
     command = ["predict", str(path), "--material", "diamond", "--material", "diamond"]
     assert main([*command, "--csv", str(tmp_path / "all.csv")]) == 0

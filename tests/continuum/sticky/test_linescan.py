@@ -15,7 +15,7 @@ from continuum.model.surface import SelfAffine, moments
 from continuum.sticky.linescan import isotropic_surface, profile_spectrum, surface_bands
 from continuum.sticky.materials import Interface
 from continuum.sticky.predict import predict
-from continuum.sticky.reading import read
+from continuum.sticky.reading import read_topography
 from continuum.sticky.topography import Topography, TopographyError
 
 GRID = Grid.square(512)
@@ -109,13 +109,13 @@ def test_the_verdict_of_a_line_is_that_of_its_map_and_says_what_is_assumed() -> 
 def test_a_file_with_one_column_is_a_line_scan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "stylus.txt"
     np.savetxt(path, scanned()[3])
-    found = read(path, size=[512e-9], unit=1e-9)
+    found = read_topography(path, size=[512e-9], unit=1e-9)
     assert found.lines == 1
     assert found.lengths == pytest.approx((512e-9, 512e-9))
     with pytest.raises(TopographyError, match="one length"):
-        read(path, size=[1.0, 2.0], unit=1.0)
+        read_topography(path, size=[1.0, 2.0], unit=1.0)
     with pytest.raises(TopographyError, match="neither cut nor filled"):
-        read(path, size=[512e-9], unit=1e-9, corners=(0, 1e-7, 0, 1e-7))
+        read_topography(path, size=[512e-9], unit=1e-9, corners=(0, 1e-7, 0, 1e-7))
     command = ["predict", str(path), "--size", "512nm", "--unit", "nm", "--estar", "10GPa", "--work", "50mJ/m2",
                "--range", "0.35nm", "-o", str(tmp_path / "out")]  # fmt: skip
     assert main(command) == 0

@@ -11,14 +11,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from continuum.arguments import ArgumentError
-from continuum.sticky.crop import wall_of
+from continuum.sticky.crop import wall_from_map
 from continuum.sticky.faults import directions, find_faults
 from continuum.sticky.joined import joined
 from continuum.sticky.linescan import isotropic_surface
 from continuum.sticky.materials import MATERIALS, Body, Interface, read_interface
 from continuum.sticky.mending import background, crop, cut_off, detrend, fill_outliers, harmonic, prepare
 from continuum.sticky.predict import predict
-from continuum.sticky.reading import from_array, read, read_all
+from continuum.sticky.reading import from_array, read_all, read_topography
 from continuum.sticky.roughness import fit_self_affine, roughness_of, spectrum, stencil_moments, together
 from continuum.sticky.scanlines import scan_lines
 from continuum.sticky.simulate import resolvable, simulate
@@ -46,7 +46,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "harmonic": (harmonic, {"heights": HEIGHTS, "holes": HEIGHTS > 100}),
     "fill_outliers": (fill_outliers, {"topography": MAP, "limit": 0.05}),
     "cut_off": (cut_off, {"topography": MAP, "wavelength": 4.0}),
-    "wall_of": (wall_of, {"topography": LARGE, "n": 32, "spacing": 1.0, "edges": "mirror", "centre": (0.5, 0.5)}),
+    "wall_of": (wall_from_map, {"topography": LARGE, "n": 32, "spacing": 1.0, "edges": "mirror", "centre": (0.5, 0.5)}),
     "find_faults": (find_faults, {"topography": MAP}),
     "directions": (directions, {"topography": MAP}),
     "scan_lines": (scan_lines, {"heights": HEIGHTS}),
@@ -58,7 +58,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "stencil_moments": (stencil_moments, {"grid": MAP.grid, "heights": HEIGHTS, "periodic": False}),
     "together": (together, {"first": roughness_of(MAP), "second": roughness_of(MAP)}),
     "fit_self_affine": (fit_self_affine, {"wavenumber": Q, "density": C}),
-    "read": (read, {"path": Path(__file__).parents[3] / "docs" / "none.npy"}),
+    "read": (read_topography, {"path": Path(__file__).parents[3] / "docs" / "none.npy"}),
     "from_array": (from_array, {"heights": HEIGHTS, **SIZED}),
     "read_all": (lambda **given: read_all([HEIGHTS], **given), {"size": "10um", "unit": "nm", "dataset": None,
                                                                "part": None, "periodic": False, "crop": None,

@@ -24,7 +24,7 @@ from continuum.sticky import examples, materials
 from continuum.sticky.materials import MATERIALS, Body, Interface, InterfaceError, interface, reduced_modulus
 from continuum.sticky.mending import detrend
 from continuum.sticky.predict import Prediction, predict, turning_modulus, turning_work
-from continuum.sticky.reading import read, read_all
+from continuum.sticky.reading import read_all, read_topography
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
 from continuum.sticky.topography import Topography
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
@@ -383,7 +383,7 @@ def test_measured_maps_have_their_published_slope_and_a_verdict(
     name: str, part: str | None, material: str, slope: float, sticky: bool
 ) -> None:
     found: Prediction = predict(
-        [detrend(read(MEASURED / name, part=part))], interface([Body(material=MATERIALS[material])])
+        [detrend(read_topography(MEASURED / name, part=part))], interface([Body(material=MATERIALS[material])])
     )
     assert found.roughness.moments.rms_slope == pytest.approx(slope, rel=0.01)  # as many digits as are published
     assert found.paper.sticky is sticky

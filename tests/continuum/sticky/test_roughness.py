@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.model.grid import Grid, Real
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
 from continuum.sticky.mending import detrend
 from continuum.sticky.roughness import (

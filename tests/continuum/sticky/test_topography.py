@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from continuum.cli import main
 from continuum.sticky.mending import detrend
-from continuum.sticky.reading import read, read_all
+from continuum.sticky.reading import read_all, read_topography
 from continuum.sticky.topography import Topography, TopographyError, mirror, opposed
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
 
@@ -38,12 +38,12 @@ def test_plain_arrays_are_read_with_the_units_given(suffix: str, tmp_path: Path,
     else:
         np.savetxt(path, heights, delimiter="," if suffix == ".csv" else " ")
     dataset = "deep/heights" if suffix == ".h5" else None
-    found = read(path, size=(1e-6,), unit=1e-9, dataset=dataset)
+    found = read_topography(path, size=(1e-6,), unit=1e-9, dataset=dataset)
     np.testing.assert_allclose(found.heights, heights * 1e-9, rtol=1e-15)
     assert found.lengths == pytest.approx((1e-6, 1.2e-6))  # square pixels
     assert not found.periodic
     assert found.source == path.name
-    assert read(path, size=(1e-6, 3e-6), unit=1e-9, dataset=dataset).lengths == (1e-6, 3e-6)
+    assert read_topography(path, size=(1e-6, 3e-6), unit=1e-9, dataset=dataset).lengths == (1e-6, 3e-6)
 
 
 @pytest.mark.parametrize(
@@ -181,15 +181,15 @@ def test_equal_contents_have_equal_digests(rng: np.random.Generator) -> None:
 def test_the_header_of_an_instrument_names_its_units(tmp_path: Path, rng: np.random.Generator) -> None:
     heights, path = rough(rng), tmp_path / "export.txt"
     np.savetxt(path, heights, header="Channel: Main\nWidth: 10 µm\nHeight: 12 µm\nValue units: nm")
-    found = read(path)
+    found = read_topography(path)
     assert sorted(found.lengths) == pytest.approx([10e-6, 12e-6])
     assert found.heights.std() == pytest.approx(heights.std() * 1e-9)
     np.save(tmp_path / "bare.npy", heights)
     with pytest.raises(TopographyError, match="does not say the size"):
-        read(tmp_path / "bare.npy")
+        read_topography(tmp_path / "bare.npy")
     path.with_suffix(".odd").write_bytes(b"nothing at all\n" * 5)
     with pytest.raises(TopographyError, match="none of its formats"):
-        read(path.with_suffix(".odd"))
+        read_topography(path.with_suffix(".odd"))
 
 
 @needs_reader
@@ -202,12 +202,12 @@ def test_holes_of_an_instrument_are_refused(tmp_path: Path, rng: np.random.Gener
         Theirs(heights, (2.0, 3.0), unit="um", periodic=True).to_netcdf(str(tmp_path / "whole.nc"))
         holes = np.ma.masked_array(heights, heights > np.quantile(heights, 0.99))
         Theirs(holes, (2.0, 3.0), unit="um", periodic=False).to_netcdf(str(tmp_path / "holes.nc"))
-    found = read(tmp_path / "whole.nc")
+    found = read_topography(tmp_path / "whole.nc")
     assert found.lengths == pytest.approx((2e-6, 3e-6))
     assert found.periodic
     np.testing.assert_allclose(found.heights, 1e-6 * heights, rtol=1e-12)
     with pytest.raises(TopographyError, match="5 of 480 heights are missing"):
-        read(tmp_path / "holes.nc")
+        read_topography(tmp_path / "holes.nc")
 
 
 def test_all_faults_of_files_and_contact_come_at_once(
@@ -236,8 +236,8 @@ def test_a_size_is_overruled_only_knowingly(tmp_path: Path, rng: np.random.Gener
 @needs_files
 def test_units_of_an_instrument_cannot_be_overruled() -> None:
     with pytest.raises(TopographyError, match="the file itself says the size"):
-        read(MEASURED / "mi-1.mi", size=(1e-6,))
-    knowingly = read(MEASURED / "mi-1.mi", size=(1e-6,), override=True)
+        read_topography(MEASURED / "mi-1.mi", size=(1e-6,))
+    knowingly = read_topography(MEASURED / "mi-1.mi", size=(1e-6,), override=True)
     assert knowingly.lengths == (1e-6, 1e-6)
     assert any("overruled" in step for step in knowingly.steps)
 
@@ -251,7 +251,7 @@ def test_units_of_an_instrument_cannot_be_overruled() -> None:
 def test_the_measured_maps_are_what_their_makers_say(
     name: str, part: str | None, points: int, size: float, height: float
 ) -> None:
-    found = detrend(read(MEASURED / name, part=part))
+    found = detrend(read_topography(MEASURED / name, part=part))
     assert found.heights.shape == (points, points)
     assert found.lengths == pytest.approx((size, size))
     assert found.heights.std() == pytest.approx(height, rel=2e-3)  # three digits are given
@@ -263,4 +263,4 @@ def test_the_measured_maps_are_what_their_makers_say(
 def test_a_map_of_a_container_is_chosen_by_name() -> None:
     path = MEASURED / "container-2.zip"
     with pytest.raises(TopographyError, match=re.escape(f", {AFM!r}, ")):
-        read(path, part="no such map")
+        read_topography(path, part="no such map")

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from continuum.model.grid import Grid
 from continuum.model.surface import moments
 from continuum.runs.axes import Axis
-from continuum.runs.collect import Collected
+from continuum.runs.collect import PointTable
 from continuum.runs.measured import COLUMNS
 from continuum.runs.surfaces import SelfAffineSurface
-from continuum.runs.sweep import Listed, System
+from continuum.runs.sweep import SweepListing, System
 from continuum.show.dispute import THEORIES, Theory, dispute_sheets, draw_turns, many_contacts, write_dispute
 from continuum.show.paper_points import FigureError
 from continuum.sticky.criteria import RoughContact
@@ -41,7 +41,7 @@ def contact(lambda_s: float, seed: int, work: float) -> RoughContact:
     return RoughContact(*moments(grid, heights), work, REACH, conformal_energy=energy, roll_off=32.0)
 
 
-def sweep(theory: Theory, *, back: bool) -> Collected:
+def sweep(theory: Theory, *, back: bool) -> PointTable:
     """Attraction over repulsion, or pull-off over peak load, is w over the w of one theory to the power 0.8."""
     places = list(itertools.product(CUTS, SEEDS, WORKS))
     rows: list[dict[str, float]] = []
@@ -69,8 +69,8 @@ def sweep(theory: Theory, *, back: bool) -> Collected:
     }
     values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
     index = np.repeat(np.arange(len(places)), 4 if back else 1)
-    return Collected(
-        Listed("made", axes, common, systems), tuple(s.key for s in systems), index, values,
+    return PointTable(
+        SweepListing("made", axes, common, systems), tuple(s.key for s in systems), index, values,
         np.ones(len(places)), 0, 0, (), {"version 0": len(places)},
     )  # fmt: skip
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from continuum.sticky import criteria
 from continuum.sticky.record import Surface, recorded, support
-from continuum.sticky.verdict import SURE, count, votes
+from continuum.sticky.verdict import SURE, count_verdicts, votes
 
 TURNS = [surface for surface in recorded() if surface.sticky is None]
 STATES = [surface for surface in recorded() if surface.sticky is not None]
@@ -37,7 +37,7 @@ def test_the_record_is_whole() -> None:
 def test_the_vote_is_right_on_the_states_that_the_turns_have_not_seen() -> None:
     said = Counter()
     for surface in STATES:
-        answer = count(votes(surface.contact, lambda other: other.sticky is not None)).answer
+        answer = count_verdicts(votes(surface.contact, lambda other: other.sticky is not None)).answer
         said[{"sticky": True, "not sticky": False}.get(answer), surface.sticky] += 1
     wrong = said[True, False] + said[False, True]
     right = said[True, True] + said[False, False]
@@ -59,7 +59,7 @@ def test_far_from_its_turn_a_surface_has_its_verdict_and_hardly_ever_another(
     said = Counter()
     for surface in TURNS:
         contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
-        said[count(votes(contact, partial(same, surface))).answer] += 1
+        said[count_verdicts(votes(contact, partial(same, surface))).answer] += 1
     assert set(said) <= {answer, "undecided"}
     assert said[answer] > decided * len(TURNS)
 
@@ -100,8 +100,8 @@ def test_between_the_certain_ones_the_answer_is_undecided() -> None:
     assert undecided() == 207
     steep = replace(TURNS[0].contact, rms_slope=0.5)
     assert not support(criteria.half_conformal_energy, steep).similar
-    assert count(votes(steep)).answer == "undecided"
-    assert "no theory is in its range" in count(votes(steep)).why
+    assert count_verdicts(votes(steep)).answer == "undecided"
+    assert "no theory is in its range" in count_verdicts(votes(steep)).why
 
 
 def test_the_bearing_area_model_turns_where_its_two_pressures_touch() -> None:

@@ -300,7 +300,9 @@ def test_the_bearing_area_model_has_the_limit_of_its_energy_balance() -> None:
 def test_the_gap_beside_a_patch_is_that_of_the_paper_s_profile() -> None:
     slope, curvature = 0.13, 0.7
     diameter = paper.contact_diameter(slope, curvature)
-    assert paper.gap_scale(slope, curvature) == pytest.approx(float(paper.gap_profile(diameter, slope, diameter)))
+    assert paper.gap_scale(slope, curvature) == pytest.approx(
+        float(paper.gap_outside_contact(diameter, slope, diameter))
+    )
 
 
 def test_the_generalised_tabor_number_is_tabor_s_of_a_summit() -> None:

@@ -28,7 +28,7 @@ slope = st.floats(0.01, 0.5)
 def test_the_rim_follows_from_the_gap(rms_slope: float, curvature: float, range_: float) -> None:
     diameter = paper.contact_diameter(rms_slope, curvature)
     width = paper.attraction_width(rms_slope, diameter, range_)
-    assert float(paper.gap_profile(width, rms_slope, diameter)) == pytest.approx(range_, rel=1e-12)
+    assert float(paper.gap_outside_contact(width, rms_slope, diameter)) == pytest.approx(range_, rel=1e-12)
     # A_att = P d_att with P = π A_rep/d_rep: Eqs. (4) and (S-2) say the same.
     ratio = paper.area_ratio(rms_slope, diameter, range_)
     assert 1 / ratio == pytest.approx(paper.perimeter(1.0, diameter) * width, rel=1e-12)
@@ -44,7 +44,7 @@ def test_the_gap_is_that_outside_a_cylinder() -> None:
     for x in (1e-3, 1e-4):
         exact = quad(lambda s: a / radius * np.sqrt(((a + s) / a) ** 2 - 1), 0, x, epsabs=0)[0]
         # The next term of the expansion is 3x/(20 a).
-        assert float(paper.gap_profile(x, a / radius, 2 * a)) == pytest.approx(exact, rel=0.2 * x)
+        assert float(paper.gap_outside_contact(x, a / radius, 2 * a)) == pytest.approx(exact, rel=0.2 * x)
 
 
 @given(slope, positive, positive, st.floats(1e-4, 0.1), st.floats(1.5, 3))
@@ -88,7 +88,7 @@ def test_the_effective_range_keeps_the_load_of_the_rim(attraction: Callable[[flo
     rim = paper.attractive_load(attraction, 0.1, 20.0, cutoff)
     assert rim == pytest.approx(work / range_ * paper.attraction_width(0.1, 20.0, range_), rel=1e-8)
     end = paper.attraction_width(0.1, 20.0, cutoff) if np.isfinite(cutoff) else np.inf
-    over_x = quad(lambda x: attraction(float(paper.gap_profile(x, 0.1, 20.0))), 0, end, epsabs=0, limit=400)[0]
+    over_x = quad(lambda x: attraction(float(paper.gap_outside_contact(x, 0.1, 20.0))), 0, end, epsabs=0, limit=400)[0]
     assert rim == pytest.approx(over_x, rel=1e-6)
 
 
@@ -195,7 +195,7 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
     **dict.fromkeys(("persson_area", "bearing_area_limit", "generalised_tabor"), NUMBER),
     **dict.fromkeys(("gap_scale",), LENGTH),
     **dict.fromkeys(("asperity_radius", "attraction_width", "contact_diameter", "effective_range"), LENGTH),
-    **dict.fromkeys(("gap_profile", "height_change", "necessary_adhesion_length", "perimeter"), LENGTH),
+    **dict.fromkeys(("gap_outside_contact", "height_change", "necessary_adhesion_length", "perimeter"), LENGTH),
     **dict.fromkeys(("snap_in_wavelength", "spline_adhesion_length", "contact_radius", "indentation"), LENGTH),
     **dict.fromkeys(
         ("separation_distance", "zero_load_radius", "pull_off_radius", "half_width", "pull_off_width"), LENGTH
@@ -213,8 +213,10 @@ def _functions() -> list[Callable[..., Any]]:
     """Every public function and every public property and method of the oracles, as functions of numbers by name."""
     found: list[Callable[..., Any]] = []
     for module in (paper, smooth, rough):
-        for name in module.__all__:
-            thing = getattr(module, name)
+        public = [name for name in vars(module) if not name.startswith("_")]
+        for thing in (getattr(module, name) for name in public):
+            if getattr(thing, "__module__", None) != module.__name__:
+                continue
             if isinstance(thing, type) and dataclasses.is_dataclass(thing):
                 fields = {field.name for field in dataclasses.fields(thing)}
                 found += [
