@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from numpy.typing import ArrayLike
 
-import continuum.runs.analysis
-import continuum.runs.result
 import continuum.sticky.predict
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, function
 from continuum.files.inputs import load
 from continuum.files.settings import settings_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep, is_sweep
+from continuum.runs.analysis import Analysis
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
+from continuum.runs.result import Result
 from continuum.runs.run import Progress
 from continuum.runs.run import run as follow_run
 from continuum.show.sheet import Column, Sheet
@@ -31,48 +31,6 @@ if TYPE_CHECKING:
     from continuum.sticky.materials import Interface
     from continuum.sticky.mending import Detrending
     from continuum.sticky.topography import Topography
-
-
-class Result(continuum.runs.result.Result):
-    """A stored run; see :class:`continuum.runs.result.Result`."""
-
-    def analyse(self) -> Analysis:
-        """Measure every stored equilibrium: patches, perimeter, κ, gap profile, pull-off."""
-        return Analysis(**vars(continuum.runs.analysis.analyse(self)))
-
-    def sheets(self) -> list[Sheet]:
-        """Its points and its jumps."""
-        from continuum.show.runs import run_sheets
-
-        return run_sheets(self)
-
-    def plot(self, folder: Path | None = None) -> list[Path]:
-        """Draw its figures, beside it or into a folder; returns the PNG files."""
-        from continuum.show.runs import draw_run
-
-        return draw_run(self, folder)
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
-
-
-class Analysis(continuum.runs.analysis.Analysis):
-    """What was measured on a run; see :class:`continuum.runs.analysis.Analysis`."""
-
-    def sheets(self) -> list[Sheet]:
-        """Each point, and the run as a whole."""
-        from continuum.show.runs import analysis_sheets
-
-        return analysis_sheets(self)
-
-    def plot(self, folder: Path | None = None) -> list[Path]:
-        """Draw its figures, beside the run or into a folder; returns the PNG files."""
-        from continuum.show.runs import draw_analysis
-
-        return draw_analysis(self, folder)
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 class Prediction(continuum.sticky.predict.Prediction):
@@ -233,7 +191,7 @@ def run(
     if path.suffix != ".h5":
         name = config.source.path.stem if config.source else "run"
         path = path / f"{name}.h5"
-    return Result(**vars(follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)))
+    return follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)
 
 
 def analyse(result: str | Path) -> Analysis:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from continuum.model.walls import Wall
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.theory import paper
+
+if TYPE_CHECKING:
+    from continuum.show.sheet import Sheet
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +94,24 @@ class Analysis:
     """None without equilibria."""
     notes: tuple[str, ...]
     """What is missing, and what to do about it."""
+
+    def __repr__(self) -> str:
+        return f"Analysis({self.result!r})"
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+    def sheets(self) -> list[Sheet]:
+        """Each point, and the run as a whole."""
+        from continuum.show.runs import analysis_sheets
+
+        return analysis_sheets(self)
+
+    def plot(self, folder: Path | None = None) -> list[Path]:
+        """Draw its figures, beside the run or into a folder; returns the PNG files."""
+        from continuum.show.runs import draw_analysis
+
+        return draw_analysis(self, folder)
 
 
 def analyse(result: Result | str | Path) -> Analysis:
