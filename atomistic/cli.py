@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from continuum.options import add_common, add_format, add_init, at_least_one, completion, exit_codes, until_stopped
 
 if TYPE_CHECKING:
-    from atomistic.front.decks import DeckRun
+    from atomistic.relax.deckrun import DeckRun
     from continuum.files.tables import Document
 
 

@@ -78,7 +78,7 @@ ATOMISTIC = {
     "front": "show",
     "cli": "front",
 }
-RESULTS = {("continuum", "runs"), ("atomistic", "ladder")}
+RESULTS = {("continuum", "runs"), ("atomistic", "relax"), ("atomistic", "ladder")}
 """Rooms whose results have methods that draw and print them."""
 
 

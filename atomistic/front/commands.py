@@ -6,13 +6,12 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import atomistic.ladder.validate
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
-from atomistic.ladder.validate import Progress
+from atomistic.ladder.validate import Progress, Validation, validate_all
 from atomistic.lammps.doctor import Doctor
 from atomistic.lammps.doctor import doctor as look
 from atomistic.lammps.engine import command_words
@@ -30,38 +29,6 @@ LATTICES = 48, 256
 continuum, more take too much memory."""
 MOST_WORKERS = 4
 """Processes of a validation, if their number is not given: each holds a slab."""
-
-
-class Validation(atomistic.ladder.validate.Validation):
-    """A finished validation; see :class:`atomistic.ladder.validate.Validation`."""
-
-    def budget(self) -> Sheet:
-        """The error budget: what each step of the ladder costs."""
-        from atomistic.show.validation import budget_sheet
-
-        return budget_sheet(self.stored)
-
-    def sheets(self) -> list[Sheet]:
-        """Budget, scaling laws, jumps, verdicts."""
-        from atomistic.show.validation import validation_sheets
-
-        return validation_sheets(self)
-
-    @property
-    def sentence(self) -> str:
-        """How many bounds hold."""
-        from atomistic.show.validation import validation_sentence
-
-        return validation_sentence(self.verdicts)
-
-    def write(self) -> list[Path]:
-        """Draw the figures and write the page, beside the file; returns the page and the PNG files."""
-        from atomistic.show.validation import write_validation
-
-        return write_validation(self)
-
-    def _repr_html_(self) -> str:
-        return f"<p>{self.sentence}</p>{self.budget()._repr_html_()}"
 
 
 def validate(
@@ -101,16 +68,9 @@ def validate(
     config = file if isinstance(file, ValidateConfig) else load(file_name("file", file), ValidateConfig)
     if path.suffix != ".h5":
         path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
-    found = atomistic.ladder.validate.validate(
-        config,
-        path,
-        workers=workers,
-        decks=decks,
-        lmp_command=lmp_command,
-        force=force,
-        progress=progress,
+    return validate_all(
+        config, path, workers=workers, decks=decks, lmp_command=lmp_command, force=force, progress=progress
     )
-    return Validation(**vars(found))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from atomistic.crystal.interatomic import Model, check_model
 from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import Motion, Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
-from continuum.arguments import ArgumentError, count, instance, number
+from continuum.arguments import ArgumentError, count, file_name, instance, number
 from continuum.arguments import field as field_of
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -70,6 +71,18 @@ class Deck:
             raise ArgumentError("slab", slab, allowed)
         self._set_arrays()
         self._check_numbers()
+
+    def write(self, directory: str | Path) -> Path:
+        """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            If that is no name of a directory, it holds anything but an earlier deck, or cannot be written to.
+        """
+        from atomistic.lammps.directory import write_deck
+
+        return write_deck(file_name("directory", directory), self)
 
     def _set_arrays(self) -> None:
         slab = self.slab

@@ -11,7 +11,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.front.decks import DeckRun
+from atomistic.relax.deckrun import DeckRun
 from atomistic.show.decks import draw_deck_run
 from continuum.files import store
 from continuum.show.plot import new_figure
