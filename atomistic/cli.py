@@ -281,7 +281,7 @@ def _elastic(parsed: argparse.Namespace) -> int:
 
 
 def _doctor(parsed: argparse.Namespace) -> int:
-    from atomistic.front.commands import doctor
+    from atomistic.lammps.doctor import doctor
     from continuum.errors import NOT_CONVERGED, OK
     from continuum.show.console import show
     from continuum.show.sheet import pairs

@@ -18,7 +18,7 @@ from atomistic.config.validate import ValidateConfig
 from continuum.files.inputs import load
 from continuum.runs.axes import Sweep
 from continuum.runs.config import RunConfig
-from continuum.runs.run import run
+from continuum.runs.run import follow_run
 
 ROOT = Path(__file__).parent.parent
 MODULES = sorted(path for package in ("continuum", "atomistic") for path in (ROOT / package).rglob("*.py"))
@@ -196,7 +196,7 @@ def test_every_input_loads_and_says_what_it_is_for(path: Path) -> None:
 
 @pytest.mark.parametrize("path", [p for p in INPUTS if p.parent.name == "smoke"], ids=lambda p: p.name)
 def test_every_smoke_input_runs_and_converges(path: Path, tmp_path: Path) -> None:
-    summary = run(load(path, RunConfig), tmp_path / "result.h5")
+    summary = follow_run(load(path, RunConfig), tmp_path / "result.h5")
     assert summary.converged
     assert max(step.area_rep for step in summary.points) > 0.01
 

@@ -12,8 +12,6 @@ from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
 from atomistic.ladder.validate import Progress, Validation, validate_all
-from atomistic.lammps.doctor import Doctor
-from atomistic.lammps.doctor import doctor as look
 from atomistic.lammps.engine import command_words
 from atomistic.relax.decks import parts_of
 from atomistic.response.discreteness import Discreteness, discreteness
@@ -168,8 +166,3 @@ def check(file: str | Path) -> Sheet:
         ("memory of a process, about", f"{cost.memory / 2**20:.3g} MiB"),
     ]
     return pairs(f"{file}: valid", rows)
-
-
-def doctor() -> Doctor:
-    """Is LAMMPS usable here, which one, and if not what to do."""
-    return look()

@@ -40,7 +40,7 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.path.state import Branch, State
+from continuum.path.state import Branch, PathState
 from continuum.solve.solution import Settings
 
 StepName = str
@@ -249,7 +249,7 @@ class _Comparison:
         totals = totals_of(self.grid, self.wall, found.gap)
         return Rung(name, linear.separation, found.gap, found.traction, totals), found
 
-    def compared(self, place: str, area: float, branch: Branch, chosen: State) -> ValidatedState:
+    def compared(self, place: str, area: float, branch: Branch, chosen: PathState) -> ValidatedState:
         """A state of the lattice on all rungs."""
         reference = rung_of(self.problems["lattice"], "lattice", chosen)
         rungs = {name: self.on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:-1]}
@@ -277,7 +277,7 @@ class _Comparison:
             place, area, branch, rungs, differences, ratio, found.largest_force, found.evaluations, seconds
         )
 
-    def curves(self, states: list[State]) -> tuple[RungCurve, ...]:
+    def curves(self, states: list[PathState]) -> tuple[RungCurve, ...]:
         """Area and load along the approach, on every continuum rung at the mean gaps of the lattice."""
         approach = [state for state in states if state.branch != "retract"]
         lattice = [rung_of(self.problems["lattice"], "lattice", state) for state in approach]

@@ -21,8 +21,7 @@ from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.result import Result
-from continuum.runs.run import Progress
-from continuum.runs.run import run as follow_run
+from continuum.runs.run import Progress, follow_run
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import MOST_THREADS

@@ -29,7 +29,7 @@ class State:
     """One equilibrium of a contact, converged or not."""
 
     contact: Contact = field(repr=False)
-    found: state.State = field(repr=False)
+    found: state.PathState = field(repr=False)
 
     def __repr__(self) -> str:
         return (

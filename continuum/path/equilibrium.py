@@ -13,7 +13,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Control, State, gone, state_of
+from continuum.path.state import Branch, Control, PathState, gone, state_of
 from continuum.solve.solution import Settings, Solution, Status, Work
 from continuum.solve.solver import Solver
 from continuum.solve.stability import stability
@@ -35,7 +35,7 @@ def equilibrium(
     start: Real | None = None,
     branch: Branch = "start",
     solver: Solver | None = None,
-) -> State:
+) -> PathState:
     """Equilibrium at one separation, mean gap or mean pressure: as :func:`continuum.path.loading.solve` says."""
     if control == "mean-pressure" and target < 0 and start is None:
         # Surfaces apart hold no tension: it is applied to what rests at zero load.

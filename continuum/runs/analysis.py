@@ -114,7 +114,7 @@ class Analysis:
         return draw_analysis(self, folder)
 
 
-def analyse(result: Result | str | Path) -> Analysis:
+def analyse_run(result: Result | str | Path) -> Analysis:
     """Measure every equilibrium of a stored run.
 
     Raises

@@ -14,7 +14,7 @@ from continuum.files import store
 from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Event, EventKind, JumpSide, Outcome, State, gone, numbers
+from continuum.path.state import Branch, Event, EventKind, JumpSide, Outcome, PathState, gone, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
@@ -44,7 +44,7 @@ class Point(Totals):
     status: str = quantity("", "how the solve ended")
 
     @classmethod
-    def of(cls, problem: ContactProblem, state: State, solver: Solver) -> Point:
+    def of(cls, problem: ContactProblem, state: PathState, solver: Solver) -> Point:
         """The numbers of a state."""
         solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
         return cls(
@@ -92,10 +92,10 @@ class Record:
     work: list[tuple[Work, ...]] = field(default_factory=list)
     seconds: list[tuple[float, float]] = field(default_factory=list)
     """Of each point: of its own solve, and with the search and the writing."""
-    good: list[State] = field(default_factory=list)
+    good: list[PathState] = field(default_factory=list)
     """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
 
-    def append(self, problem: ContactProblem, state: State, solver: Solver) -> None:
+    def append(self, problem: ContactProblem, state: PathState, solver: Solver) -> None:
         """Add a point of the path; the solver is that of the path, in whose arrays the elastic energy is found."""
         self.points.append(Point.of(problem, state, solver))
         self.events += [PathEvent(len(self.points) - 1, event) for event in state.events]
@@ -200,7 +200,7 @@ class Record:
             rows = zip(*(file[f"restart/{name}"].tolist() for name in names), strict=True)
             for control, target, branch, separation, mean_gap, residual, contact in rows:
                 solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
-                state = State(control, target, branch, separation, mean_gap, Totals(*contact), solution)
+                state = PathState(control, target, branch, separation, mean_gap, Totals(*contact), solution)
                 record.good = [*map(numbers, record.good), state]
         return record
 
@@ -257,7 +257,7 @@ def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
     ]
 
 
-def _contact(problem: ContactProblem, state: State) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Masks of the repulsive contact and of the attracted area, packed; row by row, since a grid may be large."""
     rows = range(0, problem.grid.shape[0], _ROWS)
     kinds = (contact_map(problem.wall, state.gap[row : row + _ROWS]) for row in rows)
@@ -266,7 +266,7 @@ def _contact(problem: ContactProblem, state: State) -> tuple[NDArray[np.uint8], 
     return repulsive, attracted
 
 
-def _elastic_energy(problem: ContactProblem, state: State, solver: Solver) -> float:
+def _elastic_energy(problem: ContactProblem, state: PathState, solver: Solver) -> float:
     """Elastic energy per area without the mean mode, in E* a0."""
     pulled_off = state.outcome is Outcome.PULLED_OFF
     return 0.0 if pulled_off else solver.elastic_energy(problem.heights, state.gap)

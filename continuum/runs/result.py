@@ -136,9 +136,9 @@ class Result:
 
     def analyse(self) -> Analysis:
         """Measure every stored equilibrium: patches, perimeter, κ, gap profile, pull-off."""
-        from continuum.runs.analysis import analyse
+        from continuum.runs.analysis import analyse_run
 
-        return analyse(self)
+        return analyse_run(self)
 
     def sheets(self) -> list[Sheet]:
         """Its points and its jumps."""

@@ -23,7 +23,7 @@ from continuum.runs.engine import run_tasks
 from continuum.runs.folder import Folder, SweepError, names
 from continuum.runs.measured import add_measurements
 from continuum.runs.memory import physical_memory
-from continuum.runs.run import run
+from continuum.runs.run import follow_run
 from continuum.runs.tasks import Task, TaskResult
 
 _EVERY = 20.0
@@ -155,7 +155,7 @@ def solve_system(root: Path, task: Task) -> None:
             return
         if working.exists() and store.schema_of(working) != RunConfig.result_schema:
             working.unlink()  # what was left here by a machine that went down
-        run(task.plan.config, working, every=_EVERY)
+        follow_run(task.plan.config, working, every=_EVERY)
         add_measurements(working)
         output.placed(working, task.path)
         folder.failure(task.path.stem).unlink(missing_ok=True)
