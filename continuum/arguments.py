@@ -92,7 +92,7 @@ def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1, *, why: 
 
 
 def choice(name: str, value: Any, choices: Iterable[_Choice]) -> _Choice:
-    """One of some names.
+    """Check that a value is one of some names.
 
     Raises
     ------

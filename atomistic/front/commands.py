@@ -78,7 +78,7 @@ class Elastic:
     model: Model
     modulus: ContactModulus
     response: LatticeResponse | None = field(repr=False)
-    """Of a slab, if it was asked for."""
+    """Lattice Green's function of a slab, if it was asked for."""
     discreteness: Discreteness | None = field(repr=False)
     """How that tends to the continuum."""
 

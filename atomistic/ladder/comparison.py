@@ -53,7 +53,7 @@ STEPS: dict[StepName, tuple[RungName, RungName]] = {
 }
 """Differences of the budget: a rung and the one it is held against."""
 GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-lattice", "spring-atoms")}
-"""For crystals of other atoms than springs: the part of the nonlinearity that is geometry."""
+"""The part of the nonlinearity that is geometry, for crystals other than springs."""
 
 
 class LoadingPath(NamedTuple):
@@ -74,7 +74,7 @@ class LoadingPath(NamedTuple):
 
     @property
     def label(self) -> str:
-        """For progress lines."""
+        """Name of the path in progress lines."""
         return f"{self.case}, h' = {self.rms_slope:g}, seed {self.seed}"
 
 
@@ -95,9 +95,9 @@ class ValidatedState:
     largest_force: float
     """Left on a mobile atom, under the native wall, in E* a0²."""
     evaluations: int
-    """Of the forces, in LAMMPS."""
+    """Evaluations of the forces in LAMMPS."""
     seconds: float
-    """Of the relaxation."""
+    """Seconds of the relaxation."""
 
 
 class RungCurve(NamedTuple):
@@ -112,7 +112,7 @@ class RungCurve(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PathResult:
-    """What a path gave."""
+    """Compared states of one path."""
 
     path: LoadingPath
     mean_stiffness: float
@@ -196,7 +196,7 @@ class _Comparison:
 
     @cached_property
     def problems(self) -> dict[RungName, ContactProblem]:
-        """The continuum rungs."""
+        """Contact problem of each continuum rung."""
         lattice, constants = self.specimen.response, self.specimen.model.elastic_constants
         responses = {name: response_of(name, lattice, constants) for name in CONTINUUM_RUNGS}
         if self.springs is not None:

@@ -61,7 +61,7 @@ class Rung:
 
     name: RungName
     separation: float
-    """In a0."""
+    """Separation, in a0."""
     gap: Real
     """Shape (nx, ny), in a0."""
     traction: Real
@@ -70,7 +70,7 @@ class Rung:
 
     @property
     def mean_gap(self) -> float:
-        """In a0."""
+        """Mean gap, in a0."""
         return float(self.gap.mean())
 
 
@@ -178,7 +178,7 @@ def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, Pat
 
 
 class Difference(NamedTuple):
-    """By how much one rung differs from another, the second being the reference."""
+    """Differences of one rung from another, the second being the reference."""
 
     load: float
     """(N - N')/N'_rep: relative to the repulsive load, since the total may cross zero.  Infinite if only the

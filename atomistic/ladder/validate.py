@@ -35,7 +35,7 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """A finished validation."""
+    """A finished validation with the verdict on every bound."""
 
     path: Path
     config: ValidateConfig = field(repr=False)
@@ -61,7 +61,7 @@ class Validation:
 
     @property
     def sentence(self) -> str:
-        """How many bounds hold."""
+        """How many of the bounds hold, in a sentence."""
         from atomistic.show.validation import validation_sentence
 
         return validation_sentence(self.verdicts)
@@ -198,7 +198,7 @@ class _Parts:
         return True
 
     def clear(self) -> None:
-        """Remove the folder."""
+        """Remove the folder of parts."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

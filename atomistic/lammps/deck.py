@@ -130,7 +130,7 @@ class Deck:
 
     @property
     def rest(self) -> Real:
-        """Where the atoms are at rest without a wall, shape (layers, nx, ny, 3), in a0."""
+        """Positions of the atoms at rest without a wall, shape (layers, nx, ny, 3), in a0."""
         assert self.rise is not None
         at = self.slab.positions.copy()
         at[..., 2] += self.rise[:, None, None]

@@ -38,7 +38,6 @@ class Separations:
 
     @property
     def steps(self) -> int:
-        """Number of equilibria."""
         return len(self.separations)
 
 
@@ -77,7 +76,6 @@ class MeanPressures:
 
     @property
     def steps(self) -> int:
-        """Number of equilibria."""
         return len(self.pressures)
 
 
@@ -135,7 +133,7 @@ class Motion:
 
     @property
     def steps(self) -> int:
-        """Number of windows."""
+        """Number of time windows."""
         return len(self.durations)
 
     @property

@@ -128,9 +128,9 @@ class DeckRun:
     directory: Path
     description: DeckDescription = field(repr=False)
     wall: Wall
-    """The law."""
+    """Law of the wall."""
     heights: Real = field(repr=False)
-    """Of the wall above the lattice sites, shape (nx, ny), in a0."""
+    """Heights of the wall above the lattice sites, shape (nx, ny), in a0."""
     steps: tuple[DeckStep, ...]
     gaps: Real = field(repr=False)
     """Shape (steps, nx, ny), in a0."""
@@ -138,7 +138,7 @@ class DeckRun:
 
     @property
     def expected(self) -> int:
-        """Steps of the protocol."""
+        """Number of steps of the protocol."""
         return max(self.description.steps, 1)
 
     @property
@@ -208,7 +208,7 @@ class DeckRun:
         return tuple(found)
 
     def store(self, path: Path, beside: tuple[ContinuumStep, ...] = ()) -> Path:
-        """Write ``NAME.h5``; returns it.
+        """Store the run as ``NAME.h5``; returns it.
 
         Raises
         ------

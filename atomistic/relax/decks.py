@@ -46,7 +46,7 @@ class DeckParts(NamedTuple):
     heights: Real
     """Shape (nx, ny), in a0."""
     notes: tuple[str, ...]
-    """Where the heights come from."""
+    """Lines that say where the heights come from."""
 
 
 def parts_of(config: DeckConfig) -> DeckParts:
@@ -118,7 +118,7 @@ def _wall(config: DeckConfig) -> Wall:
 
 
 def _heights(config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
-    """Of the wall, in a0, and where they come from."""
+    """Heights of the wall, in a0, and where they come from."""
     surface, real = config.surface, model.real_units
     if not isinstance(surface, TopographySurface):
         return surface.build(slab.grid), ()

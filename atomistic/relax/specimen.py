@@ -32,7 +32,7 @@ class Specimen:
 
     @property
     def slab(self) -> Slab:
-        """The atoms."""
+        """Slab of atoms."""
         return self.response.slab
 
     @classmethod

@@ -37,7 +37,7 @@ derivative of LAMMPS' spline jumps there, by up to 1e-5 for the tables that come
 
 @dataclass(frozen=True)
 class SymmetryErrors:
-    """By how much measured force constants violate what must hold, relative to the largest of them.
+    """Violation of each symmetry by the measured force constants, relative to the largest of them.
 
     All are mended afterwards: forces beyond the reach dropped, matrices symmetrised, and the force of an atom on itself
     set so that a displacement of all atoms together gives none.
@@ -87,7 +87,7 @@ class ForceConstants:
 
     @property
     def reach(self) -> int:
-        """Layers that forces reach."""
+        """Number of layers that forces reach."""
         return len(self.bulk) - 1
 
     @property
@@ -147,7 +147,7 @@ def spring_force_constants(springs: Springs) -> ForceConstants:
 
 
 def relaxation(model: Model, mobile: int) -> Real:
-    """By how much the layers of a slab without load rise, shape (mobile,), in a0, on a base at its lattice sites.
+    """Rise of the layers of a slab without load, shape (mobile,), in a0, on a base at its lattice sites.
 
     Raises
     ------

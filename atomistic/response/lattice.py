@@ -46,16 +46,16 @@ class _Chain(NamedTuple):
     """S_l^-1 of all blocks, with waves sorted by length, longest first."""
 
     surface: tuple[Complex, ...]
-    """Of each block whose force constants are not those of the bulk, from the top; shape (waves, 3b, 3b)."""
+    """Blocks whose force constants are not those of the bulk, from the top; shape (waves, 3b, 3b)."""
     bulk: tuple[Complex, ...]
-    """Of each block below these, from the top: of its first waves only."""
+    """Blocks below these, from the top: for their first waves only."""
     steady: Complex
-    """Of all waves that a block of the bulk does not list."""
+    """The limit deep in the bulk, for all waves that a block of the bulk does not list."""
     couplings: dict[int, Complex]
     """U_l by block; those of the bulk that are missing are that of the next one listed."""
 
     def solve(self, block: int, x: Complex) -> Complex:
-        """S_l^-1 x."""
+        """Product S_l^-1 x."""
         if block < len(self.surface):
             return self.surface[block] @ x
         own = self.bulk[block - len(self.surface)]
@@ -125,7 +125,7 @@ class LatticeResponse:
 
     @cached_property
     def rise(self) -> Real:
-        """By how much each layer at rest lies above its lattice sites, shape (layers,), in a0: the surface relaxes."""
+        """Rise of each layer at rest above its lattice sites, shape (layers,), in a0: the surface relaxes."""
         rise = np.zeros(self.slab.layers)
         relaxed = self.force_constants.relaxation
         rise[: relaxed.size] = relaxed

@@ -110,7 +110,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
 
 
 def datasets_in(path: Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
-    """All datasets of a file, refusing whatever is not stored in it."""
+    """Every dataset of a file; external, virtual and undecodable ones are refused."""
     for name in group:
         item = _item(path, group, name, prefix + name)
         if isinstance(item, h5py.Group):

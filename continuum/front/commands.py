@@ -87,7 +87,7 @@ class CheckReport:
     """What an input amounts to."""
 
     sheet: Sheet
-    """Of a run grid, roughness, law, memory and cost; of a sweep what its systems cost together."""
+    """A run: grid, roughness, law, memory and cost; a sweep: what its systems cost together."""
     system: RunSetup | None = None
     """The contact of a run, with its input; None of a sweep."""
 

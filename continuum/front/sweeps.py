@@ -40,14 +40,14 @@ class SweepRun:
 
     folder: Path
     total: int
-    """Systems of this call."""
+    """Number of systems that this call had to do."""
     found: int
-    """That were done before, or meanwhile by another process."""
+    """Systems that were done before, or meanwhile by another process."""
     done: int
     failed: tuple[TaskResult, ...]
-    """That could not be done, with the reasons."""
+    """Systems that failed, with the reasons."""
     held: tuple[TaskResult, ...]
-    """That another process has in hand."""
+    """Systems that are locked by another process."""
 
     @property
     def ok(self) -> bool:
@@ -55,7 +55,7 @@ class SweepRun:
         return not self.failed and not self.held
 
     def collect(self) -> PointTable:
-        """All points that are done, as one table."""
+        """Collect all points that are done in one table."""
         return continuum.runs.collect.collect(self.folder)
 
 
@@ -246,13 +246,13 @@ class Verification:
     """Whether the files of a sweep are sound."""
 
     files: int
-    """How many were read."""
+    """Number of files that were read."""
     faults: tuple[str, ...]
     """What is wrong with some, with their names."""
 
     @property
     def ok(self) -> bool:
-        """Whether all are sound."""
+        """Whether all files are sound."""
         return not self.faults
 
 

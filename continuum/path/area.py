@@ -30,7 +30,7 @@ from continuum.solve.solver import Solver
 LOOSE, LOOSEST = 100.0, 1e-5
 """Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
 NARROW = 0.5
-"""Of more contact than this trials have the full tolerance: what is left of the gap is too small for a loose one."""
+"""Beyond this contact trials have the full tolerance: what is left of the gap is too small for a loose one."""
 FEW_POINTS = 4.5
 """A change of the area by fewer points is no jump before the bracket is a sixteenth of the resolution."""
 COARSER = 3.0
@@ -64,7 +64,7 @@ class _Aim:
     target: float
     settings: Settings
     loose: Settings
-    """Of trials."""
+    """Tolerance of trials."""
     search: Search
     branch: Branch
     solver: Solver
@@ -206,7 +206,7 @@ class _Bracket:
         return self._between(before, self.after)
 
     def _onward(self, before: PathState) -> float:
-        """Where the target may be reached; farther if the area did not change on the last step."""
+        """Next mean gap outside of the bracket; farther if the area did not change on the last step."""
         problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
         self.width, self.span, self.slow = np.inf, np.inf, 0
         guess = abs(_step(problem, before, target, self.aim.work.slope))
@@ -218,7 +218,7 @@ class _Bracket:
         return max(mean_gap, (before.mean_gap + lowest) / 2)
 
     def _between(self, before: PathState, after: PathState) -> tuple[float, bool]:
-        """By the secant, or half the way where that is slow."""
+        """Next mean gap inside of the bracket: by the secant, or half the way where that is slow."""
         old, self.width = self.width, abs(before.mean_gap - after.mean_gap)
         wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
         # Close to the bound of a hard wall all that is left of the mean gap may be less than the resolution.
@@ -267,7 +267,7 @@ def _fraction(before: PathState, after: PathState, target: float, size: int) -> 
 
 
 def _step(problem: ContactProblem, before: PathState, target: float, slope: float) -> float:
-    """By how much to lower the mean gap.
+    """Step by which the mean gap is lowered.
 
     The area changes less than if the surface were moved rigidly, which gives the scale.
     """
@@ -307,7 +307,7 @@ def _apart(aim: _Aim) -> PathState:
     heights = _sample(problem.heights)
 
     def rest(part: float, reach: float) -> PathState:
-        """Where, undeformed, this part of the target would overlap, or ``reach`` above."""
+        """Mean gap at which, undeformed, this part of the target would overlap, or ``reach`` above."""
         mean_gap = problem.wall.zero_gap + reach + problem.mean_height - float(np.quantile(heights, part * target))
         return aim.trial(mean_gap, aim.loose, None)
 

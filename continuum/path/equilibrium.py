@@ -76,7 +76,7 @@ def _solution(
     start: Real | None,
     settings: Settings,
 ) -> Solution:
-    """Where the solver is chosen: by whether the wall has a law, or only a bound."""
+    """Solve with the solver that the wall asks for: the smooth one for a law, the constrained one for a bound."""
     law, heights = problem.wall.law, problem.heights
     if law is None:
         return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)

@@ -79,7 +79,7 @@ class JumpSide(NamedTuple):
     """One side of a jump, as numbers: lengths in a0, loads per A0 in E*, areas as fractions of A0."""
 
     value: float
-    """Of the controlled quantity."""
+    """Value of the controlled quantity."""
     separation: float
     mean_gap: float
     area_rep: float
@@ -100,10 +100,10 @@ class Event(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PathState:
-    """One equilibrium under load."""
+    """One state of a path: its numbers, and the solution that it was found by."""
 
     control: Control
-    """What was given."""
+    """Quantity that is given."""
     target: float
     """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
     branch: Branch
@@ -111,9 +111,9 @@ class PathState:
     separation: float
     """Height of the wall's zero above the undeformed surface, in a0; NaN where the mean is free."""
     mean_gap: float
-    """In a0."""
+    """Mean gap, in a0."""
     totals: Totals
-    """Areas and loads."""
+    """Areas and loads of the state."""
     solution: Solution = field(repr=False)
     outcome: Outcome | None = None
     """Why the target has no state; None if it has one."""
@@ -126,7 +126,7 @@ class PathState:
     search_pairs: float = 0.0
     """FFT pairs, weighted as those of the solution, of the other equilibria on the way."""
     search_solves: int = 0
-    """Their number."""
+    """Number of those equilibria."""
 
     @property
     def load(self) -> float:
@@ -140,7 +140,7 @@ class PathState:
 
     @property
     def traction(self) -> Real:
-        """Of the wall on the surface, compression positive, shape ``grid.shape``, in E*; NaN where it is not known."""
+        """Traction of the wall on the surface, compression positive, shape ``grid.shape``, in E*; NaN if not known."""
         return self.solution.traction
 
     @property

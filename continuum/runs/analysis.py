@@ -1,4 +1,4 @@
-"""All that can be measured on the stored points of a run, and the paper's predictions beside it."""
+"""Measurements on the stored points of a run, with the paper's predictions beside them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class FieldMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPoint:
-    """One stored equilibrium, measured."""
+    """One stored equilibrium with its measurements."""
 
     step: int
     """Its place on the path."""
@@ -69,9 +69,9 @@ class Expected:
 
     rms_slope: float
     rms_curvature: float
-    """In 1/a0."""
+    """Root-mean-square curvature, in 1/a0."""
     range: float
-    """Δr, in a0."""
+    """Range of the attraction Δr, in a0."""
     diameter: float
     """d_rep = 4h'/h'', in a0."""
     width: float
@@ -79,19 +79,19 @@ class Expected:
     area_ratio: float
     """A_rep/A_att, Eq. (4); infinite without attraction."""
     pressure_att: float
-    """w/Δr, in E*."""
+    """Adhesive pressure w/Δr, in E*."""
 
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """A run, measured."""
+    """A stored run with all its measurements."""
 
     result: Result
     expected: Expected
     points: tuple[MeasuredPoint, ...]
     """The equilibria, in the order of the path."""
     adhesion: Adhesion | None
-    """None without equilibria."""
+    """Pull-off and work of separation; None without equilibria."""
     notes: tuple[str, ...]
     """What is missing, and what to do about it."""
 

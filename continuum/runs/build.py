@@ -1,4 +1,4 @@
-"""From a configuration to the contact problem that it describes."""
+"""Build the contact problem that a configuration describes."""
 
 from __future__ import annotations
 

@@ -17,9 +17,9 @@ from continuum.errors import InputError, OutputError
 from continuum.files import output, store
 
 _DIGITS = 24
-"""Of an identity, in the name of a file."""
+"""Digits of an identity in the name of a file."""
 TABLE_SCHEMA = "stickiness/sweep-table"
-"""Of the table of all points."""
+"""Schema of the table of all points."""
 
 
 class SweepError(InputError, OSError):
@@ -28,7 +28,7 @@ class SweepError(InputError, OSError):
 
 @dataclass(frozen=True)
 class Folder:
-    """Where the files of a sweep are."""
+    """Names of the files of a sweep, in its folder."""
 
     root: Path
 
@@ -44,12 +44,12 @@ class Folder:
 
     @property
     def points(self) -> Path:
-        """Systems that are done."""
+        """Result files of the systems that are done."""
         return self.root / "points"
 
     @property
     def work(self) -> Path:
-        """Systems in hand."""
+        """Files of the systems that are being worked on."""
         return self.root / "work"
 
     @property
@@ -59,7 +59,7 @@ class Folder:
 
     @property
     def tables(self) -> tuple[Path, Path]:
-        """All points as text and for xarray."""
+        """Names of the table of all points, as text and for xarray."""
         return self.root / "table.csv", self.root / "table.h5"
 
     def point(self, key: str) -> Path:
@@ -67,7 +67,7 @@ class Folder:
         return self.points / f"{key[:_DIGITS]}.h5"
 
     def failure(self, key: str) -> Path:
-        """Where it is said why a system failed."""
+        """File with the reason why a system failed."""
         return self.failed / f"{key[:_DIGITS]}.json"
 
     def made(self) -> Folder:

@@ -91,7 +91,7 @@ class Record:
     gaps: list[NDArray[np.float32]] = field(default_factory=list)
     work: list[tuple[Work, ...]] = field(default_factory=list)
     seconds: list[tuple[float, float]] = field(default_factory=list)
-    """Of each point: of its own solve, and with the search and the writing."""
+    """Seconds of the solve of each point, and of the whole point with its search and the writing."""
     good: list[PathState] = field(default_factory=list)
     """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
 
@@ -107,7 +107,7 @@ class Record:
         self.work.append(state.solution.work)
 
     def datasets(self, *, restart: bool) -> dict[str, Dataset]:
-        """All of it as arrays; with ``restart`` also what the next point starts from."""
+        """Datasets of the record; with ``restart`` also the state that the next point starts from."""
         datasets = {
             "step": Dataset(np.arange(len(self.points)), ("step",), "1", "point of the path"),
             "repulsive": _masks(self.repulsive, "repulsive contact"),
@@ -205,7 +205,7 @@ class Record:
         return record
 
     def remember_lost(self, problem: ContactProblem) -> None:
-        """Where the surface left the wall at the last point, the next one shall know."""
+        """Store the pull-off separation of the last point: the next one starts from it."""
         last = self.points[-1]
         if last.status == Outcome.PULLED_OFF.name:
             self.good.append(gone(problem, last.target, cast("Branch", last.branch)))

@@ -48,10 +48,10 @@ class Result:
 
     path: Path
     config: RunConfig = field(repr=False)
-    """With defaults; a file that was read is known by its name only."""
+    """Input with defaults; of a file that was read only the name is known."""
     attributes: Mapping[str, Attribute] = field(repr=False)
     points: tuple[Point, ...]
-    """Of the path, converged or not."""
+    """Points of the path, converged or not."""
     events: tuple[PathEvent, ...]
     """Jumps on the path."""
     wall: Wall
@@ -153,7 +153,7 @@ class Result:
         return draw_run(self, folder)
 
     def to_xarray(self) -> xarray.Dataset:
-        """All of it as xarray has it: axes (step, x, y), maps of contact as booleans, words as CF flags; read lazily.
+        """Open the file with xarray: axes (step, x, y), contact maps as booleans, words as CF flags; read lazily.
 
         Raises
         ------

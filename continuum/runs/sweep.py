@@ -42,7 +42,7 @@ class System:
 
     @property
     def label(self) -> str:
-        """The system in words."""
+        """Values of the axes of the system, in words."""
         named = (f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
         return ", ".join(named) or "the one system"
 
