@@ -189,7 +189,7 @@ def _validate(parsed: argparse.Namespace) -> int:
 
 
 def _check_lmp_command(parsed: argparse.Namespace) -> None:
-    """Refuse a command of a site that is none, by the name of its option."""
+    """Check the command of a site; a message names the option."""
     from atomistic.lammps.engine import command_words
     from continuum.arguments import ArgumentError
 

@@ -219,7 +219,7 @@ class Springs:
     def interactions(self) -> str:
         """Bonds between all pairs closer than 1.1 a0; a pair style without force makes the neighbour list."""
         return (
-            "comm_modify     cutoff 1.8                      # no spring of less than 1.8 a0 loses sight of its end\n"
+            "comm_modify     cutoff 1.8                      # longer than a spring stretched by 80 %\n"
             "pair_style      zero 1.2 nocoeff\n"
             "pair_coeff      * *\n"
             "bond_style      harmonic              # E = K (r - r0)^2: K is half the spring constant\n"

@@ -55,7 +55,7 @@ def validate(
     Raises
     ------
     ArgumentError, ConfigError, StoreError, LammpsError, ValidationError
-        If an argument has no meaning, the input cannot be run, the result not be stored, or a path not be compared.
+        If an argument is not allowed, the input cannot be run, the result not be stored, or a path not be compared.
     """
     path = file_name("output", output)
     decks = None if decks is None else file_name("decks", decks)
@@ -117,7 +117,7 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
     Raises
     ------
     ArgumentError, ConfigError, PotentialError, LammpsError
-        If an argument has no meaning, the crystal is no stable fcc one, or LAMMPS fails.
+        If an argument is not allowed, the crystal is no stable fcc one, or LAMMPS fails.
     """
     from atomistic.response.cache import slab_response
 

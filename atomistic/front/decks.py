@@ -127,7 +127,7 @@ def run_deck(
     Raises
     ------
     ArgumentError, LammpsError
-        If an argument has no meaning, or LAMMPS cannot be started or fails.
+        If an argument is not allowed, or LAMMPS cannot be started or fails.
     """
     path = file_name("directory", directory)
     function("progress", progress)

@@ -42,7 +42,7 @@ class Deck:
     Raises
     ------
     ArgumentError
-        If the parts do not fit one another or a number has no meaning.
+        If the parts do not fit one another or a number is not allowed.
     TypeError
         If the law is one that the deck has no formula for.
     """

@@ -54,7 +54,7 @@ class MeanPressures:
     Raises
     ------
     ValueError
-        If a number has no meaning, or there is not one separation for each pressure.
+        If a number is not allowed, or there is not one separation for each pressure.
     """
 
     pressures: tuple[float, ...]
@@ -100,7 +100,7 @@ class Motion:
     Raises
     ------
     ValueError
-        If a number has no meaning, or there is not one more separation and offset than windows.
+        If a number is not allowed, or there is not one more separation and offset than windows.
     """
 
     separations: tuple[float, ...]

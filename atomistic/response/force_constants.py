@@ -152,7 +152,7 @@ def relaxation(model: Model, mobile: int) -> Real:
     Raises
     ------
     PotentialError
-        If they find no rest.
+        If the surface relaxation does not converge.
     """
     layers = min(mobile, _RELAXING)
     if isinstance(model, Springs):
@@ -169,7 +169,7 @@ def relaxation(model: Model, mobile: int) -> Real:
         found = root(forces, np.zeros(layers), tol=1e-13, method="hybr")
         left = float(np.abs(forces(found.x)).max())
     if not left < 1e-9:
-        msg = f"the surface of this crystal finds no rest: forces of {left:.1e} E* a0² are left ({model.reference})"
+        msg = f"the surface relaxation did not converge: forces of {left:.1e} E* a0² are left ({model.reference})"
         raise PotentialError(msg)
     rise = np.zeros(mobile)
     rise[:layers] = found.x

@@ -114,7 +114,7 @@ def check(file: str | Path, settings: Mapping[str, Any] | None = None, *, reduce
     ConfigError
         With all faults of the file, or of the first faulty system of a sweep.
     ArgumentError
-        If an argument has no meaning.
+        If an argument is not allowed.
     """
     path = file_name("file", file)
     if flag("reduced", reduced) or is_sweep(path):
@@ -175,7 +175,7 @@ def run(
     ConfigError, InputError, OutputError
         If the input cannot be run, this machine has not the device, or the result cannot be stored.
     ArgumentError
-        If an argument has no meaning.
+        If an argument is not allowed.
     """
     given = settings_of(settings)
     function("progress", progress)

@@ -100,7 +100,7 @@ def sweep(
         If the input cannot be run, results cannot be stored (the folder may hold another sweep, or files of your own),
         or there is no such cluster.
     ArgumentError, InputError
-        If an argument has no meaning; or this machine has not the device, or fewer GPUs than workers.
+        If an argument is not allowed; or this machine has not the device, or fewer GPUs than workers.
     """
     function("progress", progress)
     function("begun", begun)
@@ -196,7 +196,7 @@ def _swept(root: Path, ended: list[TaskResult]) -> SweepRun:
 
 
 def sweep_status(sweep: str | Path) -> SweepStatus:
-    """How far a sweep is, from its files alone: systems done, in hand, failed with the reasons, and the time left.
+    """How far a sweep is, from its files alone: systems done, running, failed with the reasons, and the time left.
 
     Parameters
     ----------
@@ -298,7 +298,7 @@ def sweep_slurm(
     ConfigError
         If a system is no input of a run.
     ArgumentError
-        If an argument has no meaning.
+        If an argument is not allowed.
     """
     given, path = settings_of(settings), file_name("file", file)
     described = Sweep.read(path, given, reduced=flag("reduced", reduced))

@@ -94,9 +94,9 @@ def _examined(problem: ContactProblem, solution: Solution, mean: float, settings
 def _pull(
     problem: ContactProblem, solver: Solver, lift: float, start: Real | None, settings: Settings, pressure: float
 ) -> Solution:
-    """Minimise under a tension, by stretches: a surface that has left the wall would fly on to the last iteration.
+    """Minimise under a tension, in stretches: once it has detached, the surface would recede until max_iterations.
 
-    What a coarser grid does not hold this one may.
+    No coarser grid is used: it may detach at a tension that this one holds.
     """
     done: Solution | None = None
     while True:

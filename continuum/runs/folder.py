@@ -1,8 +1,8 @@
 """The folder of a sweep: where its files are, and that nothing of the user's takes their place or loses its own.
 
 It holds ``sweep.toml`` (the input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the systems that are
-done, never changed again), ``work/`` (those in hand), ``failed/KEY.json`` (why one could not be done), ``earlier/``
-(inputs that listed systems which the present one does not), and the tables ``table.csv`` and ``table.h5``.
+done, never changed again), ``work/`` (those that are running), ``failed/KEY.json`` (why one could not be done),
+``earlier/`` (inputs that listed systems which the present one does not), and the tables ``table.csv`` and ``table.h5``.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Folder:
 
     @property
     def begun(self) -> bool:
-        """Whether results are there, or may be in hand."""
+        """Whether results are there, or processes may be working on some."""
         return bool(names(self.points) or names(self.work))
 
     def require_free_of_others(self) -> None:

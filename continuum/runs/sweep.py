@@ -132,7 +132,7 @@ def run_sweep(
         workers=workers, scheduler_file=scheduler_file, memory=limit, devices=devices,
     )  # fmt: skip
     for ended in known:
-        # A disk that is full, or another process that has it in hand, says nothing about the system.
+        # A full disk, or the lock of another process, says nothing about the system.
         if not ended.ok and not isinstance(ended.error, OutputError):
             _record(folder, ended)
         yield ended
@@ -143,8 +143,8 @@ def solve_system(root: Path, task: Task) -> None:
 
     Raises
     ------
-    Held
-        If another process has it in hand.
+    LockedError
+        If another process works on it.
     """
     assert isinstance(task, SystemTask)
     assert task.plan is not None

@@ -26,7 +26,7 @@ def status_sheet(found: SweepStatus) -> Sheet:
     rows: list[tuple[str, str | int]] = [
         ("systems", found.total),
         ("done", found.done),
-        ("in hand", len(found.running)),
+        ("running", len(found.running)),
         *(("", text) for text in found.running[:_MOST]),
         ("failed", len(found.failed)),
         ("left", found.total - found.done - len(found.failed)),
