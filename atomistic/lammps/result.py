@@ -63,9 +63,9 @@ class DeckResult:
     """Position of the wall along x, in a0."""
     offset_y: float
     """Position of the wall along y, in a0."""
-    target_load: float
-    """Load to be met, in E* a0²; 0 if none was given."""
-    load: float
+    target_force: float
+    """Force to be met, in E* a0²; 0 if none was given."""
+    force: float
     """Force of the wall on the surface, compression positive, in E* a0²."""
     lateral_x: float
     """Force of the wall on the surface along x, in E* a0²; 0 of a wall that is a function of the site."""
@@ -104,8 +104,8 @@ class DeckResult:
     averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     """Mean over the time window, and its standard error, by name; empty of an equilibrium.
 
-    ``load`` and the others as above, ``load_rep`` the part of it that pushes, ``temperature`` k_B T of all mobile atoms
-    in E* a0³.
+    ``load`` is ``force``, ``load_rep`` the part of it that pushes, the others as above, ``temperature`` k_B T of all
+    mobile atoms in E* a0³.
     """
 
     @cached_property
@@ -122,7 +122,7 @@ class DeckResult:
             return DeckStatus.BELOW_CORE
         if not self.distortion < LARGEST_DISTORTION:
             return DeckStatus.DISTORTED
-        if self.target_load and not abs(self.load - self.target_load) <= LOAD_TOLERANCE * abs(self.target_load):
+        if self.target_force and not abs(self.force - self.target_force) <= LOAD_TOLERANCE * abs(self.target_force):
             return DeckStatus.TARGET_MISSED
         if self.averages:
             return DeckStatus.AVERAGED
@@ -269,6 +269,10 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         raise DeckError(msg) from error
 
 
+_FORCES = {"load": "force", "target_load": "target_force"}
+"""Names in ``result.json`` of what is a force here: a load is one per area."""
+
+
 def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
@@ -285,7 +289,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
     sites = (slab.layers, *slab.shape, 3)
     length, force = numbers["length_unit"], numbers["force_unit"]
     vectors = [np.stack([state[name] for name in names], axis=-1) for names in (_DISPLACEMENT, ("fx", "fy", "fz"))]
-    own = {column.name for column in fields(DeckResult)}
+    own = {column.name: column.name for column in fields(DeckResult)} | _FORCES
     return DeckResult(
         slab=slab,
         step=int(numbers.pop("step")),
@@ -297,7 +301,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         heights=surface["wall_height"].reshape(slab.shape),
         displacements=vectors[0].reshape(sites) / length,
         forces=vectors[1].reshape(sites) / force,
-        **{name: float(value) for name, value in numbers.items() if name in own},
+        **{own[name]: float(value) for name, value in numbers.items() if name in own},
     )
 
 

@@ -80,7 +80,7 @@ class DeckStep:
             "separation": result.separation,
             "offset_x": result.offset_x,
             "offset_y": result.offset_y,
-            "load": result.load,
+            "load": result.force,
             "load_rep": float(pressure[pressure > 0].sum()),
             "lateral_x": result.lateral_x,
             "lateral_y": result.lateral_y,
