@@ -46,9 +46,9 @@ def validate(
     file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
     output : folder of the result, which is named after the input, or the file itself, ``NAME.h5``.  What it holds is
         kept.
-    workers : processes, one core each; all cores, at most 4, if None.
-    decks : folder that keeps every LAMMPS deck.
-    lmp_command : how a site starts its own LAMMPS, as ``"srun lmp"``.
+    workers : processes, one core each; all cores, at most 4, by default.
+    decks : keep every LAMMPS deck in this folder.
+    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
     force : start anew.
     progress : called after each path with what it gave, how many are done and how many there are.
 
@@ -137,6 +137,10 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
 
 def check(file: str | Path) -> Sheet:
     """Validate an input of any command of ``atomistic``, and say what it will cost.
+
+    Parameters
+    ----------
+    file : input of validate, deck or elastic (TOML).
 
     Raises
     ------

@@ -107,7 +107,11 @@ def _steps(**given: Any) -> Steps:
 
 
 def read(directory: str | Path) -> DeckRun:
-    """What a run of a deck found, step by step, and whether these are equilibria.
+    """Read what a run of a deck found, step by step, and whether these are equilibria.
+
+    Parameters
+    ----------
+    directory : directory of the deck.
 
     Raises
     ------
@@ -122,7 +126,13 @@ def run_deck(
 ) -> DeckRun:
     """Run the deck of a directory, in this process or by the command of a site, and read what it found.
 
-    Steps of a protocol that are finished stay as they are; ``progress`` is called after each with how many there are.
+    Steps of a protocol that are finished stay as they are.
+
+    Parameters
+    ----------
+    directory : directory of the deck.
+    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
+    progress : called after each step with how many are done and how many there are.
 
     Raises
     ------

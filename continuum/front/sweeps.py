@@ -77,20 +77,22 @@ def sweep(
 ) -> SweepRun:
     """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
 
+    A sweep is an input with a table [sweep]: axes over any of its keys.  Whatever stops the work, the same call does
+    what is missing.
+
     Parameters
     ----------
-    file : an input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
-    output : the folder of the sweep is made in this one, named after the file.
+    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
+    output : folder in which that of the sweep is made, named after the file.
     settings : values of keys instead of those of the file; a list for a key on an axis.
-    reduced : the values of [sweep.reduced] hold: minutes instead of days.
-    workers : processes of this machine, one if None, or one for each GPU; fewer run at once where their memory would
-        not suffice.
-    threads : of the solver of each system.
-    device : what the solver runs on, instead of the input's ``[solver] device``.
-    memory : in bytes, that may be used of this machine; all of it if None.
+    reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
+    workers : processes at once, one by default, or one for each GPU; fewer where their memory would not suffice.
+    threads : threads of the solver of each system.
+    device : what the solver runs on, instead of the input's ``[solver] device``: cpu, or cuda (experimental).
+    memory : bytes of this machine that may be used; all of it if None.
     retry : try again what failed.
     shard : this part of so many, for jobs of an array.
-    scheduler_file : of a Dask cluster that does the work instead of processes of this machine.
+    scheduler_file : file of a Dask cluster that does the work instead of processes of this machine.
     begun : called with the systems of this call, before the first.
     progress : see :data:`After`.
 
@@ -288,10 +290,14 @@ def sweep_slurm(
 
     Parameters
     ----------
-    file, output, settings, reduced : as :func:`sweep` has them.
-    nodes, time : of the allocation, as SLURM has them.
-    workers : processes a node.
-    shards : so many jobs of an array instead of one cluster.
+    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
+    output : folder in which that of the sweep is made, named after the file.
+    settings : values of keys instead of those of the file; a list for a key on an axis.
+    reduced : use the smaller sizes of [sweep.reduced].
+    nodes : nodes of the allocation.
+    time : time of the allocation, as SLURM writes it.
+    workers : processes on each node.
+    shards : number of jobs of an array instead of one cluster.
 
     Raises
     ------
