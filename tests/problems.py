@@ -99,7 +99,7 @@ def lattice(n: int, name: str, depth: float | None = None) -> LatticeResponse:
     from atomistic.response.lattice import LatticeResponse
 
     model = crystal(name)
-    return LatticeResponse.of_model(Slab.of_depth(Grid.square(n), depth or float(n), model.reach), model)
+    return LatticeResponse.of_model(Slab.of_depth(Grid.square(n), depth or float(n), model.coupled_layers), model)
 
 
 def on_atoms(

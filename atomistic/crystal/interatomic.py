@@ -81,7 +81,7 @@ class Model(Potential, Protocol):
         """Edge of the cubic cell at zero pressure, in a0: sqrt(2), so that surface atoms are a0 apart."""
 
     @property
-    def reach(self) -> int:
+    def coupled_layers(self) -> int:
         """Number of (100) layers that forces reach: the frozen base has at least so many."""
 
     @property
@@ -165,7 +165,7 @@ class Springs:
         return float(np.sqrt(2))
 
     @property
-    def reach(self) -> int:
+    def coupled_layers(self) -> int:
         """Springs join adjacent layers only."""
         return 1
 

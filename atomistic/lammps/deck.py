@@ -66,8 +66,8 @@ class Deck:
         if not np.isclose(model.lattice_constant, np.sqrt(2), rtol=1e-12):
             spacing = model.lattice_constant / np.sqrt(2)
             raise ArgumentError("model", model, f"a crystal of the spacing a0 = 1 of the surface grid, not {spacing:g}")
-        if slab.frozen < model.reach:
-            allowed = f"at least {model.reach} frozen layers, which forces reach, not {slab.frozen}"
+        if slab.frozen < model.coupled_layers:
+            allowed = f"at least {model.coupled_layers} frozen layers, which forces reach, not {slab.frozen}"
             raise ArgumentError("slab", slab, allowed)
         self._set_arrays()
         self._check_numbers()

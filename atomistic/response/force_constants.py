@@ -86,7 +86,7 @@ class ForceConstants:
             raise ValueError(msg)
 
     @property
-    def reach(self) -> int:
+    def coupled_layers(self) -> int:
         """Number of layers that forces reach."""
         return len(self.bulk) - 1
 
@@ -116,7 +116,7 @@ class ForceConstants:
         With C_[ab,cd] = -(1/2V) Σ Φ_ab r_c r_d, at zero stress: C_acbd + C_adbc = 2 [ab,cd].
         """
         brackets = np.zeros((3, 3, 3, 3))
-        for down in range(self.reach + 1):
+        for down in range(self.coupled_layers + 1):
             x = _places(self.bulk.shape[1], down)
             r = np.stack(np.broadcast_arrays(x[:, None], x[None, :], -down * LAYER_SPACING), axis=-1)
             # Each pair of layers counts from both sides.
@@ -157,7 +157,7 @@ def relaxation(model: Model, mobile: int) -> Real:
     layers = min(mobile, _RELAXING)
     if isinstance(model, Springs):
         return np.zeros(mobile)
-    slab = Slab((3, 3), layers, max(model.reach, 1))
+    slab = Slab((3, 3), layers, max(model.coupled_layers, 1))
     sites = slab.positions[:, 0, 0]  # one atom of each layer: layers move as a whole
     with Cell(model, sites * model.length, np.array([1.0, 1.0, 1.0]) * model.length, surface=True) as cell:
 
@@ -189,7 +189,7 @@ def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
     PotentialError
         If the surface does not relax, or what is measured is no harmonic crystal.
     """
-    reach = model.reach
+    reach = model.coupled_layers
     rise = relaxation(model, mobile)
     strained = np.flatnonzero(np.abs(np.diff(rise, append=0.0)) > _SETTLED)
     depth = min(mobile, reach + 1 + int(strained.max(initial=-1)))
@@ -248,7 +248,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
     -------
     list of shape (2 reach + 1, 2h + 1, 2h + 1, 3, 3), from the layers above to those below, and a number
     """
-    reach, radius = model.reach, model.force_range / model.length
+    reach, radius = model.coupled_layers, model.force_range / model.length
     # Forces on an atom and on its next image do not overlap.
     width = max(3, int(2 * radius) + 1)
     half = int(np.ceil(radius))

@@ -149,7 +149,7 @@ class CrystalModel:
         return CubicConstants(*(c / self.contact_modulus for c in self.crystal.constants))
 
     @property
-    def reach(self) -> int:
+    def coupled_layers(self) -> int:
         """Number of (100) layers that forces reach."""
         # A layer exactly at the range, where forces are zero, does not count.
         return max(1, int(np.ceil(self.force_range / self.length / LAYER_SPACING - 1e-9)) - 1)

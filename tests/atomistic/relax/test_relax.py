@@ -186,7 +186,7 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
     from atomistic.lammps.cell import Cell
 
     model = crystal("Ni_u3.eam")
-    slab = Slab((8, 8), 6, model.reach)
+    slab = Slab((8, 8), 6, model.coupled_layers)
     u = np.zeros((slab.layers, 8, 8, 3))
     u[:6] = np.random.default_rng(2).uniform(-0.02, 0.02, (6, 8, 8, 3))
     deck = Deck(slab, model, LennardJonesSpline(0.0), np.zeros(slab.shape), 3.0, u, rise=np.zeros(slab.layers))
