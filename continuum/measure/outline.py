@@ -98,7 +98,7 @@ def outline(grid: Grid, inside: Mask) -> Outline:
     ValueError
         If the map does not fit the grid.
     """
-    inside = checked(grid, inside)
+    inside = mask_on_grid(grid, inside)
     cells, edges = int(np.count_nonzero(inside)), [np.count_nonzero(inside != np.roll(inside, 1, a)) for a in (0, 1)]
     return Outline(grid.spacing, cells, int(np.count_nonzero(perimeter_map(inside))), (int(edges[0]), int(edges[1])))
 
@@ -113,7 +113,7 @@ def perimeter_map(inside: Mask) -> Mask:
     return core
 
 
-def checked(grid: Grid, inside: Mask) -> Mask:
+def mask_on_grid(grid: Grid, inside: Mask) -> Mask:
     """A map of the shape of the grid.
 
     Raises
@@ -155,7 +155,7 @@ def patches(grid: Grid, inside: Mask) -> Patches:
     ValueError
         If the map does not fit the grid.
     """
-    inside = checked(grid, inside)
+    inside = mask_on_grid(grid, inside)
     labels = np.zeros(grid.shape, dtype=np.int32)
     found = ndimage.label(inside, output=labels)
     # Patches that meet over the seam are one: components of the graph of such meetings, node 0 being the outside.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from continuum.measure.outline import Mask, checked
+from continuum.measure.outline import Mask, mask_on_grid
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.walls import Wall
@@ -73,7 +73,7 @@ def gap_profile(grid: Grid, gap: Real, inside: Mask, farthest: float, zero_gap: 
     ValueError
         If the map does not fit the grid, or the distance is not positive.
     """
-    inside = checked(grid, inside)
+    inside = mask_on_grid(grid, inside)
     if not 0 < farthest < np.inf:
         msg = f"the farthest distance from an edge is a positive finite number, got {farthest}"
         raise ValueError(msg)
