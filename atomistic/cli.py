@@ -265,9 +265,9 @@ def _elastic(parsed: argparse.Namespace) -> int:
     from continuum.errors import OK
     from continuum.files.inputs import load
     from continuum.files.tables import refuse
-    from continuum.files.toml import Fault
     from continuum.show.console import show
     from continuum.show.plot import written_as
+    from continuum.tables import Fault
 
     if parsed.lattice is not None and not 48 <= parsed.lattice <= 256:
         raise refuse(load(parsed.file, ElasticConfig), Fault((), f"--lattice of 48 to 256, got {parsed.lattice}"))

@@ -52,9 +52,9 @@ if TYPE_CHECKING:
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
-    from continuum.model.surface import SelfAffine, moments, sine, sphere
-    from continuum.model.tabulated_wall import TabulatedWall
-    from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
+    from continuum.model.surface import SelfAffine, moments
+    from continuum.model.surfaces import sine, sphere
+    from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, TabulatedWall
     from continuum.solve.solution import NotConvergedError
 
 __version__ = "0.1.0"
@@ -65,9 +65,9 @@ _WHERE = {
     "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
     "model.grid": ("Grid",),
-    "model.surface": ("SelfAffine", "moments", "sine", "sphere"),
-    "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline"),
-    "model.tabulated_wall": ("TabulatedWall",),
+    "model.surface": ("SelfAffine", "moments"),
+    "model.surfaces": ("sine", "sphere"),
+    "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline", "TabulatedWall"),
     "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "TabulatedSubstrate"),
     "files.tables": ("ConfigError",),
     "files.store": ("StoreError",),

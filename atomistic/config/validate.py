@@ -8,12 +8,11 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
-from continuum.files.tables import Document, Positive, Table, constraint
-from continuum.files.toml import Fault
-from continuum.runs.surfaces import SelfAffineTable
-from continuum.runs.tables import Fraction
-from continuum.runs.walls import LARGEST_RANGE
+from atomistic.config.slab import AtomsSolverTable, SlabTable
+from continuum.files.tables import Document
+from continuum.model.surfaces import SelfAffineTable
+from continuum.model.walls.spline import LARGEST_RANGE
+from continuum.tables import Fault, Fraction, Positive, Table, constraint
 
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 
@@ -122,7 +121,10 @@ class ValidateConfig(Document):
 
     @constraint
     def _fits(self) -> Iterator[Fault]:
-        yield from misfits(self.slab, self.surface)
+        yield from self.surface.too_short(self.slab.points, self.slab.lengths)
+        yield from self.surface.too_long(self.slab.lengths)
+        if self.surface.lambda_L < self.surface.lambda_s:
+            yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {self.surface.lambda_s}")
         for i, case in enumerate(self.case):
             shortest, longest = self.wavelengths(case)
             if case.lambda_L is not None and not shortest <= longest <= self.slab.n:

@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 import atomistic.lammps.deck
 import atomistic.relax.deckrun
-from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, Steps, steps_of
+from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, steps_of
+from atomistic.config.motion import Steps
 from atomistic.config.slab import DEEPEST, SHALLOWEST
 from atomistic.crystal.interatomic import Potential, check_potential
 from atomistic.lammps.directory import write_deck

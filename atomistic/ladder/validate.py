@@ -21,9 +21,9 @@ from continuum.files.hdf5 import StoreError
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import refuse
-from continuum.files.toml import Fault
 from continuum.runs.engine import check_workers, run_tasks
 from continuum.runs.tasks import Task, TaskResult
+from continuum.tables import Fault
 
 Progress = Callable[[str, int, int], None]
 """Called after each path with what it gave, how many are done, and how many there are."""

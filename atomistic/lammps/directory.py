@@ -39,8 +39,8 @@ from continuum.errors import OutputError
 from continuum.files.output import folder, save, whole
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Wall
+from continuum.model.walls.tabulated import TabulatedWall
 
 FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""

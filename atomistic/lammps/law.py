@@ -19,8 +19,8 @@ from scipy.interpolate import CubicHermiteSpline, PPoly
 
 from atomistic.lammps.language import formatted
 from continuum.model.fourier import Real
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 
 PIECES = 192
 """Cubic pieces of a table in LAMMPS, at most: the formula is parsed anew in each evaluation of the forces."""

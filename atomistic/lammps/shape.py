@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, singledispatch
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -23,6 +23,7 @@ from continuum.arguments import ArgumentError, count, flag, pair
 from continuum.arguments import number as number_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.surfaces import CylinderSurface, PunchSurface, SineSurface, SphereSurface, SurfaceTable
 
 MOST_WAVES = 12
 """Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
@@ -252,6 +253,54 @@ def shape_of(heights: Real) -> Waves | Interpolated:
     found = zip(waves_q[there], m[there], n[there], strict=True)
     waves = tuple((2 * float(abs(a)), int(i), int(j), float(np.angle(a))) for a, i, j in found)
     return Waves(grid.lengths, float(heights.mean()), waves)
+
+
+@singledispatch
+def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
+    """The wall of an input as a function of the position: the formula of its surface, or what its heights make of it.
+
+    Parameters
+    ----------
+    surface : table of the input; a kind of surface that has a formula is registered below.
+    heights : of the surface at the sites, shape (nx, ny), in a0.
+    """
+    del surface
+    return shape_of(heights)
+
+
+def _period(heights: Real) -> tuple[float, float]:
+    return float(heights.shape[0]), float(heights.shape[1])
+
+
+@shape_of_surface.register
+def _(surface: SphereSurface, heights: Real) -> Shape:
+    return Round(_period(heights), surface.radius)
+
+
+@shape_of_surface.register
+def _(surface: CylinderSurface, heights: Real) -> Shape:
+    return Round(_period(heights), surface.radius, across=(surface.along == "y", surface.along == "x"))
+
+
+@shape_of_surface.register
+def _(surface: PunchSurface, heights: Real) -> Shape:
+    return Round(_period(heights), surface.edge_radius, surface.flat_radius)
+
+
+@shape_of_surface.register
+def _(surface: SineSurface, heights: Real) -> Shape:
+    return Waves(_period(heights), surface.amplitude, ((-surface.amplitude, *surface.waves, 0.0),))
+
+
+def shape_notes(shape: Shape | None) -> tuple[str, ...]:
+    """What a deck says of its wall between the sites."""
+    if not isinstance(shape, Interpolated):
+        return ()
+    by_height, by_slope = shape.error
+    return (
+        "Between the sites the heights are a periodic spline of degree 5.  From the trigonometric interpolant it "
+        f"differs by at most {by_height:.1e} a0 in height and {by_slope:.1e} in slope.",
+    )
 
 
 def check_shape(name: str, value: Any) -> Shape:

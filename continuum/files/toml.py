@@ -15,30 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from continuum.errors import InputError
-
-Key = tuple[str | int, ...]
-"""Where a value stands: names of tables and keys, and indices of arrays."""
+from continuum.tables import Fault, Key
 
 _LARGEST = 8_000_000  # bytes: two paths of 100 000 targets with all their digits have 5 million; more is something else
 _DEEPEST = 32  # levels of nesting; no table of ours has more than four
 _MOST_FAULTS = 20  # that a message describes
 _PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # keys without quotes
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One thing that is wrong with an input.
-
-    Parameters
-    ----------
-    key : where, relative to the table that finds it; the value given is looked up there.
-    allowed : what is allowed, in words that complete "allowed: ...".
-    cause : the usual cause or what helps; empty if the above says it.
-    """
-
-    key: Key
-    allowed: str
-    cause: str = ""
 
 
 class ConfigError(InputError, ValueError):
