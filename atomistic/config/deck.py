@@ -133,10 +133,7 @@ class _ProtocolOnly(Document):
 def steps_of(protocol: Mapping[str, Any]) -> Steps:
     """What a table [protocol] does; its numbers may be NumPy's.
 
-    Raises
-    ------
-    ConfigError
-        With all faults of the table.
+    Raises ConfigError with all faults of the table.
     """
     plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
     source = Source(Path("protocol"), "", {"protocol": plain}, {})

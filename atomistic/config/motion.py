@@ -132,10 +132,7 @@ def _thermal_energy(temperature: float | str, scale: MotionUnits | None) -> floa
 def kelvin(text: str) -> float:
     """A temperature like ``"300K"``, in kelvin.
 
-    Raises
-    ------
-    ValueError
-        If it is none.
+    Raises ValueError if it is none.
     """
     number, unit = text.strip()[:-1], text.strip()[-1:]
     try:

@@ -68,11 +68,6 @@ class Round:
     radius : R, in a0.
     flat_radius : b, in a0.
     across : which of x and y count for r: both for sphere and punch, one for a cylinder along the other.
-
-    Raises
-    ------
-    ArgumentError
-        If one of these is no such number.
     """
 
     period: tuple[float, float]
@@ -131,11 +126,6 @@ class Waves:
     period : (Lx, Ly), in a0.
     mean : in a0.
     waves : (A, mx, my, φ) of each: amplitude in a0, waves per period along x and y, phase.
-
-    Raises
-    ------
-    ArgumentError
-        If there are more than :data:`MOST_WAVES`, or one of these is no such number.
     """
 
     period: tuple[float, float]
@@ -304,13 +294,7 @@ def shape_notes(shape: Shape | None) -> tuple[str, ...]:
 
 
 def check_shape(name: str, value: Any) -> Shape:
-    """An argument that is to be a wall as a function of the position.
-
-    Raises
-    ------
-    ArgumentError
-        If it is none.
-    """
+    """An argument that is to be a wall as a function of the position."""
     if isinstance(value, type) or not isinstance(value, Shape):
         raise ArgumentError(name, value, "a shape, such as Round(period, radius) or Waves(period, mean, waves)")
     return value

@@ -31,10 +31,7 @@ def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] |
     model : what it should hold.
     settings : values instead of those of the file, by dotted keys such as ``surface.seed``.
 
-    Raises
-    ------
-    ConfigError
-        With all faults of the file.
+    Raises ConfigError with all faults of the file.
     """
     source = Source.read(find(path))
     return parsed(source.changed(settings) if settings else source, model)
@@ -43,10 +40,7 @@ def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] |
 def parsed(source: Source, model: type[_Document]) -> _Document:
     """What the text of an input file amounts to.
 
-    Raises
-    ------
-    ConfigError
-        With all faults of the file.
+    Raises ConfigError with all faults of the file.
     """
     data = frozen(source.data)
     context = {"folder": source.path.parent}

@@ -58,10 +58,7 @@ class Source:
     def read(cls, path: Path) -> Source:
         """Read and parse a TOML file.
 
-        Raises
-        ------
-        ConfigError
-            If there is no such file, or it is no TOML.
+        Raises ConfigError if there is no such file, or it is no TOML.
         """
         text = _text(path)
         try:
@@ -81,10 +78,7 @@ class Source:
     def changed(self, settings: Mapping[str, Any]) -> Source:
         """The same file with some values given elsewhere, by dotted keys such as ``surface.seed``; its text says so.
 
-        Raises
-        ------
-        ConfigError
-            If such a key leads through something that is no table.
+        Raises ConfigError if such a key leads through something that is no table.
         """
         data = dict(self.data)
         for name, value in settings.items():
@@ -166,10 +160,7 @@ def _lookup(data: Any, key: Key) -> tuple[bool, Any]:
 def text_of(value: Any) -> str:
     """A value as an input file has it; a path by its name.
 
-    Raises
-    ------
-    TypeError, ValueError
-        If it is none that an input file has, or a number of thousands of digits.
+    Raises TypeError or ValueError if it is none that an input file has, or a number of thousands of digits.
     """
     if isinstance(value, Mapping):
         inner = (f"{name if _PLAIN.fullmatch(name) else json.dumps(name)} = {text_of(v)}" for name, v in value.items())

@@ -36,11 +36,6 @@ class Grid:
     ----------
     shape : (nx, ny), at least 2 points each; odd and non-square grids are as good as any.
     lengths : (Lx, Ly), the periods, in a0.
-
-    Raises
-    ------
-    ArgumentError
-        If a number of points is below 2, or a period is not a positive number of a possible size.
     """
 
     shape: tuple[int, int]

@@ -39,13 +39,7 @@ def _moments(grid: Grid, power_q: Real) -> Moments:
 
 
 def moments(grid: Grid, heights: Real) -> Moments:
-    """Spectral moments of given heights; the mean height does not count.
-
-    Raises
-    ------
-    ArgumentError
-        If the heights are no map of finite numbers on that grid, or their squares are too large to be numbers.
-    """
+    """Spectral moments of given heights; the mean height does not count."""
     heights = field("heights", heights, instance("grid", grid, Grid).shape)
     with np.errstate(over="ignore", invalid="ignore"):
         power_q = np.abs(grid.forward(heights)) ** 2
@@ -91,13 +85,7 @@ class SelfAffine:
         flag("rescale", self.rescale)
 
     def power_q(self, grid: Grid) -> Real:
-        """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope.
-
-        Raises
-        ------
-        ArgumentError
-            If no wave of the period is long enough for λ_s.
-        """
+        """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""
         q = instance("grid", grid, Grid).wavenumber
         q[0, 0] = np.inf  # no power
         power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-2 - 2 * self.hurst)
@@ -128,11 +116,6 @@ class SelfAffine:
         ----------
         grid : where the heights are wanted.
         rng : from which phases and amplitudes are drawn, as ``numpy.random.default_rng(seed)`` makes one.
-
-        Raises
-        ------
-        ArgumentError
-            If λ_s is below two spacings, where the grid would alias the surface, or above the period.
         """
         finest = 2 * max(instance("grid", grid, Grid).spacing)
         instance("rng", rng, np.random.Generator, _GENERATOR)

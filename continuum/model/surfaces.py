@@ -50,7 +50,7 @@ class SurfaceTable(TableFamily):
 
     @property
     def expected_slope(self) -> float | None:
-        """H'rms of a random surface, without a grid."""
+        """The slope h'rms of a random surface, without a grid."""
         return None
 
     @property

@@ -162,10 +162,7 @@ class RunConfig(Document):
     def on(self, device: str) -> Self:
         """The same run on another device.
 
-        Raises
-        ------
-        InputError
-            If there is none of that name.
+        Raises InputError if there is none of that name.
         """
         try:
             solver = SolverTable.model_validate({**dict(self.solver), "device": device})
