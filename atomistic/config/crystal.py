@@ -64,7 +64,7 @@ class LennardJonesTable(Interatomic):
             yield Fault((error.name,), f"{error.allowed}, in sigma", cause)
 
     def potential(self) -> Potential:
-        return LennardJones(self.cutoff, self.truncation, self.inner)
+        return LennardJones(**self.keywords())
 
 
 def _potential_file(value: object, info: ValidationInfo) -> Path:
@@ -136,17 +136,8 @@ class PairStyleTable(Interatomic):
             yield Fault(("files",), str(error))
 
     def potential(self) -> Potential:
-        return PairStyle(
-            self.style,
-            self.element,
-            self.mass,
-            self.cutoff,
-            self.lattice_constant,
-            self.arguments,
-            self.coefficients,
-            PairStyle.read_files(self.files),
-            self.many_body,
-        )
+        keys = self.keywords()
+        return PairStyle(contents=PairStyle.read_files(keys.pop("files")), **keys)
 
 
 class ElasticConfig(Document):

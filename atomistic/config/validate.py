@@ -11,7 +11,7 @@ from atomistic.config.crystal import Interatomic
 from atomistic.config.slab import AtomsSolverTable, SlabTable
 from continuum.files.tables import Document
 from continuum.model.surfaces import SelfAffineTable
-from continuum.model.walls.spline import LARGEST_RANGE
+from continuum.model.walls.spline import AdhesionLength
 from continuum.tables import Fault, Fraction, Positive, Table, constraint
 
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
@@ -66,7 +66,7 @@ class CaseTable(Table):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
     """letters, digits, - and _"""
-    adhesion_length: Annotated[float, Field(ge=0)]
+    adhesion_length: AdhesionLength
     """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
     lambda_s: Positive | None = None
     """shortest wavelength of this case, in a0; that of [surface] if left out"""
@@ -82,17 +82,6 @@ class CaseTable(Table):
     """whether to take the states beside the jump-in, too: before and after it, and the retraction past it"""
     tolerance: tuple[BoundTable, ...] = ()
     exponent: tuple[ExponentTable, ...] = ()
-
-    @constraint
-    def _the_range_is_atomic(self) -> Iterator[Fault]:
-        largest = LARGEST_RANGE**2 / 24
-        if self.adhesion_length > largest:
-            yield Fault(
-                ("adhesion_length",),
-                f"at most {largest:g}: beyond a range of sqrt(24 l_a) = {LARGEST_RANGE:g} a0 "
-                "the tension exceeds the strength of crystals",
-                "an adhesion length in other units than a0",
-            )
 
     @constraint
     def _bounds_speak_of_what_is_run(self) -> Iterator[Fault]:

@@ -83,7 +83,6 @@ class Round:
             raise ArgumentError("across", self.across, "at least one of x and y")
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
-        """Height and slopes."""
         dx, dy = (
             counts * (v - length / 2 - length * np.rint((v - length / 2) / length))
             for v, length, counts in zip((x, y), self.period, self.across, strict=True)
@@ -94,7 +93,6 @@ class Round:
         return WallHeight(rise**2 / (2 * self.radius), slope * dx, slope * dy)
 
     def lines(self) -> list[str]:
-        """As LAMMPS' variables."""
         found = []
         for name, length, counts in zip("xy", self.period, self.across, strict=True):
             if counts:
@@ -147,7 +145,6 @@ class Waves:
                 count("waves", m, -(2**31))
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
-        """Height and slopes."""
         height, slope_x, slope_y = np.full(np.shape(x), self.mean), np.zeros(np.shape(x)), np.zeros(np.shape(x))
         for amplitude, mx, my, phase in self.waves:
             qx, qy = 2 * np.pi * mx / self.period[0], 2 * np.pi * my / self.period[1]
@@ -158,7 +155,6 @@ class Waves:
         return WallHeight(height, slope_x, slope_y)
 
     def lines(self) -> list[str]:
-        """As LAMMPS' variables."""
         found, terms = [], {"height": [formatted(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
         for i, (amplitude, mx, my, phase) in enumerate(self.waves, 1):
             q = [2 * np.pi * m / length for m, length in zip((mx, my), self.period, strict=True)]
@@ -193,7 +189,6 @@ class Interpolated:
         return NdBSpline((knots[0], knots[1]), coefficients, _DEGREE)
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
-        """Height and slopes."""
         at = np.stack([np.mod(v, n) for v, n in zip((x, y), self.heights.shape, strict=True)], axis=-1)
         height, slope_x, slope_y = (self._spline(at, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
         return WallHeight(height, slope_x, slope_y)

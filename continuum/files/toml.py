@@ -110,31 +110,22 @@ class Source:
 
 def _text(path: Path) -> str:
     """What a file of moderate size holds; a folder, a device or a huge result by mistake is not read."""
+    allowed = "a TOML file"
     try:
         mode, size = path.stat().st_mode, path.stat().st_size
-        if not stat.S_ISREG(mode):
-            what = "a folder" if stat.S_ISDIR(mode) else "no plain file"
-            raise ConfigError(
-                path, [Fault((), "a TOML file", f"this is {what}, not a TOML file; look for a slip in the path")]
-            )
-        if size > _LARGEST:
-            raise ConfigError(path, [Fault((), f"a TOML file of at most {_LARGEST} bytes")])
-        # "utf-8-sig" drops the mark that some editors put in front.
-        return path.read_text(encoding="utf-8-sig")
+        if stat.S_ISREG(mode) and size <= _LARGEST:
+            return path.read_text(encoding="utf-8-sig")  # drops the mark that some editors put in front
+        what = "a folder" if stat.S_ISDIR(mode) else "no plain file"
+        cause = f"this is {what}, not a TOML file; look for a slip in the path"
+        if stat.S_ISREG(mode):
+            allowed, cause = f"a TOML file of at most {_LARGEST} bytes", ""
     except FileNotFoundError:
-        raise ConfigError(
-            path, [Fault((), "a TOML file", "there is no such file; look for a slip in its name")]
-        ) from None
-    except OSError as error:
-        raise ConfigError(path, [Fault((), "a TOML file", f"it cannot be read: {error.strerror or error}")]) from None
+        cause = "there is no such file; look for a slip in its name"
     except UnicodeDecodeError:
-        raise ConfigError(
-            path, [Fault((), "a TOML file in UTF-8", "this is no text in UTF-8: a binary file, or Latin-1")]
-        ) from None
-    except ConfigError:
-        raise
-    except ValueError as error:  # a name that no file can have
-        raise ConfigError(path, [Fault((), "a TOML file", f"it cannot be read: {error}")]) from None
+        allowed, cause = "a TOML file in UTF-8", "this is no text in UTF-8: a binary file, or Latin-1"
+    except (OSError, ValueError) as error:  # also a name that no file can have
+        cause = f"it cannot be read: {getattr(error, 'strerror', None) or error}"
+    raise ConfigError(path, [Fault((), allowed, cause)])
 
 
 def _is_deep(data: Any) -> bool:

@@ -52,7 +52,6 @@ def _with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
 
 
 def _check_mean(mean: object) -> None:
-    """Refuse what is no stiffness of the mean mode."""
     if isinstance(mean, str) and mean in ("clamped", "free"):
         return
     try:
@@ -62,11 +61,11 @@ def _check_mean(mean: object) -> None:
 
 
 def _mean_mode(value: Any) -> Any:
-    if value in ("clamped", "free"):
-        return value
-    if type(value) in (int, float) and 0 <= value < float("inf"):
-        return float(value)
-    raise PydanticCustomError("mean_mode", '"clamped", "free", or a number >= 0')
+    try:
+        _check_mean(value)
+    except ArgumentError as error:
+        raise PydanticCustomError("mean_mode", "{allowed}", {"allowed": error.allowed}) from None
+    return value if isinstance(value, str) else float(value)
 
 
 _MeanMode = Annotated[MeanMode, BeforeValidator(_mean_mode)]

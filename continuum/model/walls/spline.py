@@ -19,6 +19,8 @@ from continuum.tables import Fault, Fraction, constraint
 LARGEST_RANGE = 3.0
 """Largest range of the paper's law in a file, in a0.  Its largest tension is (2/27) E* r/a0: at 3 a0 it is 0.22 E*, the
 ideal strength of a crystal, far beyond where linear elasticity says anything."""
+AdhesionLength = Annotated[float, Field(ge=0, le=LARGEST_RANGE**2 / 24)]
+"""l_a = w/E* of a range up to the largest, in a0."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +89,11 @@ class SplineWall(WallTable):
     """[wall] of law "lennard-jones-spline", the paper's, Eq. (S-6)."""
 
     law: Literal["lennard-jones-spline"]
-    adhesion_length: Annotated[float, Field(ge=0)] | None = None
+    adhesion_length: AdhesionLength | None = None
     """l_a = w/E*, in a0 (the paper's: 0.0005, 0.005, 0.05); instead of range"""
-    range: Annotated[float, Field(ge=0)] | None = None
-    """distance over which the wall attracts, in a0; 0 for no adhesion; instead of adhesion_length"""
+    range: Annotated[float, Field(ge=0, le=LARGEST_RANGE)] | None = None
+    """distance over which the wall attracts, 0 for no adhesion, at most 3 a0: beyond, the tension exceeds 0.2 E*, the
+    strength of crystals; instead of adhesion_length"""
     core: Fraction = CORE
     """gap below which the law is only continued, in a0"""
 
@@ -99,17 +102,6 @@ class SplineWall(WallTable):
         if (self.adhesion_length is None) == (self.range is None):
             cause = "both are given" if self.range is not None else "neither is given; range = 0 is no adhesion"
             yield Fault(("adhesion_length",), "exactly one of adhesion_length and range", cause)
-
-    @constraint
-    def _within_elasticity(self) -> Iterator[Fault]:
-        cause = "given in other units than a0, or range and adhesion_length exchanged"
-        if self.range is not None and self.range > LARGEST_RANGE:
-            limit = f"at most {LARGEST_RANGE:g} a0: beyond, the tension exceeds 0.2 E*, the strength of crystals"
-            yield Fault(("range",), limit, cause)
-        largest = LARGEST_RANGE**2 / 24
-        if self.adhesion_length is not None and self.adhesion_length > largest:
-            limit = f"at most {largest:g} a0, a range of {LARGEST_RANGE:g} a0: see range"
-            yield Fault(("adhesion_length",), limit, cause)
 
     @property
     def equivalent_range(self) -> float:
