@@ -17,15 +17,23 @@ if TYPE_CHECKING:
     from atomistic.crystal.interatomic import LennardJones, Springs
     from atomistic.crystal.pair_style import PairStyle
     from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-    from atomistic.front.commands import Elastic, Validation, check, doctor, elastic, validate
-    from atomistic.front.decks import Deck, DeckRun, deck, read, run_deck
+    from atomistic.front.commands import Elastic, check, elastic, validate
+    from atomistic.front.decks import deck, read, run_deck
+    from atomistic.ladder.validate import Validation
+    from atomistic.lammps.deck import Deck
+    from atomistic.lammps.doctor import doctor
     from atomistic.lammps.result import LammpsError
     from atomistic.lammps.shape import Round, Waves
+    from atomistic.relax.deckrun import DeckRun
     from atomistic.response.lattice import LatticeResponse
 
 _WHERE = {
-    "front.commands": ("Elastic", "Validation", "check", "doctor", "elastic", "validate"),
-    "front.decks": ("Deck", "DeckRun", "deck", "read", "run_deck"),
+    "front.commands": ("Elastic", "check", "elastic", "validate"),
+    "front.decks": ("deck", "read", "run_deck"),
+    "ladder.validate": ("Validation",),
+    "lammps.deck": ("Deck",),
+    "lammps.doctor": ("doctor",),
+    "relax.deckrun": ("DeckRun",),
     "crystal.crystal": ("Slab",),
     "crystal.interatomic": ("LennardJones", "Springs"),
     "crystal.pair_style": ("PairStyle",),

@@ -46,7 +46,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from continuum.files.hdf5 import StoreError
     from continuum.files.toml import ConfigError
-    from continuum.front.commands import Analysis, Prediction, Result, analyse, check, examples, plot, predict, run
+    from continuum.front.commands import Prediction, analyse, check, examples, plot, predict, run
     from continuum.front.contact import Contact
     from continuum.front.states import Path, State
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
@@ -55,6 +55,8 @@ if TYPE_CHECKING:
     from continuum.model.surface import SelfAffine, moments
     from continuum.model.surfaces import sine, sphere
     from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, TabulatedWall
+    from continuum.runs.analysis import Analysis
+    from continuum.runs.result import Result
     from continuum.solve.solution import NotConvergedError
 
 __version__ = "0.1.0"
@@ -62,7 +64,7 @@ __version__ = "0.1.0"
 _WHERE = {
     "front.contact": ("Contact",),
     "front.states": ("Path", "State"),
-    "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"),
+    "front.commands": ("Prediction", "analyse", "check", "examples", "plot", "predict", "run"),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments"),
@@ -71,6 +73,8 @@ _WHERE = {
     "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "TabulatedSubstrate"),
     "files.tables": ("ConfigError",),
     "files.store": ("StoreError",),
+    "runs.analysis": ("Analysis",),
+    "runs.result": ("Result",),
     "solve.solution": ("NotConvergedError",),
 }
 # Read when they are asked for: `continuum --help` needs none of them.

@@ -24,7 +24,7 @@ _KINDS = {"c": "complex numbers", "b": "booleans", "U": "text", "S": "text"}
 
 
 class ArgumentError(InputError, ValueError):
-    """An argument that has no meaning: the message names it, says what it was and what is allowed."""
+    """An argument that is not allowed: the message names it, says what it was and what is allowed."""
 
     def __init__(self, name: str, value: object, allowed: str) -> None:
         self.name, self.allowed = name, allowed
@@ -92,7 +92,7 @@ def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1, *, why: 
 
 
 def choice(name: str, value: Any, choices: Iterable[_Choice]) -> _Choice:
-    """One of some names.
+    """Check that a value is one of some names.
 
     Raises
     ------

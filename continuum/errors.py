@@ -13,7 +13,7 @@ EXIT_CODES: Mapping[int, str] = {
     "does not hold (a bound of a validation); or the work was stopped; what is finished is stored",
     BAD_INPUT: "the input is at fault, or the output cannot be written; nothing was written",
 }
-"""With which codes both programs end, and what they mean."""
+"""Exit codes of both programs, and what they mean."""
 
 
 _LONG = re.compile(r"[^\s/]{81,}")
@@ -28,7 +28,7 @@ class StickinessError(Exception):
     """The work could not be done, though the input was sound: something did not converge, or a program failed."""
 
     exit_code = NOT_CONVERGED
-    """Of the commands."""
+    """Exit code of a command that ends with this error."""
 
     def __str__(self) -> str:
         return shortened(super().__str__())

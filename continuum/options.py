@@ -1,33 +1,96 @@
-"""Words and options of the command ``continuum``; what it imports is light, so that ``--help`` comes at once."""
+"""Commands made from functions: their options, defaults and help are those of the function that does the work.
+
+What this module imports is light, so that ``--help`` comes at once.
+"""
 
 from __future__ import annotations
 
-import argparse
-import math
+import inspect
+import os
 import re
 import sys
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from continuum.errors import EXIT_CODES, InputError
+from cyclopts import App, CycloptsError, Parameter
+from cyclopts.validators import Number
 
-FORMATS = ("png", "pdf", "svg")
-"""Of figures."""
-SHELLS = ("bash", "zsh", "tcsh")
-"""Whose words can be completed."""
+from continuum.errors import BAD_INPUT, EXIT_CODES, OK, InputError
 
-KINDS = ("run",)
-"""Inputs of which there is a template."""
+Format = Literal["png", "pdf", "svg"]
+Formats = Annotated[
+    list[Format] | None, Parameter(name="--format", help="of the figures; may be repeated (default: png and pdf)")
+]
+VOICES = {"quiet": ("-q", "neither progress nor tables; results, warnings and errors stay"),
+          "verbose": ("-v", "a line for each part of the work, also on a terminal, and where in the program an error "
+                      "arose")}  # fmt: skip
+SHORT = {"output": ("--output", "-o"), "workers": ("--workers", "-j")}
+COUNTS = ("workers", "threads", "nodes", "shards")
+POSITIONAL, SEVERAL = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.VAR_POSITIONAL
+
+Command = Callable[..., int]
 
 
-def until_stopped(command: Callable[[], int]) -> int:
-    """Exit code of a command; stopped before its work began, which has its own message, it says so."""
+def program(name: str, what: str, units: str) -> App:
+    """A program without commands yet."""
+
+    def versions() -> str:
+        from continuum.files.provenance import versions
+
+        return versions()
+
+    codes = "Exit codes: " + ".  ".join(f"{code}: {meaning}" for code, meaning in EXIT_CODES.items()) + "."
+    app = App(
+        name=name, help=what, help_epilogue=f"Units: {units}.  {codes}", help_format="plaintext", version=versions,
+        default_parameter=Parameter(negative=""), result_action="return_value", help_flags=["--help", "-h"],
+    )  # fmt: skip
+
+    @app.command(help="print what completes commands and options in your shell: bash, zsh or fish")
+    def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
+        print(app.generate_completion(prog_name=name, shell=shell))
+        return OK
+
+    return app
+
+
+def run_program(app: App, arguments: Sequence[str] | None) -> int:
+    """Run a command of a program; returns its exit code."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    flags = {f"--{name}" for name in VOICES} | {short for short, _ in VOICES.values()}
+    while words and words[0] in flags:  # they may stand anywhere
+        words.append(words.pop(0))
     try:
-        return command()
+        _check_environment()
+        done = app(words, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        sys.stderr.write(f"{app.name[0]}: {str(error).rstrip('.')}; see `{app.name[0]} --help`\n")
+        raise SystemExit(BAD_INPUT) from None
+    except InputError as error:
+        sys.stderr.write(f"{error}\n")
+        return error.exit_code
     except KeyboardInterrupt:
         sys.stderr.write("stopped; nothing was done\n")
         return 1
+    if done is None and not {"--help", "-h", "--version"} & set(words):  # no command: the help was printed
+        raise SystemExit(BAD_INPUT)
+    return int(done or OK)
+
+
+def _check_environment() -> None:
+    """Refuse numbers of threads on which a library would end in a traceback when it is imported.
+
+    Raises
+    ------
+    InputError
+        That names the variable.
+    """
+    for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
+        value = os.environ.get(name)
+        if value is not None and not (value.isdecimal() and int(value) >= least):
+            msg = f"{name} = {value!r}, in the environment: allowed: a whole number from {least} on; or unset it"
+            raise InputError(msg)
 
 
 def as_options(message: str, known: Container[str]) -> str:
@@ -35,291 +98,98 @@ def as_options(message: str, known: Container[str]) -> str:
 
     def option(found: re.Match[str]) -> str:
         name = "estar" if found[1] == "contact_modulus" else found[1]
-        return f"--{name.replace('_', '-')}" if name in known else found[0]
+        return f"--{name.replace('_', '-')}" if found[1] in known else found[0]
 
     return re.sub(r"`(\w+)`", option, message)
 
 
-def add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser], kinds: Sequence[str]) -> None:
-    """The sub-commands `init` and `schema` of both programs."""
-    init = commands.add_parser("init", help="print an input to begin with, every key with its meaning")
-    init.add_argument("kind", choices=kinds, help="the command that it is for")
-    schema = commands.add_parser("schema", help="print the JSON schema of an input, for editors that complete TOML")
-    schema.add_argument("kind", choices=kinds, help="the command that the input is for")
+def like(work: Callable[..., object], hint: str = "") -> Callable[[Command], Command]:
+    """Make a command of a function: it takes the arguments of ``work``, and those that it names itself.
 
+    An argument that the command names has its type and default; the others come in ``**given``, if the command takes
+    that and they were given.  Functions, mappings and the like are no options.  Help is that of the docstring of
+    ``work``.
 
-def add_common(parser: argparse.ArgumentParser, commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """What both programs have: versions, how much is said, and completion in a shell."""
-    completion = commands.add_parser(
-        "completion",
-        help="print what completes commands and options in your shell",
-        description=f"For bash: `{parser.prog} completion bash > ~/.local/share/bash-completion/completions/"
-        f"{parser.prog}`, then a new shell.  Needs the extra: pip install 'stickiness[completion]'.",
-    )
-    completion.add_argument("shell", choices=SHELLS)
-    parser.add_argument("--version", action=_Versions, nargs=0,
-                        help="print the versions of program, Python, NumPy, LAMMPS and back ends")  # fmt: skip
-    parser.set_defaults(voice="normal")
-    for one in _parsers(parser):  # so that it may stand anywhere
-        _add_voice(one)
-
-
-def completion(parser: argparse.ArgumentParser, shell: str) -> str:
-    """A script that completes the words of a program in a shell.
-
-    Raises
-    ------
-    InputError
-        If the library that writes it is not installed.
+    Parameters
+    ----------
+    work : a function with a docstring in NumPy's style.
+    hint : what is said after an unexpected error.
     """
-    try:
-        import shtab
-    except ImportError:
-        msg = "completion in a shell is an extra: pip install 'stickiness[completion]'"
-        raise InputError(msg) from None
-    for one in _parsers(parser):
-        for action in one._actions:
-            if action.type is Path or action.dest in ("file", "result"):
-                vars(action).update(complete=shtab.FILE)
-    return str(shtab.complete(parser, shell=shell))
+
+    def made(command: Command) -> Command:
+        signature = _signature(work, command)
+
+        @wraps(command)
+        def called(*args: Any, **given: Any) -> int:
+            from continuum.show.console import Voice, exit_code
+
+            arguments = signature.bind(*args, **given).arguments
+            voice: Voice = "normal"
+            for name in get_args(Voice):
+                voice = name if arguments.pop(name, False) else voice
+            own = {name: one.kind for name, one in inspect.signature(command).parameters.items()}
+            one = [arguments.pop(name) for name, kind in own.items() if kind is POSITIONAL and name in arguments]
+            several = [value for name, kind in own.items() if kind is SEVERAL for value in arguments.pop(name, ())]
+            return exit_code(lambda: command(*one, *several, **arguments), hint, voice)
+
+        called.__signature__ = signature  # type: ignore[attr-defined]
+        called.__doc__ = command.__doc__ or inspect.cleandoc(work.__doc__ or "").partition("\n\nParameters")[0]
+        called.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
+        return called
+
+    return made
 
 
-def _parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
-    """A parser and those of all its commands."""
-    yield parser
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for one in action.choices.values():
-                yield from _parsers(one)
+def _signature(work: Callable[..., object], command: Command) -> inspect.Signature:
+    own, hints = inspect.signature(command).parameters, get_type_hints(command, include_extras=True)
+    types, texts = get_type_hints(work), _help(work)
+    others = any(parameter.kind is parameter.VAR_KEYWORD for parameter in own.values())
+    parameters = {**(inspect.signature(work).parameters if others else {}), **own}
+    found = dict[str, inspect.Parameter]()
+    for name, parameter in parameters.items():
+        taken = hints[name] if name in own else _option(types[name])
+        if taken is None or parameter.kind is parameter.VAR_KEYWORD:
+            continue
+        needed = parameter.default is parameter.empty and parameter.kind is not SEVERAL
+        kind = parameter.POSITIONAL_ONLY if needed else parameter.kind
+        if kind is POSITIONAL:
+            kind = parameter.KEYWORD_ONLY
+        given, *said = get_args(taken) if get_origin(taken) is Annotated else (taken,)
+        show_default = None if parameter.default else False
+        bounds = Number(gte=1, lte=1024) if name in COUNTS else None
+        described = Parameter(help=texts.get(name), name=SHORT.get(name), show_default=show_default, validator=bounds)
+        found[name] = parameter.replace(annotation=_annotated(given, described, *said), kind=kind)
+    for name, (letter, text) in VOICES.items():
+        flag = Parameter(name=[f"--{name}", letter], help=text, show_default=False)
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        found[name] = inspect.Parameter(name, keyword, default=False, annotation=_annotated(bool, flag))
+    return inspect.Signature(sorted(found.values(), key=lambda parameter: parameter.kind))
 
 
-def _add_voice(parser: argparse.ArgumentParser) -> None:
-    voice = parser.add_mutually_exclusive_group()
-    voice.add_argument("-q", "--quiet", dest="voice", action="store_const", const="quiet", default=argparse.SUPPRESS,
-                       help="neither progress nor tables; results, warnings and errors stay")  # fmt: skip
-    voice.add_argument("-v", "--verbose", dest="voice", action="store_const", const="verbose",
-                       default=argparse.SUPPRESS,
-                       help="a line for each part of the work, also on a terminal, and where in the program an error "
-                       "arose")  # fmt: skip
+def _annotated(given: Any, *said: Parameter) -> Any:
+    return Annotated[(given, *said)]
 
 
-class _Versions(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from continuum.files.provenance import versions
-
-        parser._print_message(versions() + "\n", sys.stdout)
-        parser.exit()
-
-
-def add_format(parser: argparse.ArgumentParser) -> None:
-    """Formats of the figures that a command draws."""
-    parser.add_argument("--format", action="append", choices=FORMATS,
-                        help="of the figures; may be repeated (default: png and pdf)")  # fmt: skip
-
-
-def exit_codes() -> str:
-    """With which codes a command ends, in a line."""
-    return "Exit codes: " + ".  ".join(f"{code}: {meaning}" for code, meaning in EXIT_CODES.items()) + "."
+def _option(annotation: Any) -> Any:
+    """Type of an option for an argument of this type; None if it can be none."""
+    types = get_args(annotation) if get_origin(annotation) not in (None, Literal) else (annotation,)
+    missing = None if type(None) in types else Literal
+    for one in (Path, bool, int):
+        if one in types:
+            return one if missing else one | None
+    if any(list[str] == one or getattr(get_origin(one), "__name__", "") == "Sequence" for one in types):
+        return list[str] | None
+    if str in types:
+        return str if missing else str | None
+    literal = next((one for one in types if get_origin(one) is Literal), None)
+    return literal if missing or literal is None else literal | None
 
 
-def at_least_one(text: str) -> int:
-    """An option that counts processes or threads."""
-    if not (text.isdecimal() and 1 <= int(text) <= 1024):
-        msg = f"{text!r}: allowed: a whole number from 1 to 1024"
-        raise argparse.ArgumentTypeError(msg)
-    return int(text)
-
-
-def parser() -> argparse.ArgumentParser:
-    """Of the command ``continuum``."""
-    parser = argparse.ArgumentParser(
-        prog="continuum",
-        description="Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
-        epilog=f"Units: a0 = 1 (atomic spacing), E* = 1 (contact modulus).  {exit_codes()}",
-    )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-
-    _add_check(commands.add_parser(
-        "check",
-        help="validate an input file of a run or a sweep, and print what it amounts to and what it will cost",
-        description="Validate an input file: all faults at once, what it amounts to, memory, FFT pairs, core-seconds.  "
-        "Of a sweep, those of all its systems together.",
-    ))  # fmt: skip
-    _add_run(commands.add_parser(
-        "run",
-        help="follow a loading path and store areas, loads, contact maps and jumps",
-        description="Follow a loading path.  [loading] of the input says how: control (separation, mean-gap, "
-        "mean-pressure, repulsive-area) and targets; retract = true or [loading.retraction] for the way back; "
-        "event_resolution to bracket jumps.  Stopped with Ctrl-C or otherwise, the same command goes on.",
-    ))  # fmt: skip
-    _add_sweep(commands.add_parser(
-        "sweep",
-        help="many systems: run, SLURM script, status, tables, verification",
-        description="A sweep is an input with a table [sweep]: axes over any of its keys.  Each system is one path, "
-        "stored in one file; whatever stops the work, the same command does what is missing.",
-    ))  # fmt: skip
-    _add_plot(commands.add_parser(
-        "plot",
-        help="draw the figures of a stored run, or a figure of the paper from a sweep",
-        description="`plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1 - "
-        "figure4, figure-s1 - figure-s3, a further figure, `verdicts`, `page` (all) or `dispute` (theories beside).",
-    ))  # fmt: skip
-    analyse = commands.add_parser(
-        "analyse",
-        help="measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
-        description="Measure every point of stored runs, compare with the paper, and draw the figures.  The "
-        "gap profile, d_att and the distributions need a run with fields = true in [output].",
-    )
-    analyse.add_argument("results", type=Path, nargs="+", metavar="RESULT", help="files written by `continuum run`")
-    analyse.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of each result)")
-    add_format(analyse)
-
-    _add_predict(commands.add_parser(
-        "predict",
-        help="is my surface sticky? every criterion on a measured topography",
-        description="Roughness of a measured topography, or of two that face each other, the verdict of every "
-        "criterion of stickiness with its margin, and warnings.  Writes figures and a one-page HTML report.",
-        epilog="Every quantity has a unit: 70GPa, 50mJ/m2, 0.5nm.  Example: continuum predict map.npy --size 10um "
-        "--unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm",
-    ))  # fmt: skip
-    add_init(commands, KINDS)
-    commands.add_parser("examples", help="print the paper's worked examples beside ours, as Markdown")
-    add_common(parser, commands)
-    return parser
-
-
-def _add_run(run: argparse.ArgumentParser) -> None:
-    run.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
-    run.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("results"),
-        help="folder of the result, NAME.h5 after the input's name (default: results)",
-    )
-    run.add_argument("--force", action="store_true", help="start anew, whatever is stored")
-    run.add_argument(
-        "--device", help="what the solver runs on, instead of [solver] device: cpu, or cuda (experimental)"
-    )
-    _add_settings(run)
-
-
-def _add_check(check: argparse.ArgumentParser) -> None:
-    check.add_argument("file", help="input file (TOML); inputs/... finds those that come with the package")
-    check.add_argument("--reduced", action="store_true", help="the smaller sizes of the [sweep.reduced] of a sweep")
-    _add_settings(check)
-
-
-def _add_plot(plot: argparse.ArgumentParser) -> None:
-    plot.add_argument("result", help="file written by `continuum run`, or the name of a figure")
-    plot.add_argument(
-        "folders", nargs="*", type=Path, help="folder of a sweep, for a figure; several for `page` and `dispute`"
-    )
-    plot.add_argument("-o", "--output", type=Path, help="folder of the figures (default: that of the result)")
-    add_format(plot)
-
-
-def _add_settings(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", type=_setting,
-                        help="a value instead of that of the file, as surface.seed=3; may be repeated")  # fmt: skip
-
-
-def _setting(text: str) -> tuple[str, object]:
-    from continuum.files.toml import value_of
-
-    key, equals, value = text.partition("=")
-    if not equals or not key.strip():
-        raise argparse.ArgumentTypeError(f"{text!r}: write KEY=VALUE, such as surface.seed=3")
-    return key.strip(), value_of(value.strip())
-
-
-def _gigabytes(text: str) -> float:
-    try:
-        found = 1e9 * float(text)
-    except ValueError:
-        found = math.nan
-    if not 0 < found < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r}: allowed: a number of GB, greater than 0")
+def _help(work: Callable[..., object]) -> dict[str, str]:
+    """What the docstring of a function says of each argument, as plain text."""
+    text = inspect.cleandoc(work.__doc__ or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
+    found = dict[str, str]()
+    for names, said in re.findall(r"^(\w[\w, ]*) : (.*(?:\n .*)*)", text, re.MULTILINE):
+        plain = re.sub(r":\w+:`[\w.]*?(\w+)`|``", r"\1", " ".join(said.split()))
+        found |= dict.fromkeys(names.split(", "), plain)
     return found
-
-
-def _shard(text: str) -> tuple[int, int]:
-    part, slash, parts = text.partition("/")
-    if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
-        raise argparse.ArgumentTypeError(f"{text!r}: write I/N with I from 1 to N, such as 2/8")
-    return int(part), int(parts)
-
-
-def _add_sweep(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    run = actions.add_parser("run", help="do the systems that are not done yet")
-    slurm = actions.add_parser("slurm", help="print a job script for sbatch")
-    for one in (run, slurm):
-        one.add_argument("file", help="input with a table [sweep]; inputs/sweep/... finds those of the package")
-        one.add_argument("-o", "--output", type=Path, default=Path("results"),
-                         help="folder in which that of the sweep is made (default: results)")  # fmt: skip
-        one.add_argument("--reduced", action="store_true", help="the smaller sizes of [sweep.reduced]")
-        _add_settings(one)
-    run.add_argument("--workers", type=at_least_one, help="processes at once (default: 1, or one for each GPU)")
-    run.add_argument("--device", help="what the solvers run on: cpu, or cuda (experimental), a GPU for each process")
-    run.add_argument("--threads", type=at_least_one, default=1, help="threads of each (default: 1)")
-    run.add_argument("--memory", type=_gigabytes, metavar="GB", help="of this machine that may be used (default: all)")
-    run.add_argument("--retry", action="store_true", help="try again what failed")
-    run.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N", help="part I of N of the systems")
-    run.add_argument("--scheduler-file", type=Path, help="of a Dask cluster that does the work")
-    slurm.add_argument("--nodes", type=at_least_one, default=1, help="of the allocation (default: 1)")
-    slurm.add_argument("--time", default="12:00:00", help="of the allocation (default: 12:00:00)")
-    slurm.add_argument("--workers", type=at_least_one, default=16, help="processes a node (default: 16)")
-    slurm.add_argument("--array", type=at_least_one, metavar="N", help="an array of N jobs instead of one cluster")
-    status = actions.add_parser("status", help="how far a sweep is, from its files alone")
-    collect = actions.add_parser("collect", help="one table of all points: table.csv, and table.h5 for xarray")
-    verify = actions.add_parser("verify", help="read every file whole: sums, schema, identity")
-    for one in (status, collect, verify):
-        one.add_argument("folder", type=Path, help="folder of the sweep")
-    collect.add_argument("-o", "--output", type=Path, help="folder of the tables (default: that of the sweep)")
-    verify.add_argument("--aside", action="store_true",
-                        help="move what is damaged into DIR/damaged, so that the next run does it again")  # fmt: skip
-
-
-def _add_predict(predict: argparse.ArgumentParser) -> None:
-    predict.add_argument("files", nargs="+", type=Path, metavar="FILE", help="topography; two for two rough bodies")
-    maps = predict.add_argument_group("topography (given twice: one for each file)")
-    maps.add_argument("--size", action="append", metavar="LX[,LY]",
-                      help="physical size, from the first row of the array to the last, and from the first column to "
-                      "the last; one number: square pixels; only if the file does not say")  # fmt: skip
-    maps.add_argument("--unit", action="append", help="unit of the heights; only if the file does not say")
-    maps.add_argument("--dataset", action="append", help="dataset of an HDF5 file")
-    maps.add_argument("--part", action="append", help="map of a container, or channel of a file, if it has several; "
-                      "all: the measurements of a container joined into one spectrum")  # fmt: skip
-    maps.add_argument(
-        "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
-    )
-    maps.add_argument("--override-size", action="store_true", help="a given size or unit overrules that of the file")
-    maps.add_argument("--detrend", choices=("plane", "curvature", "lines", "none"),
-                      help="what is taken off: the mean plane (default), or the mean (if periodic), a paraboloid, or "
-                      "plane and median of each line of the scan")  # fmt: skip
-    maps.add_argument(
-        "--fill",
-        metavar="SHARE",
-        help="fill missing points, scars, points that stand out, up to this share of all, as 5%%",
-    )
-    maps.add_argument("--crop", metavar="X0,X1,Y0,Y1", help="the part that counts, as 1um,9um,0,8um")
-    maps.add_argument("--cutoff", metavar="LENGTH", help="verdict and solution count only waves longer than this")
-    contact = predict.add_argument_group("contact")
-    contact.add_argument("--material", action="append", default=[], metavar="NAME",
-                         help="diamond, silicon, mica, pdms, rubber, with cited values; given once the other body is "
-                         "rigid, twice for two elastic bodies")  # fmt: skip
-    contact.add_argument("--modulus", action="append", default=[], help="Young's modulus of a body; twice for two")
-    contact.add_argument("--poisson", action="append", default=[], help="its Poisson's ratio; twice for two")
-    contact.add_argument("--estar", help="contact modulus E* = E/(1 - nu^2), instead of modulus and Poisson's ratio")
-    contact.add_argument("--work", help="work of adhesion w")
-    contact.add_argument("--range", help="range of the attraction (for a law without cut-off, its effective range)")
-    contact.add_argument("--spacing", help="spacing of the atoms a0, for the necessary condition on crystals")
-    predict.add_argument("--solve", action="store_true", help="also solve the contact of the map and compare")
-    predict.add_argument("--threads", type=at_least_one, default=1, help="threads of the solver (default: 1)")
-    predict.add_argument("-o", "--output", type=Path, default=Path("results"),
-                         help="folder of report and figures (default: results)")  # fmt: skip
-    predict.add_argument("--json", type=Path, metavar="FILE", help="write everything, with the spectrum, in SI units")
-    predict.add_argument("--csv", type=Path, metavar="FILE",
-                         help="write one row for each of many files, and for each measurement of a container, "
-                         "each a contact by itself; no pages")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Where SI, eV/Å and reduced units meet, and nowhere else.
+"""Conversion between SI, eV/Å and reduced units; nothing else converts.
 
 Reduced units are a0 = 1 and E* = 1 (see :mod:`continuum`): a quantity of dimension pressure^i length^j has
 the unit E*^i a0^j.
@@ -16,7 +16,7 @@ import numpy as np
 import scipy.constants
 
 ANGSTROM: float = scipy.constants.angstrom
-"""In m."""
+"""One ångström, in m."""
 GPA_PER_EV_PER_A3: float = scipy.constants.electron_volt / ANGSTROM**3 / scipy.constants.giga
 """160.2177: a pressure of 1 eV/Å³ in GPa."""
 
@@ -64,7 +64,7 @@ class Units:
 
     @classmethod
     def metal(cls, a0: float, contact_modulus: float) -> Units:
-        """From a0 in Å and E* in eV/Å³, LAMMPS' ``units metal`` but for its pressure."""
+        """Units from a0 in Å and E* in eV/Å³: LAMMPS' ``units metal`` but for its pressure."""
         return cls(a0 * ANGSTROM, contact_modulus * GPA_PER_EV_PER_A3 * scipy.constants.giga)
 
     def si(self, quantity: Quantity) -> float:

@@ -16,7 +16,7 @@ from continuum.model.substrates import HalfSpace, Substrate
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import HardWall, LennardJonesSpline, Wall
 from continuum.path.loading import solve
-from continuum.path.state import State
+from continuum.path.state import PathState
 from continuum.solve.solution import Settings
 
 if TYPE_CHECKING:
@@ -99,12 +99,12 @@ def lattice(n: int, name: str, depth: float | None = None) -> LatticeResponse:
     from atomistic.response.lattice import LatticeResponse
 
     model = crystal(name)
-    return LatticeResponse.of_model(Slab.of_depth(Grid.square(n), depth or float(n), model.reach), model)
+    return LatticeResponse.of_model(Slab.of_depth(Grid.square(n), depth or float(n), model.coupled_layers), model)
 
 
 def on_atoms(
     n: int = 16, slope: float = 0.01, adhesion_length: float = 0.0, area: float = 0.15, name: str = "springs"
-) -> tuple[ContactProblem, State, Deck]:
+) -> tuple[ContactProblem, PathState, Deck]:
     """A rough wall at about the repulsive area wanted, in equilibrium with the lattice, and its deck."""
     from atomistic.lammps.deck import Deck
     from atomistic.relax.relax import lattice_start

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
-import importlib.util
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,31 +11,31 @@ import pytest
 
 import atomistic.cli
 import continuum.cli
-import continuum.options
 from continuum.errors import EXIT_CODES
 from tests.problems import SMALL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from cyclopts import App
+
     Main = Callable[[Sequence[str]], int]
 
-PROGRAMS = [(continuum.cli.main, continuum.options.parser), (atomistic.cli.main, atomistic.cli.parser)]
+PROGRAMS = [(continuum.cli.main, continuum.cli.app), (atomistic.cli.main, atomistic.cli.app)]
 
 
-@pytest.mark.parametrize(("main", "parser"), PROGRAMS)
+@pytest.mark.parametrize(("main", "app"), PROGRAMS)
 def test_the_version_is_that_of_all_that_the_numbers_depend_on(
-    main: Main, parser: Callable[[], argparse.ArgumentParser], capsys: pytest.CaptureFixture[str]
+    main: Main, app: App, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit) as end:
-        main(["--version"])
-    assert end.value.code == 0
+    assert main(["--version"]) == 0
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("stickiness ")
     assert f"NumPy {np.__version__}" in said
     assert [line.split()[0] for line in said[1:4]] == ["Python", "NumPy", "LAMMPS"]
     assert [line.split(":")[0] for line in said[4:]] == ["back end cpu", "back end cuda"]
-    said = " ".join(parser().format_help().split())
+    assert main(["--help"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
     for code, meaning in EXIT_CODES.items():
         assert f"{code}: {meaning}" in said
 
@@ -79,17 +78,32 @@ def test_figures_come_in_the_formats_asked_for(tmp_path: Path, capsys: pytest.Ca
     assert not [*tmp_path.glob("*.png")]
 
 
-@pytest.mark.parametrize(("main", "parser"), PROGRAMS)
-def test_a_shell_completes_every_command_or_is_told_what_to_install(
-    main: Main, parser: Callable[[], argparse.ArgumentParser], capsys: pytest.CaptureFixture[str]
-) -> None:
-    code = main(["completion", "bash"])
-    said = capsys.readouterr()
-    if importlib.util.find_spec("shtab") is None:
-        assert code == 2
-        assert "pip install 'stickiness[completion]'" in said.err
-        return
-    assert code == 0
-    (commands,) = [action for action in parser()._actions if isinstance(action, argparse._SubParsersAction)]
-    words = set(said.out.replace("(", " ").replace(")", " ").split())
-    assert {*commands.choices, "--quiet", "--version"} <= words
+@pytest.mark.parametrize(("main", "app"), PROGRAMS)
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_completes_every_command(main: Main, app: App, shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion", shell]) == 0
+    said = capsys.readouterr().out
+    assert {name for name in app.resolved_commands() if name[0] != "-"} <= set(re.findall(r"[\w-]+", said))
+    assert "quiet" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "Usage"),
+        (["nope"], "nope"),
+        (["run"], "FILE"),
+        (["run", "a.toml", "b.toml"], "b.toml"),
+        (["run", "a.toml", "--nope"], "--nope"),
+        (["run", "a.toml", "--set", "seed"], "KEY=VALUE"),
+        (["sweep"], "Usage"),
+        (["sweep", "run", "a.toml", "--shard", "3/2"], "I/N"),
+        (["sweep", "run", "a.toml", "--workers", "two"], "two"),
+        (["plot", "a.h5", "--format", "gif"], "gif"),
+    ],
+)
+def test_a_wrong_command_line_is_one_message(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        continuum.cli.main(words)
+    assert end.value.code == 2
+    assert said in "".join(capsys.readouterr())

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import atomistic.cli
-import continuum.options
+import continuum.cli
 from continuum.measure.outline import outline
 from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
@@ -51,20 +51,23 @@ def test_links_to_elsewhere_have_the_form_of_one(page: str) -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_every_command_and_option_named_exists(page: str) -> None:
-    parsers = {"continuum": continuum.options.parser(), "atomistic": atomistic.cli.parser()}
-    known = {}
-    for program, parser in parsers.items():
-        (commands,) = [action for action in parser._actions if action.choices and action.dest == "command"]
-        known |= {(program, name): set(sub._option_string_actions) for name, sub in commands.choices.items()}
+    known = {
+        f"{program} {command}"
+        for program, app in {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}.items()
+        for command in app.resolved_commands()
+    }
     for line in re.findall(r"(?:^|`)((?:continuum|atomistic) [a-z][^`\n]*)", PAGES[page], re.MULTILINE):
         program, command, *words = line.split("#")[0].split()
         if f"{program} {command}" in ("continuum of", "continuum is", "continuum on") or "." in command:
             continue
-        assert (program, command) in known, line
+        assert f"{program} {command}" in known, line
+        app = {"continuum": continuum.cli.app, "atomistic": atomistic.cli.app}[program][command]
         if command == "sweep":
-            continue  # it has sub-commands, each with options of its own
-        options = {word.split("=")[0] for word in words if word.startswith("--")}
-        assert options <= known[program, command], line
+            app = app[words.pop(0)] if words else app
+        options = {word.split("=")[0] for word in words if word.startswith("--")} - {"--help", "--version"}
+        if options:
+            names = {option for argument in app.assemble_argument_collection() for option in argument.names}
+            assert options <= names, line
 
 
 def test_the_glossary_has_the_mean_diameter_of_the_paper() -> None:

@@ -77,12 +77,12 @@ class Slab:
 
     @property
     def depth(self) -> float:
-        """From the surface plane to the first frozen plane, M a0/√2."""
+        """Depth from the surface plane to the first frozen plane, M a0/√2."""
         return self.mobile * LAYER_SPACING
 
     @property
     def size(self) -> int:
-        """Number of atoms."""
+        """Number of all atoms, the frozen ones included."""
         return self.layers * self.shape[0] * self.shape[1]
 
     @property

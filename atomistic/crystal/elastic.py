@@ -19,13 +19,13 @@ class ContactModulus:
     angles: Real = field(repr=False)
     """θ over a period, from <100> by <110> at π/4 to the next <100>, in radians."""
     values: Real = field(repr=False)
-    """E*(θ), same shape."""
+    """Contact modulus E*(θ), same shape."""
     mean: float
     """1/<1/E*>: the mean of the compliance is the compliance of the axially symmetric part of the response."""
 
     @classmethod
     def of(cls, constants: CubicConstants) -> ContactModulus:
-        """From elastic constants.
+        """Contact modulus from elastic constants.
 
         Raises
         ------
@@ -38,17 +38,17 @@ class ContactModulus:
 
     @property
     def smallest(self) -> float:
-        """In the softest direction."""
+        """Contact modulus in the softest direction."""
         return float(self.values.min())
 
     @property
     def largest(self) -> float:
-        """In the stiffest direction."""
+        """Contact modulus in the stiffest direction."""
         return float(self.values.max())
 
     @property
     def along_100(self) -> float:
-        """θ = 0."""
+        """Contact modulus along <100>, θ = 0."""
         return float(self.values[0])
 
     @property

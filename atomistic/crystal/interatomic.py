@@ -27,15 +27,15 @@ class Potential(Protocol):
 
     @property
     def units(self) -> Literal["lj", "metal"]:
-        """LAMMPS' units."""
+        """Style of units in LAMMPS."""
 
     @property
     def atom_style(self) -> Literal["atomic", "bond"]:
-        """LAMMPS' atom style."""
+        """Style of atoms in LAMMPS."""
 
     @property
     def mass(self) -> float:
-        """Of an atom."""
+        """Mass of an atom."""
 
     @property
     def element(self) -> str:
@@ -63,7 +63,7 @@ class Potential(Protocol):
 
     @property
     def reference(self) -> str:
-        """Where the model comes from, in words; stored with results."""
+        """Source of the model, in words; stored with results."""
 
     def settings(self) -> str:
         """LAMMPS commands that come before the atoms are read."""
@@ -81,7 +81,7 @@ class Model(Potential, Protocol):
         """Edge of the cubic cell at zero pressure, in a0: sqrt(2), so that surface atoms are a0 apart."""
 
     @property
-    def reach(self) -> int:
+    def coupled_layers(self) -> int:
         """Number of (100) layers that forces reach: the frozen base has at least so many."""
 
     @property
@@ -165,7 +165,7 @@ class Springs:
         return float(np.sqrt(2))
 
     @property
-    def reach(self) -> int:
+    def coupled_layers(self) -> int:
         """Springs join adjacent layers only."""
         return 1
 
@@ -194,17 +194,14 @@ class Springs:
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """None are read."""
         return {}
 
     @property
     def identity(self) -> Mapping[str, str | float]:
-        """What results depend on."""
         return {"kind": "springs", "stiffness": self.stiffness}
 
     @property
     def reference(self) -> str:
-        """Where the model comes from."""
         return (
             f"nearest-neighbour harmonic springs on the fcc lattice, k_s = {self.stiffness:.10g} E* a0, "
             "as in Pastewka and Robbins, PNAS 111, 3298 (2014), Methods"
@@ -222,7 +219,7 @@ class Springs:
     def interactions(self) -> str:
         """Bonds between all pairs closer than 1.1 a0; a pair style without force makes the neighbour list."""
         return (
-            "comm_modify     cutoff 1.8                      # no spring of less than 1.8 a0 loses sight of its end\n"
+            "comm_modify     cutoff 1.8                      # longer than a spring stretched by 80 %\n"
             "pair_style      zero 1.2 nocoeff\n"
             "pair_coeff      * *\n"
             "bond_style      harmonic              # E = K (r - r0)^2: K is half the spring constant\n"
@@ -272,18 +269,15 @@ class LennardJones:
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """None are read."""
         return {}
 
     @property
     def identity(self) -> Mapping[str, str | float]:
-        """What results depend on."""
         inner = {} if self.inner is None else {"inner": self.inner}
         return {"kind": "lennard-jones", "truncation": self.truncation, "cutoff": self.cutoff, **inner}
 
     @property
     def reference(self) -> str:
-        """Where the model comes from."""
         inner = "" if self.inner is None else f", from {self.inner:g} σ on"
         return f"Lennard-Jones 12-6, pair_style lj/{self.truncation}, cut at {self.cutoff:g} σ{inner}"
 

@@ -139,7 +139,6 @@ class PairStyle:
 
     @property
     def reference(self) -> str:
-        """Where the model comes from."""
         files = ", ".join(
             f"{''.join(c for c in name if c.isprintable())[:80]} (sha256 {hashlib.sha256(content).hexdigest()[:12]})"
             for name, content in self.contents.items()

@@ -189,13 +189,11 @@ class EmbeddedAtom:
 
     @cached_property
     def identity(self) -> dict[str, str]:
-        """What results depend on."""
         digest = hashlib.sha256(self.content).hexdigest()
         return {"kind": "eam", "style": self.style, "element": self.element, "sha256": digest}
 
     @property
     def reference(self) -> str:
-        """Where the model comes from."""
         return (
             f"embedded atom, {self.element}, pair_style {self.style}, {self.name} "
             f"(sha256 {self.identity['sha256'][:12]}): {self.comment}"

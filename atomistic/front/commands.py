@@ -6,15 +6,12 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import atomistic.ladder.validate
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
-from atomistic.ladder.validate import Progress
-from atomistic.lammps.doctor import Doctor
-from atomistic.lammps.doctor import doctor as look
+from atomistic.ladder.validate import Progress, Validation, validate_all
 from atomistic.lammps.engine import command_words
 from atomistic.relax.decks import parts_of
 from atomistic.response.discreteness import Discreteness, discreteness
@@ -30,38 +27,6 @@ LATTICES = 48, 256
 continuum, more take too much memory."""
 MOST_WORKERS = 4
 """Processes of a validation, if their number is not given: each holds a slab."""
-
-
-class Validation(atomistic.ladder.validate.Validation):
-    """A finished validation; see :class:`atomistic.ladder.validate.Validation`."""
-
-    def budget(self) -> Sheet:
-        """The error budget: what each step of the ladder costs."""
-        from atomistic.show.validation import budget_sheet
-
-        return budget_sheet(self.stored)
-
-    def sheets(self) -> list[Sheet]:
-        """Budget, scaling laws, jumps, verdicts."""
-        from atomistic.show.validation import validation_sheets
-
-        return validation_sheets(self)
-
-    @property
-    def sentence(self) -> str:
-        """How many bounds hold."""
-        from atomistic.show.validation import validation_sentence
-
-        return validation_sentence(self.verdicts)
-
-    def write(self) -> list[Path]:
-        """Draw the figures and write the page, beside the file; returns the page and the PNG files."""
-        from atomistic.show.validation import write_validation
-
-        return write_validation(self)
-
-    def _repr_html_(self) -> str:
-        return f"<p>{self.sentence}</p>{self.budget()._repr_html_()}"
 
 
 def validate(
@@ -81,16 +46,16 @@ def validate(
     file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
     output : folder of the result, which is named after the input, or the file itself, ``NAME.h5``.  What it holds is
         kept.
-    workers : processes, one core each; all cores, at most 4, if None.
-    decks : folder that keeps every LAMMPS deck.
-    lmp_command : how a site starts its own LAMMPS, as ``"srun lmp"``.
+    workers : processes, one core each; all cores, at most 4, by default.
+    decks : keep every LAMMPS deck in this folder.
+    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
     force : start anew.
     progress : called after each path with what it gave, how many are done and how many there are.
 
     Raises
     ------
     ArgumentError, ConfigError, StoreError, LammpsError, ValidationError
-        If an argument has no meaning, the input cannot be run, the result not be stored, or a path not be compared.
+        If an argument is not allowed, the input cannot be run, the result not be stored, or a path not be compared.
     """
     path = file_name("output", output)
     decks = None if decks is None else file_name("decks", decks)
@@ -101,16 +66,9 @@ def validate(
     config = file if isinstance(file, ValidateConfig) else load(file_name("file", file), ValidateConfig)
     if path.suffix != ".h5":
         path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
-    found = atomistic.ladder.validate.validate(
-        config,
-        path,
-        workers=workers,
-        decks=decks,
-        lmp_command=lmp_command,
-        force=force,
-        progress=progress,
+    return validate_all(
+        config, path, workers=workers, decks=decks, lmp_command=lmp_command, force=force, progress=progress
     )
-    return Validation(**vars(found))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +78,7 @@ class Elastic:
     model: Model
     modulus: ContactModulus
     response: LatticeResponse | None = field(repr=False)
-    """Of a slab, if it was asked for."""
+    """Lattice Green's function of a slab, if it was asked for."""
     discreteness: Discreteness | None = field(repr=False)
     """How that tends to the continuum."""
 
@@ -159,7 +117,7 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
     Raises
     ------
     ArgumentError, ConfigError, PotentialError, LammpsError
-        If an argument has no meaning, the crystal is no stable fcc one, or LAMMPS fails.
+        If an argument is not allowed, the crystal is no stable fcc one, or LAMMPS fails.
     """
     from atomistic.response.cache import slab_response
 
@@ -179,6 +137,10 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
 
 def check(file: str | Path) -> Sheet:
     """Validate an input of any command of ``atomistic``, and say what it will cost.
+
+    Parameters
+    ----------
+    file : input of validate, deck or elastic (TOML).
 
     Raises
     ------
@@ -208,8 +170,3 @@ def check(file: str | Path) -> Sheet:
         ("memory of a process, about", f"{cost.memory / 2**20:.3g} MiB"),
     ]
     return pairs(f"{file}: valid", rows)
-
-
-def doctor() -> Doctor:
-    """Is LAMMPS usable here, which one, and if not what to do."""
-    return look()

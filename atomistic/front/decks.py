@@ -7,64 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-import atomistic.lammps.deck
-import atomistic.relax.deckrun
 from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, steps_of
 from atomistic.config.motion import Steps
 from atomistic.config.slab import DEEPEST, SHALLOWEST
 from atomistic.crystal.interatomic import Potential, check_potential
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
-from atomistic.relax.deckrun import ContinuumStep, read_run
+from atomistic.relax.deckrun import DeckRun, read_run
 from atomistic.relax.decks import deck_of, deck_under
-from continuum.arguments import ArgumentError, choice, file_name, flag, function, instance, number, several
+from continuum.arguments import ArgumentError, choice, file_name, function, instance, number, several
 from continuum.files.inputs import load
 from continuum.front.contact import Contact
-from continuum.show.sheet import Sheet
-
-
-class Deck(atomistic.lammps.deck.Deck):
-    """A slab under a wall, ready for LAMMPS; see :class:`atomistic.lammps.deck.Deck`."""
-
-    def write(self, directory: str | Path) -> Path:
-        """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
-
-        Raises
-        ------
-        ArgumentError, OutputError
-            If that is no name of a directory, it holds anything but an earlier deck, or cannot be written to.
-        """
-        return write_deck(file_name("directory", directory), self)
-
-
-class DeckRun(atomistic.relax.deckrun.DeckRun):
-    """What a run of a deck left behind; see :class:`atomistic.relax.deckrun.DeckRun`."""
-
-    def sheets(self, *, compare: bool = False) -> list[Sheet]:
-        """Its steps, the last in detail, and the continuum of the same wall beside them, or why there is none."""
-        from atomistic.show.decks import deck_run_sheets
-
-        flag("compare", compare)
-        return deck_run_sheets(self, self._beside(compare), self.incomparable if compare else "")
-
-    def _beside(self, compare: bool) -> tuple[ContinuumStep, ...]:
-        return self.compare() if compare and not self.incomparable else ()
-
-    def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
-        """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
-
-        Raises
-        ------
-        ArgumentError, OutputError
-            If that is no name of a folder, or they cannot be written there.
-        """
-        from atomistic.show.decks import write_run
-
-        return write_run(self, file_name("folder", folder), self._beside(flag("compare", compare)))
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
 
 def deck(
@@ -106,7 +60,7 @@ def deck(
         others = {"model": model, **steps, "depth": depth, "follows": follows}
         _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
         config = contact if isinstance(contact, DeckConfig) else load(file_name("contact", contact), DeckConfig)
-        return Deck(**vars(deck_of(config)))
+        return deck_of(config)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
         check_potential("model", model)
@@ -118,7 +72,7 @@ def deck(
         shape = shape_of(contact.problem.heights) if follows == "atom" else None
     elif follows is not None:
         shape = check_shape("follows", follows)
-    return Deck(**vars(deck_under(contact.problem, model, _steps(**steps), depth, shape)))
+    return deck_under(contact.problem, model, _steps(**steps), depth, shape)
 
 
 def _require_nothing_else(contact: object, names: list[str]) -> None:
@@ -154,14 +108,18 @@ def _steps(**given: Any) -> Steps:
 
 
 def read(directory: str | Path) -> DeckRun:
-    """What a run of a deck found, step by step, and whether these are equilibria.
+    """Read what a run of a deck found, step by step, and whether these are equilibria.
+
+    Parameters
+    ----------
+    directory : directory of the deck.
 
     Raises
     ------
     ArgumentError, DeckError
         If that is no name of a directory, or there is no complete result in it.
     """
-    return DeckRun(**vars(read_run(file_name("directory", directory))))
+    return read_run(file_name("directory", directory))
 
 
 def run_deck(
@@ -169,12 +127,18 @@ def run_deck(
 ) -> DeckRun:
     """Run the deck of a directory, in this process or by the command of a site, and read what it found.
 
-    Steps of a protocol that are finished stay as they are; ``progress`` is called after each with how many there are.
+    Steps of a protocol that are finished stay as they are.
+
+    Parameters
+    ----------
+    directory : directory of the deck.
+    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
+    progress : called after each step with how many are done and how many there are.
 
     Raises
     ------
     ArgumentError, LammpsError
-        If an argument has no meaning, or LAMMPS cannot be started or fails.
+        If an argument is not allowed, or LAMMPS cannot be started or fails.
     """
     path = file_name("directory", directory)
     function("progress", progress)

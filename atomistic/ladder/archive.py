@@ -23,11 +23,11 @@ from continuum.files.tables import identity, resolved
 from continuum.model.walls import LennardJonesSpline
 
 UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0", "pixel_margin": "a0"}
-"""Unit of each difference."""
+"""Unit of each column of differences."""
 
 
 class Archive(NamedTuple):
-    """What a file holds."""
+    """A stored validation: its columns, and how far it is."""
 
     columns: dict[str, np.ndarray]
     """Everything, by name: see :func:`datasets_of`."""
@@ -40,7 +40,7 @@ class Archive(NamedTuple):
 
 
 def datasets_of(results: Sequence[PathResult]) -> dict[str, Dataset]:
-    """Results as named arrays.
+    """Results of paths as named arrays.
 
     Dimensions: ``state`` (one comparison), ``rung``, ``x``, ``y``, and ``curve_point``, where the paths of all
     cases and rungs follow one another.
@@ -208,7 +208,7 @@ PART = "stickiness/validation-path"
 
 
 def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> None:
-    """Store one path.
+    """Store the result of one path.
 
     Raises
     ------

@@ -42,11 +42,11 @@ class BoundVerdict:
     case: str
     quantity: str
     bound: str
-    """As written: ``0.3 h'``."""
+    """The bound as it is written: ``0.3 h'``."""
     measured: float
     """Largest magnitude, in the unit of the bound's coefficient."""
     limit: float
-    """The coefficient."""
+    """Coefficient of the bound."""
     states: int
     """How many it was checked on."""
     reason: str

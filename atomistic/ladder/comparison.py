@@ -40,7 +40,7 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
-from continuum.path.state import Branch, State
+from continuum.path.state import Branch, PathState
 from continuum.solve.solution import Settings
 
 StepName = str
@@ -53,7 +53,7 @@ STEPS: dict[StepName, tuple[RungName, RungName]] = {
 }
 """Differences of the budget: a rung and the one it is held against."""
 GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-lattice", "spring-atoms")}
-"""For crystals of other atoms than springs: the part of the nonlinearity that is geometry."""
+"""The part of the nonlinearity that is geometry, for crystals other than springs."""
 
 
 class LoadingPath(NamedTuple):
@@ -74,7 +74,7 @@ class LoadingPath(NamedTuple):
 
     @property
     def label(self) -> str:
-        """For progress lines."""
+        """Name of the path in progress lines."""
         return f"{self.case}, h' = {self.rms_slope:g}, seed {self.seed}"
 
 
@@ -95,9 +95,9 @@ class ValidatedState:
     largest_force: float
     """Left on a mobile atom, under the native wall, in E* a0²."""
     evaluations: int
-    """Of the forces, in LAMMPS."""
+    """Evaluations of the forces in LAMMPS."""
     seconds: float
-    """Of the relaxation."""
+    """Seconds of the relaxation."""
 
 
 class RungCurve(NamedTuple):
@@ -112,7 +112,7 @@ class RungCurve(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PathResult:
-    """What a path gave."""
+    """Compared states of one path."""
 
     path: LoadingPath
     mean_stiffness: float
@@ -196,7 +196,7 @@ class _Comparison:
 
     @cached_property
     def problems(self) -> dict[RungName, ContactProblem]:
-        """The continuum rungs."""
+        """Contact problem of each continuum rung."""
         lattice, constants = self.specimen.response, self.specimen.model.elastic_constants
         responses = {name: response_of(name, lattice, constants) for name in CONTINUUM_RUNGS}
         if self.springs is not None:
@@ -249,7 +249,7 @@ class _Comparison:
         totals = totals_of(self.grid, self.wall, found.gap)
         return Rung(name, linear.separation, found.gap, found.traction, totals), found
 
-    def compared(self, place: str, area: float, branch: Branch, chosen: State) -> ValidatedState:
+    def compared(self, place: str, area: float, branch: Branch, chosen: PathState) -> ValidatedState:
         """A state of the lattice on all rungs."""
         reference = rung_of(self.problems["lattice"], "lattice", chosen)
         rungs = {name: self.on(name, reference.mean_gap, reference.gap) for name in CONTINUUM_RUNGS[:-1]}
@@ -277,7 +277,7 @@ class _Comparison:
             place, area, branch, rungs, differences, ratio, found.largest_force, found.evaluations, seconds
         )
 
-    def curves(self, states: list[State]) -> tuple[RungCurve, ...]:
+    def curves(self, states: list[PathState]) -> tuple[RungCurve, ...]:
         """Area and load along the approach, on every continuum rung at the mean gaps of the lattice."""
         approach = [state for state in states if state.branch != "retract"]
         lattice = [rung_of(self.problems["lattice"], "lattice", state) for state in approach]

@@ -36,11 +36,11 @@ class AtomsCost:
     """What an input will take, to within a factor of about two."""
 
     atoms: int
-    """Of the slab, roughly: how far forces reach is known when the crystal has been measured."""
+    """Atoms of the slab, roughly: how far forces reach is known when the crystal has been measured."""
     equilibria: int
-    """Of atoms; or windows of time."""
+    """Equilibria of atoms, or windows of time."""
     evaluations: int
-    """Of all forces."""
+    """Evaluations of all forces."""
     seconds: float
     """Core-seconds."""
     memory: int
@@ -52,7 +52,7 @@ def _atoms(n: int, depth: float, reach: int) -> int:
 
 
 def cost_of_validation(config: ValidateConfig) -> AtomsCost:
-    """Of ``atomistic validate``."""
+    """Cost of ``atomistic validate``."""
     _, each, reach, per = _KINDS[config.interatomic.kind]
     atoms = _atoms(config.slab.n, config.slab.depth, reach)
     paths = paths_of(config)
@@ -65,7 +65,7 @@ def cost_of_validation(config: ValidateConfig) -> AtomsCost:
 
 
 def cost_of_deck(config: DeckConfig) -> AtomsCost:
-    """Of running the deck of ``atomistic deck`` in LAMMPS."""
+    """Cost of running the deck of ``atomistic deck`` in LAMMPS."""
     evaluation, _, reach, _ = _KINDS[config.interatomic.kind]
     atoms = _atoms(config.slab.n, config.slab.depth, reach)
     protocol = config.protocol

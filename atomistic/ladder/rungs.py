@@ -35,7 +35,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
 from continuum.model.walls import Wall
 from continuum.path.loading import follow, solve
-from continuum.path.state import Branch, State
+from continuum.path.state import Branch, PathState
 from continuum.solve.solution import Settings
 
 RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms", "spring-lattice", "spring-atoms"]
@@ -61,7 +61,7 @@ class Rung:
 
     name: RungName
     separation: float
-    """In a0."""
+    """Separation, in a0."""
     gap: Real
     """Shape (nx, ny), in a0."""
     traction: Real
@@ -70,11 +70,11 @@ class Rung:
 
     @property
     def mean_gap(self) -> float:
-        """In a0."""
+        """Mean gap, in a0."""
         return float(self.gap.mean())
 
 
-def rung_of(problem: ContactProblem, name: RungName, state: State) -> Rung:
+def rung_of(problem: ContactProblem, name: RungName, state: PathState) -> Rung:
     """A continuum state as a rung; raises :class:`continuum.solve.smooth.NotConvergedError` if it is none."""
     gap = state.solution.require().gap
     traction = problem.wall.evaluate(gap).traction
@@ -84,16 +84,16 @@ def rung_of(problem: ContactProblem, name: RungName, state: State) -> Rung:
 # --- the path of the lattice model, on which states are chosen ----------------------------------------------
 
 
-def approach_and_retract(problem: ContactProblem, largest_area: float, settings: Settings) -> Iterator[State]:
+def approach_and_retract(problem: ContactProblem, largest_area: float, settings: Settings) -> Iterator[PathState]:
     """Quasi-static loading from out of range to a repulsive area, and back, at given separations.
 
     The step, a twentieth of the rms height, resolves the snapping of single asperities.
     """
     step = float(problem.heights.std()) / 20
     touching = problem.wall.zero_gap + problem.wall.range - float(problem.heights.min())
-    path: list[State] = []
+    path: list[PathState] = []
 
-    def extend(separation: float) -> State:
+    def extend(separation: float) -> PathState:
         state = next(follow(problem, "separation", [separation], settings, path[-2:]))
         state.solution.require()
         path.append(state)
@@ -112,7 +112,9 @@ def approach_and_retract(problem: ContactProblem, largest_area: float, settings:
         yield state
 
 
-def state_at_area(problem: ContactProblem, path: list[State], area: float, branch: Branch, settings: Settings) -> State:
+def state_at_area(
+    problem: ContactProblem, path: list[PathState], area: float, branch: Branch, settings: Settings
+) -> PathState:
     """State of at least the given repulsive area, and as little more as the path allows, on one of its branches.
 
     Without adhesion the area is met by bisection in the separation.  With adhesion states are taken from the path
@@ -124,7 +126,7 @@ def state_at_area(problem: ContactProblem, path: list[State], area: float, branc
         If the path does not reach the area.
     """
 
-    def fraction(state: State) -> float:
+    def fraction(state: PathState) -> float:
         return float(np.mean(state.gap < problem.wall.zero_gap))
 
     turn = min(range(len(path)), key=lambda i: path[i].separation)
@@ -150,7 +152,7 @@ class NoJumpError(ValueError):
     """An approach on which nothing jumps."""
 
 
-def beside_jump(problem: ContactProblem, path: list[State]) -> dict[str, State]:
+def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, PathState]:
     """States of a path on both sides of its jump-in, by name.
 
     The jump is the largest growth of the repulsive area in one step of the approach.  ``before jump-in`` and ``after
@@ -176,7 +178,7 @@ def beside_jump(problem: ContactProblem, path: list[State]) -> dict[str, State]:
 
 
 class Difference(NamedTuple):
-    """By how much one rung differs from another, the second being the reference."""
+    """Differences of one rung from another, the second being the reference."""
 
     load: float
     """(N - N')/N'_rep: relative to the repulsive load, since the total may cross zero.  Infinite if only the

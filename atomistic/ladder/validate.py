@@ -8,6 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import archive, budget
@@ -25,13 +26,16 @@ from continuum.runs.engine import check_workers, run_tasks
 from continuum.runs.tasks import Task, TaskResult
 from continuum.tables import Fault
 
+if TYPE_CHECKING:
+    from continuum.show.sheet import Sheet
+
 Progress = Callable[[str, int, int], None]
 """Called after each path with what it gave, how many are done, and how many there are."""
 
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """A finished validation."""
+    """A finished validation with the verdict on every bound."""
 
     path: Path
     config: ValidateConfig = field(repr=False)
@@ -43,12 +47,40 @@ class Validation:
         """Whether every bound holds."""
         return all(verdict.holds for verdict in self.verdicts)
 
+    def budget(self) -> Sheet:
+        """The error budget: what each step of the ladder costs."""
+        from atomistic.show.validation import budget_sheet
+
+        return budget_sheet(self.stored)
+
+    def sheets(self) -> list[Sheet]:
+        """Budget, scaling laws, jumps, verdicts."""
+        from atomistic.show.validation import validation_sheets
+
+        return validation_sheets(self)
+
+    @property
+    def sentence(self) -> str:
+        """How many of the bounds hold, in a sentence."""
+        from atomistic.show.validation import validation_sentence
+
+        return validation_sentence(self.verdicts)
+
+    def write(self) -> list[Path]:
+        """Draw the figures and write the page, beside the file; returns the page and the PNG files."""
+        from atomistic.show.validation import write_validation
+
+        return write_validation(self)
+
+    def _repr_html_(self) -> str:
+        return f"<p>{self.sentence}</p>{self.budget()._repr_html_()}"
+
 
 class ValidationError(StickinessError, RuntimeError):
     """Paths could not be compared; those that could are stored."""
 
 
-def validate(
+def validate_all(
     config: ValidateConfig,
     path: Path,
     *,
@@ -166,7 +198,7 @@ class _Parts:
         return True
 
     def clear(self) -> None:
-        """Remove the folder."""
+        """Remove the folder of parts."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

@@ -73,7 +73,6 @@ class Cell(LammpsHandle):
             raise
 
     def close(self) -> None:
-        """End this LAMMPS."""
         super().close()
         self._scratch.cleanup()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from atomistic.crystal.interatomic import Model, check_model
 from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import Motion, Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
-from continuum.arguments import ArgumentError, count, instance, number
+from continuum.arguments import ArgumentError, count, file_name, instance, number
 from continuum.arguments import field as field_of
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -41,7 +42,7 @@ class Deck:
     Raises
     ------
     ArgumentError
-        If the parts do not fit one another or a number has no meaning.
+        If the parts do not fit one another or a number is not allowed.
     TypeError
         If the law is one that the deck has no formula for.
     """
@@ -65,11 +66,23 @@ class Deck:
         if not np.isclose(model.lattice_constant, np.sqrt(2), rtol=1e-12):
             spacing = model.lattice_constant / np.sqrt(2)
             raise ArgumentError("model", model, f"a crystal of the spacing a0 = 1 of the surface grid, not {spacing:g}")
-        if slab.frozen < model.reach:
-            allowed = f"at least {model.reach} frozen layers, which forces reach, not {slab.frozen}"
+        if slab.frozen < model.coupled_layers:
+            allowed = f"at least {model.coupled_layers} frozen layers, which forces reach, not {slab.frozen}"
             raise ArgumentError("slab", slab, allowed)
         self._set_arrays()
         self._check_numbers()
+
+    def write(self, directory: str | Path) -> Path:
+        """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            If that is no name of a directory, it holds anything but an earlier deck, or cannot be written to.
+        """
+        from atomistic.lammps.directory import write_deck
+
+        return write_deck(file_name("directory", directory), self)
 
     def _set_arrays(self) -> None:
         slab = self.slab
@@ -117,7 +130,7 @@ class Deck:
 
     @property
     def rest(self) -> Real:
-        """Where the atoms are at rest without a wall, shape (layers, nx, ny, 3), in a0."""
+        """Positions of the atoms at rest without a wall, shape (layers, nx, ny, 3), in a0."""
         assert self.rise is not None
         at = self.slab.positions.copy()
         at[..., 2] += self.rise[:, None, None]

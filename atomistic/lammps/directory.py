@@ -306,7 +306,7 @@ def read_wall(directory: Path) -> Wall:
 
 
 def _timestep(model: Model) -> float:
-    """Of damped dynamics, in LAMMPS' unit of time."""
+    """Time step of damped dynamics, in LAMMPS' unit of time."""
     return model.timestep * time_unit(model)
 
 

@@ -18,7 +18,7 @@ _PACKAGES = {
 
 @dataclass(frozen=True)
 class Doctor:
-    """Is LAMMPS usable here?"""
+    """Findings about the LAMMPS of this machine."""
 
     in_process: bool
     """The library runs in this process."""
@@ -29,7 +29,7 @@ class Doctor:
     version: int | None
     """Date of the release, yyyymmdd."""
     packages: tuple[str, ...]
-    """Packages built in."""
+    """Packages that LAMMPS was built with."""
     mpi: str | None
     """Version of the mpich wheel."""
     problems: tuple[str, ...]

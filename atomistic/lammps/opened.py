@@ -37,11 +37,11 @@ class LammpsHandle:
         self.close()
 
     def close(self) -> None:
-        """End this LAMMPS."""
+        """Close this instance of LAMMPS."""
         self._lammps.close()
 
     def command(self, *lines: str) -> None:
-        """Run LAMMPS commands."""
+        """Run commands in LAMMPS' language."""
         with contextlib.chdir(self.directory):
             for line in lines:
                 guard(partial(self._lammps.command, line), self.directory)

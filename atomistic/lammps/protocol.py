@@ -38,7 +38,6 @@ class Separations:
 
     @property
     def steps(self) -> int:
-        """Number of equilibria."""
         return len(self.separations)
 
 
@@ -55,7 +54,7 @@ class MeanPressures:
     Raises
     ------
     ValueError
-        If a number has no meaning, or there is not one separation for each pressure.
+        If a number is not allowed, or there is not one separation for each pressure.
     """
 
     pressures: tuple[float, ...]
@@ -77,7 +76,6 @@ class MeanPressures:
 
     @property
     def steps(self) -> int:
-        """Number of equilibria."""
         return len(self.pressures)
 
 
@@ -102,7 +100,7 @@ class Motion:
     Raises
     ------
     ValueError
-        If a number has no meaning, or there is not one more separation and offset than windows.
+        If a number is not allowed, or there is not one more separation and offset than windows.
     """
 
     separations: tuple[float, ...]
@@ -135,7 +133,7 @@ class Motion:
 
     @property
     def steps(self) -> int:
-        """Number of windows."""
+        """Number of time windows."""
         return len(self.durations)
 
     @property

@@ -56,56 +56,56 @@ class DeckResult:
 
     slab: Slab
     step: int
-    """Of a protocol, from 1; 0 of a single equilibrium."""
+    """Step of the protocol, from 1; 0 for a single equilibrium."""
     separation: float
-    """Of the wall's zero from the surface at rest, in a0."""
+    """Separation of the wall's zero from the surface at rest, in a0."""
     offset_x: float
-    """Of the wall along x, in a0."""
+    """Position of the wall along x, in a0."""
     offset_y: float
-    """And along y."""
-    target_load: float
-    """Load to be met, in E* a0²; 0 if none was given."""
-    load: float
+    """Position of the wall along y, in a0."""
+    target_force: float
+    """Force to be met, in E* a0²; 0 if none was given."""
+    force: float
     """Force of the wall on the surface, compression positive, in E* a0²."""
     lateral_x: float
     """Force of the wall on the surface along x, in E* a0²; 0 of a wall that is a function of the site."""
     lateral_y: float
-    """And along y."""
+    """Force of the wall on the surface along y, likewise."""
     area_rep: float
     """A_rep/A0."""
     area_att: float
     """A_att/A0."""
     wall_energy: float
-    """In E* a0³."""
+    """Energy of the wall, in E* a0³."""
     total_energy: float
-    """Of atoms and wall, in E* a0³."""
+    """Energy of atoms and wall, in E* a0³."""
     largest_force: float
-    """On a mobile atom, the wall included, in E* a0²."""
+    """Largest force on a mobile atom, the wall included, in E* a0²."""
     tolerance: float
     """Largest force allowed, in E* a0²."""
     smallest_gap: float
-    """In a0."""
+    """Smallest gap, in a0."""
     core: float
     """Gap below which the wall law is only continued, in a0."""
     evaluations: int
-    """Of the forces."""
+    """Evaluations of the forces."""
     lammps_version: int
     """Date of the release, yyyymmdd."""
     heights: Real = field(repr=False)
-    """Of the wall above each surface atom, shape (nx, ny), in a0."""
+    """Heights of the wall above each surface atom, shape (nx, ny), in a0."""
     gap: Real = field(repr=False)
     """Height of the wall above each surface atom, shape (nx, ny), in a0."""
     traction: Real = field(repr=False)
-    """Of the wall on each surface atom, compression positive, shape (nx, ny), in E*."""
+    """Traction of the wall on each surface atom, compression positive, shape (nx, ny), in E*."""
     displacements: Real = field(repr=False)
-    """Of all atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
+    """Displacements of all atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
     forces: Real = field(repr=False)
-    """On all atoms, zero in the frozen base, shape (layers, nx, ny, 3), in E* a0²."""
+    """Forces on all atoms, zero in the frozen base, shape (layers, nx, ny, 3), in E* a0²."""
     averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     """Mean over the time window, and its standard error, by name; empty of an equilibrium.
 
-    ``load`` and the others as above, ``load_rep`` the part of it that pushes, ``temperature`` k_B T of all mobile atoms
-    in E* a0³.
+    ``load`` is ``force``, ``load_rep`` the part of it that pushes, the others as above, ``temperature`` k_B T of all
+    mobile atoms in E* a0³.
     """
 
     @cached_property
@@ -122,7 +122,7 @@ class DeckResult:
             return DeckStatus.BELOW_CORE
         if not self.distortion < LARGEST_DISTORTION:
             return DeckStatus.DISTORTED
-        if self.target_load and not abs(self.load - self.target_load) <= LOAD_TOLERANCE * abs(self.target_load):
+        if self.target_force and not abs(self.force - self.target_force) <= LOAD_TOLERANCE * abs(self.target_force):
             return DeckStatus.TARGET_MISSED
         if self.averages:
             return DeckStatus.AVERAGED
@@ -170,12 +170,12 @@ def distortion(slab: Slab, displacements: Real) -> float:
 
 @dataclass(frozen=True)
 class DeckDescription:
-    """What a ``deck.json`` says."""
+    """Contents of a ``deck.json``."""
 
     identity: str
     """Hash of all that LAMMPS reads."""
     steps: int
-    """Of the protocol; 0 for a single equilibrium."""
+    """Steps of the protocol; 0 for a single equilibrium."""
     wall: Mapping[str, Any]
     """Name and parameters of the law."""
     element: str
@@ -185,11 +185,11 @@ class DeckDescription:
     stock: bool
     """Whether a stock LAMMPS runs it; else only this process does."""
     surface: float
-    """Of the surface at rest above its lattice plane, in a0."""
+    """Height of the surface at rest above its lattice plane, in a0."""
     notes: tuple[str, ...]
-    """Where the heights come from."""
+    """Lines that say where the heights come from."""
     length: float
-    """a0 in LAMMPS' unit."""
+    """Size of a0 in LAMMPS' unit."""
     real_units: Units | None
     """Size of a0 and E*, if the crystal has one."""
 
@@ -269,6 +269,10 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         raise DeckError(msg) from error
 
 
+_FORCES = {"load": "force", "target_load": "target_force"}
+"""Names in ``result.json`` of what is a force here: a load is one per area."""
+
+
 def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
@@ -285,7 +289,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
     sites = (slab.layers, *slab.shape, 3)
     length, force = numbers["length_unit"], numbers["force_unit"]
     vectors = [np.stack([state[name] for name in names], axis=-1) for names in (_DISPLACEMENT, ("fx", "fy", "fz"))]
-    own = {column.name for column in fields(DeckResult)}
+    own = {column.name: column.name for column in fields(DeckResult)} | _FORCES
     return DeckResult(
         slab=slab,
         step=int(numbers.pop("step")),
@@ -297,7 +301,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         heights=surface["wall_height"].reshape(slab.shape),
         displacements=vectors[0].reshape(sites) / length,
         forces=vectors[1].reshape(sites) / force,
-        **{name: float(value) for name, value in numbers.items() if name in own},
+        **{own[name]: float(value) for name, value in numbers.items() if name in own},
     )
 
 

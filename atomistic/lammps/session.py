@@ -50,7 +50,7 @@ class Session(LammpsHandle):
         self._raise_failure()
 
     def command(self, *lines: str) -> None:
-        """Run LAMMPS commands."""
+        """Run commands in LAMMPS' language."""
         for line in lines:
             super().command(line)
             self._raise_failure()
@@ -104,7 +104,7 @@ class Session(LammpsHandle):
         return energy / self.energy, self._gather("f") / (self.energy / self.length)
 
     def displacements(self) -> Real:
-        """Where the atoms are now, from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
+        """Displacements of the atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
         moved = self._gather("x") / self.length - self._rest
         # Atoms that crossed the border of the box have come back on the other side.
         period = np.array(self.slab.shape, dtype=np.float64)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from atomistic.lammps.result import (
     read_description,
     read_result,
 )
+from continuum.arguments import file_name, flag
 from continuum.files import store
 from continuum.files.output import folder
 from continuum.files.provenance import provenance
@@ -29,6 +32,9 @@ from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import Settings
+
+if TYPE_CHECKING:
+    from continuum.show.sheet import Sheet
 
 SCHEMA, VERSION = "stickiness/deck-run", 2
 
@@ -74,7 +80,7 @@ class DeckStep:
             "separation": result.separation,
             "offset_x": result.offset_x,
             "offset_y": result.offset_y,
-            "load": result.load,
+            "load": result.force,
             "load_rep": float(pressure[pressure > 0].sum()),
             "lateral_x": result.lateral_x,
             "lateral_y": result.lateral_y,
@@ -122,9 +128,9 @@ class DeckRun:
     directory: Path
     description: DeckDescription = field(repr=False)
     wall: Wall
-    """The law."""
+    """Law of the wall."""
     heights: Real = field(repr=False)
-    """Of the wall above the lattice sites, shape (nx, ny), in a0."""
+    """Heights of the wall above the lattice sites, shape (nx, ny), in a0."""
     steps: tuple[DeckStep, ...]
     gaps: Real = field(repr=False)
     """Shape (steps, nx, ny), in a0."""
@@ -132,7 +138,7 @@ class DeckRun:
 
     @property
     def expected(self) -> int:
-        """Steps of the protocol."""
+        """Number of steps of the protocol."""
         return max(self.description.steps, 1)
 
     @property
@@ -163,6 +169,33 @@ class DeckRun:
         if self.incomparable:
             msg = f"{self.directory}: {self.incomparable}"
             raise DeckError(msg)
+        return self._continuum
+
+    def sheets(self, *, compare: bool = False) -> list[Sheet]:
+        """Its steps, the last in detail, and the continuum of the same wall beside them, or why there is none."""
+        from atomistic.show.decks import deck_run_sheets
+
+        beside = self._continuum if flag("compare", compare) and not self.incomparable else ()
+        return deck_run_sheets(self, beside, self.incomparable if compare else "")
+
+    def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
+        """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            If that is no name of a folder, or they cannot be written there.
+        """
+        from atomistic.show.decks import write_run
+
+        beside = self._continuum if flag("compare", compare) and not self.incomparable else ()
+        return write_run(self, file_name("folder", folder), beside)
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+    @cached_property
+    def _continuum(self) -> tuple[ContinuumStep, ...]:
         slab, heights = self.last.slab, self.heights
         problem = ContactProblem(slab.grid, self.wall, heights, HalfSpace("clamped"))
         settings = Settings(1e-9 * (moments(slab.grid, heights).rms_slope or 1.0))
@@ -175,7 +208,7 @@ class DeckRun:
         return tuple(found)
 
     def store(self, path: Path, beside: tuple[ContinuumStep, ...] = ()) -> Path:
-        """Write ``NAME.h5``; returns it.
+        """Store the run as ``NAME.h5``; returns it.
 
         Raises
         ------

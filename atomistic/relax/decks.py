@@ -48,7 +48,7 @@ class DeckParts(NamedTuple):
     heights: Real
     """Shape (nx, ny), in a0."""
     notes: tuple[str, ...]
-    """Where the heights come from."""
+    """Lines that say where the heights come from."""
 
 
 def parts_of(config: DeckConfig) -> DeckParts:
@@ -121,7 +121,7 @@ def _wall(config: DeckConfig) -> Wall:
 
 @singledispatch
 def _heights(surface: SurfaceTable, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
-    """Of the wall, in a0, and where they come from."""
+    """Heights of the wall, in a0, and where they come from."""
     del config, model
     return surface.build(slab.grid), ()
 

@@ -22,7 +22,7 @@ from continuum.tables import Fault
 FARTHEST = 100.0
 """Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""
 _MOST_TIMESTEPS = 2**31 - 1
-"""Of a window: LAMMPS counts the samples of an average with 32 bits."""
+"""Most time steps of a window: LAMMPS counts the samples of an average with 32 bits."""
 
 
 def scale_of(model: Model) -> MotionUnits | None:
@@ -73,7 +73,7 @@ def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wa
 
 
 def _beside_the_slab(steps: Steps, slab: Slab, heights: Real) -> Iterator[Fault]:
-    """Where the wall would be far above the slab, or below it."""
+    """Faults of a wall that is far above the slab, or below it."""
     if steps.control != "separation":
         return
     lowest = float(heights.min())

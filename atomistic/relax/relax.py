@@ -28,7 +28,7 @@ from continuum.path import loading
 from continuum.solve.solution import Settings
 
 _DEPTH = 8
-"""States that are mixed."""
+"""Number of states that are mixed."""
 _PATIENCE = 10
 """Evaluations in which the largest force must have halved."""
 
@@ -89,18 +89,18 @@ def relax(
 
 @dataclass(frozen=True, eq=False)
 class RelaxationResult:
-    """What :func:`iterate` has found."""
+    """Result of :func:`iterate`."""
 
     displacements: Real = field(repr=False)
     """The best state, shape (layers, nx, ny, 3), in a0."""
     largest_forces: tuple[float, ...]
-    """On a mobile atom, before each iteration, in E* a0²; the displacements are those of the smallest."""
+    """Largest force on a mobile atom before each iteration, in E* a0²; the displacements are those of the smallest."""
     converged: bool
     """Whether the smallest is below half the tolerance of the deck."""
 
     @property
     def evaluations(self) -> int:
-        """Of the forces."""
+        """Number of evaluations of the forces."""
         return len(self.largest_forces)
 
 

@@ -32,7 +32,7 @@ class Specimen:
 
     @property
     def slab(self) -> Slab:
-        """The atoms."""
+        """Slab of atoms."""
         return self.response.slab
 
     @classmethod
@@ -65,7 +65,7 @@ class Specimen:
                 for name, value in zip(("c11", "c12", "c44"), model.elastic_constants, strict=True)
             },
             "model/surface_relaxation": float(self.response.rise[0]),
-            "model/layers_reached": constants.reach,
+            "model/layers_reached": constants.coupled_layers,
             "model/response_key": response_key(self.slab, model),
             **{f"model/violation of {name}": value for name, value in checks.items()},
         }
@@ -79,7 +79,7 @@ def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
     ArgumentError
         If the spacing of the grid is not a0, forces reach further than the slab, or it does not fit into memory.
     """
-    slab = Slab.of_depth(grid, depth, model.reach)
+    slab = Slab.of_depth(grid, depth, model.coupled_layers)
     require_room(slab, model)
     needed, available = BYTES + BYTES_PER_ATOM * slab.size, physical_memory()
     if needed > available:

@@ -88,7 +88,7 @@ def slab_response(model: Model, n: int) -> LatticeResponse:
     ValueError, LammpsError
         See :func:`stored_response`.
     """
-    return stored_response(Slab.of_depth(Grid.square(n), float(n), model.reach), model, default_folder())
+    return stored_response(Slab.of_depth(Grid.square(n), float(n), model.coupled_layers), model, default_folder())
 
 
 def _write(path: Path, response: LatticeResponse, model: Model, key: str) -> None:

@@ -24,13 +24,13 @@ class Discreteness:
     wavelength: Real = field(repr=False)
     """2π/q of each wave, shape (waves,), in a0."""
     angle: Real = field(repr=False)
-    """Of each wave to <110>, the axis of the surface grid, in radians."""
+    """Angle of each wave to <110>, the axis of the surface grid, in radians."""
     difference: Real = field(repr=False)
     """K_lattice/K_continuum - 1 of each wave."""
     along_110: float
     """Limit of difference/q for long waves along <110>, in a0: the difference is linear in q."""
     along_100: float
-    """The same along <100>."""
+    """Stiffness along <100>, likewise."""
 
     def worst(self, wavelength: float) -> float:
         """Largest difference, with its sign, over the directions of waves of about this length.

@@ -37,7 +37,7 @@ derivative of LAMMPS' spline jumps there, by up to 1e-5 for the tables that come
 
 @dataclass(frozen=True)
 class SymmetryErrors:
-    """By how much measured force constants violate what must hold, relative to the largest of them.
+    """Violation of each symmetry by the measured force constants, relative to the largest of them.
 
     All are mended afterwards: forces beyond the reach dropped, matrices symmetrised, and the force of an atom on itself
     set so that a displacement of all atoms together gives none.
@@ -86,8 +86,8 @@ class ForceConstants:
             raise ValueError(msg)
 
     @property
-    def reach(self) -> int:
-        """Layers that forces reach."""
+    def coupled_layers(self) -> int:
+        """Number of layers that forces reach."""
         return len(self.bulk) - 1
 
     @property
@@ -116,7 +116,7 @@ class ForceConstants:
         With C_[ab,cd] = -(1/2V) Σ Φ_ab r_c r_d, at zero stress: C_acbd + C_adbc = 2 [ab,cd].
         """
         brackets = np.zeros((3, 3, 3, 3))
-        for down in range(self.reach + 1):
+        for down in range(self.coupled_layers + 1):
             x = _places(self.bulk.shape[1], down)
             r = np.stack(np.broadcast_arrays(x[:, None], x[None, :], -down * LAYER_SPACING), axis=-1)
             # Each pair of layers counts from both sides.
@@ -147,17 +147,17 @@ def spring_force_constants(springs: Springs) -> ForceConstants:
 
 
 def relaxation(model: Model, mobile: int) -> Real:
-    """By how much the layers of a slab without load rise, shape (mobile,), in a0, on a base at its lattice sites.
+    """Rise of the layers of a slab without load, shape (mobile,), in a0, on a base at its lattice sites.
 
     Raises
     ------
     PotentialError
-        If they find no rest.
+        If the surface relaxation does not converge.
     """
     layers = min(mobile, _RELAXING)
     if isinstance(model, Springs):
         return np.zeros(mobile)
-    slab = Slab((3, 3), layers, max(model.reach, 1))
+    slab = Slab((3, 3), layers, max(model.coupled_layers, 1))
     sites = slab.positions[:, 0, 0]  # one atom of each layer: layers move as a whole
     with Cell(model, sites * model.length, np.array([1.0, 1.0, 1.0]) * model.length, surface=True) as cell:
 
@@ -169,7 +169,7 @@ def relaxation(model: Model, mobile: int) -> Real:
         found = root(forces, np.zeros(layers), tol=1e-13, method="hybr")
         left = float(np.abs(forces(found.x)).max())
     if not left < 1e-9:
-        msg = f"the surface of this crystal finds no rest: forces of {left:.1e} E* a0² are left ({model.reference})"
+        msg = f"the surface relaxation did not converge: forces of {left:.1e} E* a0² are left ({model.reference})"
         raise PotentialError(msg)
     rise = np.zeros(mobile)
     rise[:layers] = found.x
@@ -189,7 +189,7 @@ def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
     PotentialError
         If the surface does not relax, or what is measured is no harmonic crystal.
     """
-    reach = model.reach
+    reach = model.coupled_layers
     rise = relaxation(model, mobile)
     strained = np.flatnonzero(np.abs(np.diff(rise, append=0.0)) > _SETTLED)
     depth = min(mobile, reach + 1 + int(strained.max(initial=-1)))
@@ -248,7 +248,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
     -------
     list of shape (2 reach + 1, 2h + 1, 2h + 1, 3, 3), from the layers above to those below, and a number
     """
-    reach, radius = model.reach, model.force_range / model.length
+    reach, radius = model.coupled_layers, model.force_range / model.length
     # Forces on an atom and on its next image do not overlap.
     width = max(3, int(2 * radius) + 1)
     half = int(np.ceil(radius))

@@ -46,16 +46,16 @@ class _Chain(NamedTuple):
     """S_l^-1 of all blocks, with waves sorted by length, longest first."""
 
     surface: tuple[Complex, ...]
-    """Of each block whose force constants are not those of the bulk, from the top; shape (waves, 3b, 3b)."""
+    """Blocks whose force constants are not those of the bulk, from the top; shape (waves, 3b, 3b)."""
     bulk: tuple[Complex, ...]
-    """Of each block below these, from the top: of its first waves only."""
+    """Blocks below these, from the top: for their first waves only."""
     steady: Complex
-    """Of all waves that a block of the bulk does not list."""
+    """The limit deep in the bulk, for all waves that a block of the bulk does not list."""
     couplings: dict[int, Complex]
     """U_l by block; those of the bulk that are missing are that of the next one listed."""
 
     def solve(self, block: int, x: Complex) -> Complex:
-        """S_l^-1 x."""
+        """Product S_l^-1 x."""
         if block < len(self.surface):
             return self.surface[block] @ x
         own = self.bulk[block - len(self.surface)]
@@ -92,8 +92,8 @@ class LatticeResponse:
     def __post_init__(self) -> None:
         slab = instance("slab", self.slab, Slab)
         constants = instance("force_constants", self.force_constants, ForceConstants)
-        if constants.reach > slab.frozen:
-            msg = f"forces reach {constants.reach} layers, but only {slab.frozen} are frozen: freeze more"
+        if constants.coupled_layers > slab.frozen:
+            msg = f"forces reach {constants.coupled_layers} layers, but only {slab.frozen} are frozen: freeze more"
             raise ValueError(msg)
         if self.table is not None:
             map_of("table", self.table, slab.grid.shape_q)
@@ -125,7 +125,7 @@ class LatticeResponse:
 
     @cached_property
     def rise(self) -> Real:
-        """By how much each layer at rest lies above its lattice sites, shape (layers,), in a0: the surface relaxes."""
+        """Rise of each layer at rest above its lattice sites, shape (layers,), in a0: the surface relaxes."""
         rise = np.zeros(self.slab.layers)
         relaxed = self.force_constants.relaxation
         rise[: relaxed.size] = relaxed
@@ -143,11 +143,11 @@ class LatticeResponse:
 
     @property
     def _blocks(self) -> int:
-        return -(-self.slab.mobile // self.force_constants.reach)
+        return -(-self.slab.mobile // self.force_constants.coupled_layers)
 
     def _block(self, block: int, other: int) -> Complex:
         """H of a block, or U between it and the next one; shape (waves, 3b, 3b)."""
-        b, mobile = self.force_constants.reach, self.slab.mobile
+        b, mobile = self.force_constants.coupled_layers, self.slab.mobile
         result = np.zeros((self._order.size, 3 * b, 3 * b), dtype=np.complex128)
         for i in range(b):
             for j in range(b):
@@ -164,7 +164,7 @@ class LatticeResponse:
     @cached_property
     def _chain(self) -> _Chain:
         count, constants = self._blocks, self.force_constants
-        surface_blocks = min(count, -(-constants.depth // constants.reach))
+        surface_blocks = min(count, -(-constants.depth // constants.coupled_layers))
         couplings: dict[int, Complex] = {}
         surface: list[Complex] = []
         bulk: list[Complex] = []
@@ -196,7 +196,7 @@ class LatticeResponse:
     def compliance_q(self) -> Complex:
         """G_q: displacement of surface atoms per force on them, shape (nx, ny//2+1, 3, 3), in 1/(E* a0)."""
         chain = self._chain
-        unit = np.zeros((self._order.size, 3 * self.force_constants.reach, 3), dtype=np.complex128)
+        unit = np.zeros((self._order.size, 3 * self.force_constants.coupled_layers, 3), dtype=np.complex128)
         unit[:, :3] = np.eye(3)
         return self._unsorted(chain.solve(0, unit)[:, :3])
 
@@ -279,7 +279,7 @@ class LatticeResponse:
         ValueError
             If the shape of the forces does not fit the slab.
         """
-        slab, chain, b = self.slab, self._chain, self.force_constants.reach
+        slab, chain, b = self.slab, self._chain, self.force_constants.coupled_layers
         given = array("forces", forces)
         if given.shape[1:] != (*slab.shape, 3) or not 1 <= given.shape[0] <= slab.layers:
             allowed = f"the shape (n, {slab.shape[0]}, {slab.shape[1]}, 3) with n from 1 to {slab.layers}"
@@ -312,7 +312,7 @@ class LatticeResponse:
         return result
 
     def _layers(self, block: int) -> Iterator[int]:
-        b = self.force_constants.reach
+        b = self.force_constants.coupled_layers
         yield from range(block * b, min((block + 1) * b, self.slab.mobile))
 
     @cached_property
@@ -353,10 +353,10 @@ def require_room(slab: Slab, model: Model) -> None:
     ArgumentError
         If its base is thinner than forces reach, or an atom would feel its own image.
     """
-    width = int(2 * model.force_range / model.length) + 1
-    if slab.frozen < model.reach or slab.mobile < model.reach:
+    width, layers = int(2 * model.force_range / model.length) + 1, model.coupled_layers
+    if slab.frozen < layers or slab.mobile < layers:
         allowed = (
-            f"at least {model.reach} mobile and as many frozen layers, which forces reach in this crystal, not "
+            f"at least {layers} mobile and as many frozen layers, which forces reach in this crystal, not "
             f"{slab.mobile} and {slab.frozen} ({model.reference})"
         )
         raise ArgumentError("slab", slab, allowed)

@@ -45,7 +45,7 @@ _OTHERS: dict[str, tuple[Real, Real]] = {
     "simple cubic": (np.ones(3), np.zeros((1, 3))),
 }
 _PREFERRED = 2e-3
-"""By how much of the cohesive energy another structure must lie lower to count as the crystal.
+"""Part of the cohesive energy by which another structure must lie lower to count as the crystal.
 
 Stackings of the same planes may differ by less: Lennard-Jones cut at 2.5 σ (smooth/linear) is 7e-4 lower as hcp.
 """
@@ -58,7 +58,7 @@ class Crystal:
     lattice_constant: float
     """Edge of the cubic cell."""
     energy: float
-    """Per atom."""
+    """Energy per atom."""
     constants: CubicConstants
     others: Mapping[str, float]
     """Energy per atom of other structures at their best volume."""
@@ -73,32 +73,29 @@ class CrystalModel:
 
     @property
     def units(self) -> Literal["lj", "metal"]:
-        """LAMMPS' units."""
         return self.potential.units
 
     @property
     def atom_style(self) -> Literal["atomic", "bond"]:
-        """LAMMPS' atom style."""
         return self.potential.atom_style
 
     @property
     def mass(self) -> float:
-        """Of an atom, in LAMMPS' unit."""
+        """Mass of an atom, in LAMMPS' unit."""
         return self.potential.mass
 
     @property
     def element(self) -> str:
-        """Chemical symbol."""
         return self.potential.element
 
     @property
     def cutoff(self) -> float:
-        """Of the formulas, in LAMMPS' unit."""
+        """Cutoff of the formulas, in LAMMPS' unit."""
         return self.potential.cutoff
 
     @property
     def force_range(self) -> float:
-        """Of forces, in LAMMPS' unit."""
+        """Range of the forces, in LAMMPS' unit."""
         return self.potential.force_range
 
     @property
@@ -108,17 +105,14 @@ class CrystalModel:
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """That the interactions read."""
         return self.potential.files
 
     @property
     def identity(self) -> Mapping[str, str | float]:
-        """What results depend on."""
         return self.potential.identity
 
     @property
     def reference(self) -> str:
-        """Where the model comes from."""
         return self.potential.reference
 
     def settings(self) -> str:
@@ -155,7 +149,7 @@ class CrystalModel:
         return CubicConstants(*(c / self.contact_modulus for c in self.crystal.constants))
 
     @property
-    def reach(self) -> int:
+    def coupled_layers(self) -> int:
         """Number of (100) layers that forces reach."""
         # A layer exactly at the range, where forces are zero, does not count.
         return max(1, int(np.ceil(self.force_range / self.length / LAYER_SPACING - 1e-9)) - 1)
@@ -248,12 +242,12 @@ class _Strained(Cell):
         super().__init__(potential, atoms * edge * box, edge * box)
 
     def energy(self, periods: Real) -> float:
-        """Per atom."""
+        """Energy per atom."""
         self.deform(periods)
         return self.evaluate(self._atoms * periods)[0] / len(self._atoms)
 
     def pressed(self, periods: Real) -> Real:
-        """Stress xx, yy, zz."""
+        """Stress components xx, yy and zz."""
         self.energy(periods)
         return self.stress()
 

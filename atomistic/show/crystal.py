@@ -37,7 +37,7 @@ def crystal_sheet(model: Model) -> Sheet:
         ("lattice constant", f"{model.lattice_constant * model.length:.8g}", length, model.lattice_constant),
         ("nearest neighbours, a0", f"{model.length:.8g}", length, 1.0),
         ("forces reach", f"{model.force_range:.6g}", length, model.force_range / model.length),
-        ("layers that they reach", f"{model.reach}", "", None),
+        ("layers that they reach", f"{model.coupled_layers}", "", None),
     ]
     moduli = [
         *zip(("C11", "C12", "C44"), model.elastic_constants, strict=True),
@@ -64,7 +64,7 @@ def lattice_sheet(response: LatticeResponse, found: Discreteness) -> Sheet:
     constants, slab = response.force_constants, response.slab
     n = slab.shape[0]
     rows: list[tuple[str, Entry]] = [
-        ("forces reach", f"{constants.reach} layers"),
+        ("forces reach", f"{constants.coupled_layers} layers"),
         ("layers not as in the bulk", constants.depth),
     ]
     if constants.checks is not None:

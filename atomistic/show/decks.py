@@ -77,8 +77,8 @@ def _last(run: DeckRun) -> Sheet:
     rows: list[tuple[str, Entry]] = [
         ("separation", f"{last.separation:.10g} a0"),
         ("mean gap", f"{last.gap.mean():.10g} a0"),
-        ("load N", f"{last.load:.10g} E* a0²"),
-        ("repulsive load N_rep", f"{last.traction[last.traction > 0].sum():.10g} E* a0²"),
+        ("normal force N", f"{last.force:.10g} E* a0²"),
+        ("repulsive force N_rep", f"{last.traction[last.traction > 0].sum():.10g} E* a0²"),
         ("A_rep/A0", f"{last.area_rep:.6g}"),
         ("A_att/A0", f"{last.area_att:.6g}"),
         ("total energy", f"{last.total_energy:.10g} E* a0³"),
@@ -89,8 +89,8 @@ def _last(run: DeckRun) -> Sheet:
     ]
     if real is not None:
         rows[3:3] = [
-            ("load N", f"{real.to_si(last.load, 'force') / scipy.constants.nano:.10g} nN"),
-            ("mean pressure", f"{real.to_si(last.load / atoms, 'pressure') / scipy.constants.giga:.10g} GPa"),
+            ("normal force N", f"{real.to_si(last.force, 'force') / scipy.constants.nano:.10g} nN"),
+            ("mean pressure", f"{real.to_si(last.force / atoms, 'pressure') / scipy.constants.giga:.10g} GPa"),
         ]
     if last.lateral_x or last.lateral_y:  # of a wall that follows the atoms
         rows.insert(3, ("lateral force on the atoms", f"{last.lateral_x:.10g}, {last.lateral_y:.10g} E* a0²"))

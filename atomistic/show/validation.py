@@ -25,7 +25,7 @@ def validation_sheets(validation: Validation) -> list[Sheet]:
 
 
 def validation_sentence(verdicts: Sequence[BoundVerdict]) -> str:
-    """How many bounds hold."""
+    """How many of the bounds hold, in a sentence."""
     failed = sum(not verdict.holds for verdict in verdicts)
     return f"{len(verdicts) - failed} of {len(verdicts)} bounds hold" + (f", {failed} FAIL" if failed else "")
 

@@ -49,9 +49,10 @@ def created(path: str | Path) -> Iterator[h5py.File]:
 
 
 class _Disk:
-    """What HDF5 writes to.  A full disk it could not live with: it crashes when the process ends.
+    """The file that HDF5 writes to.
 
-    So it is told that all went well, and what went wrong is remembered.
+    HDF5 crashes when the process ends if a write has failed, as on a full disk: it is told that all went well, and the
+    error is kept in ``failure``.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -110,7 +111,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
 
 
 def datasets_in(path: Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
-    """All datasets of a file, refusing whatever is not stored in it."""
+    """Every dataset of a file; external, virtual and undecodable ones are refused."""
     for name in group:
         item = _item(path, group, name, prefix + name)
         if isinstance(item, h5py.Group):

@@ -1,4 +1,4 @@
-"""Where results go: whole or not at all, never over an input, and never two writers at once."""
+"""Write results: whole or not at all, never over an input, and never two writers at once."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def reserved(path: str | Path) -> Iterator[None]:
 
 
 def holder(mark: Path) -> str:
-    """Who holds a file, from the mark beside it."""
+    """Process and host that hold a file, from the mark beside it."""
     try:
         return mark.read_text() or "another process"
     except OSError:

@@ -1,4 +1,4 @@
-"""Where a result comes from: versions and commit, as attributes for :mod:`continuum.files.store`."""
+"""Provenance of a result: versions and commit, as attributes for :mod:`continuum.files.store`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def versions() -> str:
 
 
 def _version(package: str) -> str:
-    """Of an installed package; empty if it is not installed."""
+    """Version of an installed package; empty if it is not installed."""
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:

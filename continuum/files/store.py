@@ -58,7 +58,7 @@ class Dataset:
 
 @dataclass(frozen=True, eq=False)
 class File:
-    """What a file holds."""
+    """Datasets and attributes of a stored file."""
 
     datasets: Mapping[str, Dataset]
     attributes: Mapping[str, Attribute]

@@ -6,73 +6,28 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from numpy.typing import ArrayLike
 
-import continuum.runs.analysis
-import continuum.runs.result
 import continuum.sticky.predict
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, function
 from continuum.files.inputs import load
 from continuum.files.settings import settings_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep, is_sweep
+from continuum.runs.analysis import Analysis
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
-from continuum.runs.run import Progress
-from continuum.runs.run import run as follow_run
+from continuum.runs.result import Result
+from continuum.runs.run import Progress, follow_run
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import MOST_THREADS
-
-if TYPE_CHECKING:
-    from continuum.sticky.materials import Interface
-    from continuum.sticky.mending import Detrending
-    from continuum.sticky.topography import Topography
-
-
-class Result(continuum.runs.result.Result):
-    """A stored run; see :class:`continuum.runs.result.Result`."""
-
-    def analyse(self) -> Analysis:
-        """Measure every stored equilibrium: patches, perimeter, κ, gap profile, pull-off."""
-        return Analysis(**vars(continuum.runs.analysis.analyse(self)))
-
-    def sheets(self) -> list[Sheet]:
-        """Its points and its jumps."""
-        from continuum.show.runs import run_sheets
-
-        return run_sheets(self)
-
-    def plot(self, folder: Path | None = None) -> list[Path]:
-        """Draw its figures, beside it or into a folder; returns the PNG files."""
-        from continuum.show.runs import draw_run
-
-        return draw_run(self, folder)
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
-
-
-class Analysis(continuum.runs.analysis.Analysis):
-    """What was measured on a run; see :class:`continuum.runs.analysis.Analysis`."""
-
-    def sheets(self) -> list[Sheet]:
-        """Each point, and the run as a whole."""
-        from continuum.show.runs import analysis_sheets
-
-        return analysis_sheets(self)
-
-    def plot(self, folder: Path | None = None) -> list[Path]:
-        """Draw its figures, beside the run or into a folder; returns the PNG files."""
-        from continuum.show.runs import draw_analysis
-
-        return draw_analysis(self, folder)
-
-    def _repr_html_(self) -> str:
-        return "".join(sheet._repr_html_() for sheet in self.sheets())
+from continuum.sticky.materials import Interface
+from continuum.sticky.mending import Detrending
+from continuum.sticky.topography import Topography
 
 
 class Prediction(continuum.sticky.predict.Prediction):
@@ -130,7 +85,7 @@ class CheckReport:
     """What an input amounts to."""
 
     sheet: Sheet
-    """Of a run grid, roughness, law, memory and cost; of a sweep what its systems cost together."""
+    """A run: grid, roughness, law, memory and cost; a sweep: what its systems cost together."""
     system: RunSetup | None = None
     """The contact of a run, with its input; None of a sweep."""
 
@@ -157,7 +112,7 @@ def check(file: str | Path, settings: Mapping[str, Any] | None = None, *, reduce
     ConfigError
         With all faults of the file, or of the first faulty system of a sweep.
     ArgumentError
-        If an argument has no meaning.
+        If an argument is not allowed.
     """
     path = file_name("file", file)
     if flag("reduced", reduced) or is_sweep(path):
@@ -209,7 +164,7 @@ def run(
         there already are kept.
     settings : values of keys instead of those of the file, as ``{"surface.seed": 3}``.
     force : start anew.
-    device : what the solver runs on, instead of the input's ``[solver] device``.
+    device : what the solver runs on, instead of the input's ``[solver] device``: cpu, or cuda (experimental).
     progress : called after each point with it, how many are done and how many there are.
     warn : called with what the grid does not resolve, and what is to be known of the device.
 
@@ -218,7 +173,7 @@ def run(
     ConfigError, InputError, OutputError
         If the input cannot be run, this machine has not the device, or the result cannot be stored.
     ArgumentError
-        If an argument has no meaning.
+        If an argument is not allowed.
     """
     given = settings_of(settings)
     function("progress", progress)
@@ -233,7 +188,7 @@ def run(
     if path.suffix != ".h5":
         name = config.source.path.stem if config.source else "run"
         path = path / f"{name}.h5"
-    return Result(**vars(follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)))
+    return follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)
 
 
 def analyse(result: str | Path) -> Analysis:
@@ -288,22 +243,36 @@ def predict(
 ) -> Prediction:
     """Is my surface sticky?  Every criterion on a measured topography, or on two that face each other.
 
-    Every quantity is a text with its unit, as ``"50mJ/m2"``.
+    Roughness, the verdict of every criterion of stickiness with its margin, and warnings.  Every quantity is a text
+    with its unit: 70GPa, 50mJ/m2, 0.5nm.
 
     Parameters
     ----------
     maps : one topography, or two for two rough bodies: names of files, or arrays of heights, shape (nx, ny), out of the
         body.  Masked points of an array are missing ones; an array of one row or column is a line scan.
-    size : physical size, ``"10um"`` or ``"10um,12um"``, along the first index and the second; an array needs it, a file
-        only if it does not say.  Of two maps one text for both, or one for each, ``"-"`` as the file says.
-    unit : of the heights, like ``"nm"``; given as the size is.
-    dataset, part, periodic, crop, override_size : see :func:`continuum.sticky.reading.read_all`.
-    detrend, fill, cutoff : see :func:`continuum.sticky.mending.prepare`; fill as ``"5%"`` or 0.05.
-    material, modulus, poisson : of one elastic body on a rigid one, or of two.
-    contact_modulus : E*, instead.
-    work, range : w and Δr, if not those of the material.
-    spacing : of the atoms.
-    solve, threads : whether to solve the contact of the map, too, and on how many threads.
+    size : physical size, ``"10um"`` (square pixels) or ``"10um,12um"``, from the first row to the last and from the
+        first column to the last; an array needs it, a file only if it does not say.  For two maps one text for both,
+        or one for each, ``"-"`` as the file says.
+    unit : unit of the heights, like ``"nm"``; given as the size is.
+    dataset : dataset of an HDF5 file; given as the size is.
+    part : map of a container, or channel of a file, if it has several; ``"all"`` joins the measurements of a container
+        into one spectrum.
+    periodic : the map continues at its edges; otherwise it does if the file says so.
+    override_size : a given size or unit overrules that of the file.
+    detrend : what is subtracted: the mean plane (for a periodic map the mean, by default), a paraboloid, or the plane
+        and the median of each line of the scan.
+    fill : fill missing points, scars and points that stand out, up to this share of all, as ``"5%"``.
+    crop : the part that counts, as ``"1um,9um,0,8um"``.
+    cutoff : verdict and solution count only waves longer than this.
+    material : diamond, silicon, mica, pdms or rubber, with cited values; one against a rigid body, or two.
+    modulus : Young's modulus of a body; two for two elastic bodies.
+    poisson : Poisson's ratio of a body; likewise.
+    contact_modulus : E* = E/(1 - ν²), instead of modulus and Poisson's ratio.
+    work : work of adhesion w, if not that of the material.
+    range : range of the attraction, likewise; the effective range for a law without cut-off.
+    spacing : spacing of the atoms a0, for the necessary condition on crystals.
+    solve : also solve the contact of the map, and compare.
+    threads : threads of the solver.
 
     Raises
     ------
@@ -328,8 +297,6 @@ def predict(
 
 def _check_choices(detrend: Detrending | None, solve: bool, threads: int) -> None:
     """Check what is used only after the maps were read."""
-    from continuum.sticky.mending import Detrending
-
     if detrend is not None:
         choice("detrend", detrend, get_args(Detrending))
     flag("solve", solve)

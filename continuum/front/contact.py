@@ -55,7 +55,7 @@ class Contact:
     Raises
     ------
     ValueError
-        If an argument has no meaning: the message names it, and says what is allowed.
+        If an argument is not allowed: the message names it, and says what is.
 
     Warns
     -----

@@ -29,7 +29,7 @@ class State:
     """One equilibrium of a contact, converged or not."""
 
     contact: Contact = field(repr=False)
-    found: state.State = field(repr=False)
+    found: state.PathState = field(repr=False)
 
     def __repr__(self) -> str:
         return (
@@ -47,7 +47,7 @@ class State:
 
     @property
     def traction(self) -> Real:
-        """Of the wall on the surface, compression positive, shape (nx, ny), in E*."""
+        """Traction of the wall on the surface, compression positive, shape (nx, ny), in E*."""
         return self.found.traction
 
     @property
@@ -67,12 +67,12 @@ class State:
 
     @property
     def mean_gap(self) -> float:
-        """In a0."""
+        """Mean gap, in a0."""
         return self.found.mean_gap
 
     @property
     def separation(self) -> float:
-        """In a0; NaN where the mean displacement of the substrate is free."""
+        """Separation, in a0; NaN where the mean displacement of the substrate is free."""
         return self.found.separation
 
     @property
@@ -139,7 +139,7 @@ class State:
         return contacts.measure(self.contact.grid, self.found.totals, repulsive, self.contact.moments.rms_slope)
 
     def sheet(self) -> Sheet:
-        """Its numbers."""
+        """Table of its numbers."""
         m, t = self.measure(), self.found.totals
         rows: list[tuple[str, str]] = [
             ("mean gap", f"{self.mean_gap:.5g} a0"),
@@ -157,7 +157,7 @@ class State:
         return pairs("Contact", rows)
 
     def plot(self) -> Figure:
-        """The contact map."""
+        """Draw the contact map."""
         from continuum.show.runs import map_figure
 
         return map_figure(self.contact_map, self.contact.grid.lengths, self.area_rep, self.load)

@@ -40,14 +40,14 @@ class SweepRun:
 
     folder: Path
     total: int
-    """Systems of this call."""
+    """Number of systems that this call had to do."""
     found: int
-    """That were done before, or meanwhile by another process."""
+    """Systems that were done before, or meanwhile by another process."""
     done: int
     failed: tuple[TaskResult, ...]
-    """That could not be done, with the reasons."""
+    """Systems that failed, with the reasons."""
     held: tuple[TaskResult, ...]
-    """That another process has in hand."""
+    """Systems that are locked by another process."""
 
     @property
     def ok(self) -> bool:
@@ -55,7 +55,7 @@ class SweepRun:
         return not self.failed and not self.held
 
     def collect(self) -> PointTable:
-        """All points that are done, as one table."""
+        """Collect all points that are done in one table."""
         return continuum.runs.collect.collect(self.folder)
 
 
@@ -77,20 +77,22 @@ def sweep(
 ) -> SweepRun:
     """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
 
+    A sweep is an input with a table [sweep]: axes over any of its keys.  Whatever stops the work, the same call does
+    what is missing.
+
     Parameters
     ----------
-    file : an input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
-    output : the folder of the sweep is made in this one, named after the file.
+    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
+    output : folder in which that of the sweep is made, named after the file.
     settings : values of keys instead of those of the file; a list for a key on an axis.
-    reduced : the values of [sweep.reduced] hold: minutes instead of days.
-    workers : processes of this machine, one if None, or one for each GPU; fewer run at once where their memory would
-        not suffice.
-    threads : of the solver of each system.
-    device : what the solver runs on, instead of the input's ``[solver] device``.
-    memory : in bytes, that may be used of this machine; all of it if None.
+    reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
+    workers : processes at once, one by default, or one for each GPU; fewer where their memory would not suffice.
+    threads : threads of the solver of each system.
+    device : what the solver runs on, instead of the input's ``[solver] device``: cpu, or cuda (experimental).
+    memory : bytes of this machine that may be used; all of it if None.
     retry : try again what failed.
     shard : this part of so many, for jobs of an array.
-    scheduler_file : of a Dask cluster that does the work instead of processes of this machine.
+    scheduler_file : file of a Dask cluster that does the work instead of processes of this machine.
     begun : called with the systems of this call, before the first.
     progress : see :data:`After`.
 
@@ -100,7 +102,7 @@ def sweep(
         If the input cannot be run, results cannot be stored (the folder may hold another sweep, or files of your own),
         or there is no such cluster.
     ArgumentError, InputError
-        If an argument has no meaning; or this machine has not the device, or fewer GPUs than workers.
+        If an argument is not allowed; or this machine has not the device, or fewer GPUs than workers.
     """
     function("progress", progress)
     function("begun", begun)
@@ -196,7 +198,7 @@ def _swept(root: Path, ended: list[TaskResult]) -> SweepRun:
 
 
 def sweep_status(sweep: str | Path) -> SweepStatus:
-    """How far a sweep is, from its files alone: systems done, in hand, failed with the reasons, and the time left.
+    """How far a sweep is, from its files alone: systems done, running, failed with the reasons, and the time left.
 
     Parameters
     ----------
@@ -246,13 +248,13 @@ class Verification:
     """Whether the files of a sweep are sound."""
 
     files: int
-    """How many were read."""
+    """Number of files that were read."""
     faults: tuple[str, ...]
     """What is wrong with some, with their names."""
 
     @property
     def ok(self) -> bool:
-        """Whether all are sound."""
+        """Whether all files are sound."""
         return not self.faults
 
 
@@ -288,17 +290,21 @@ def sweep_slurm(
 
     Parameters
     ----------
-    file, output, settings, reduced : as :func:`sweep` has them.
-    nodes, time : of the allocation, as SLURM has them.
-    workers : processes a node.
-    shards : so many jobs of an array instead of one cluster.
+    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
+    output : folder in which that of the sweep is made, named after the file.
+    settings : values of keys instead of those of the file; a list for a key on an axis.
+    reduced : use the smaller sizes of [sweep.reduced].
+    nodes : nodes of the allocation.
+    time : time of the allocation, as SLURM writes it.
+    workers : processes on each node.
+    shards : number of jobs of an array instead of one cluster.
 
     Raises
     ------
     ConfigError
         If a system is no input of a run.
     ArgumentError
-        If an argument has no meaning.
+        If an argument is not allowed.
     """
     given, path = settings_of(settings), file_name("file", file)
     described = Sweep.read(path, given, reduced=flag("reduced", reduced))

@@ -32,9 +32,9 @@ class Totals:
     area_att: float = quantity("1", "attracted area A_att/A0")
     """Points with zero_gap <= gap < zero_gap + range."""
     load_rep: float = quantity("E*", "repulsive load N_rep/A0")
-    """Of the points that push."""
+    """Load N_rep/A0 of the points that push, in E*."""
     load_att: float = quantity("E*", "attractive load N_att/A0")
-    """Of the points that pull, as a positive number."""
+    """Load N_att/A0 of the points that pull, as a positive number, in E*."""
     load: float = quantity("E*", "load N/A0, compression positive")
     """N = N_rep - N_att."""
     wall_energy: float = quantity("E* a0", "interaction energy per area")
@@ -88,7 +88,7 @@ class Measurement:
 
     totals: Totals
     outline: Outline = field(repr=False)
-    """Of A_rep."""
+    """Outline of A_rep."""
     rms_slope: float
     """h'rms of the undeformed surface."""
 
@@ -137,7 +137,7 @@ class Measurement:
 
     @property
     def perimeter_cells(self) -> int:
-        """N_P."""
+        """Number of cells of the perimeter, N_P."""
         return self.outline.perimeter_cells
 
     @property

@@ -21,15 +21,15 @@ class CurvePoint(Protocol):
 
     @property
     def mean_gap(self) -> float:
-        """In a0."""
+        """Mean gap, in a0."""
 
     @property
     def separation(self) -> float:
-        """In a0; NaN where the mean displacement is free."""
+        """Separation, in a0; NaN where the mean displacement is free."""
 
     @property
     def load(self) -> float:
-        """Per A0, in E*."""
+        """Load per A0, in E*."""
 
     @property
     def branch(self) -> str:

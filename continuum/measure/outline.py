@@ -40,7 +40,7 @@ class Outline:
     spacing: tuple[float, float]
     """Sides of a cell along x and y, in a0."""
     cells: int
-    """Cells inside."""
+    """Number of cells inside."""
     perimeter_cells: int
     """N_P: cells inside that have fewer than four neighbours inside."""
     edges: tuple[int, int]

@@ -35,7 +35,7 @@ class GapProfile:
     spread: Real
     """Standard deviation of the gap, in a0: of the surface, not of the mean."""
     cells: NDArray[np.int64]
-    """Cells at that distance."""
+    """Number of cells at that distance."""
     depth: float
     """How deep the nearest centre inside lies inside the edge, in a0."""
 
@@ -115,7 +115,7 @@ class Distribution:
     """A histogram over the area: the density of A/A0 over a quantity."""
 
     edges: Real
-    """Of the bins, one more than there are bins."""
+    """Edges of the bins, one more than there are bins."""
     density: Real
     """Fraction of A0 in each bin, divided by its width."""
 

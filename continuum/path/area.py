@@ -23,14 +23,14 @@ from continuum.model.fourier import Real, cut, padded, prolong, restrict
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium, solver_of
-from continuum.path.state import Branch, Outcome, Search, State, event, numbers
+from continuum.path.state import Branch, Outcome, PathState, Search, event, numbers
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 
 LOOSE, LOOSEST = 100.0, 1e-5
 """Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
 NARROW = 0.5
-"""Of more contact than this trials have the full tolerance: what is left of the gap is too small for a loose one."""
+"""Beyond this contact trials have the full tolerance: what is left of the gap is too small for a loose one."""
 FEW_POINTS = 4.5
 """A change of the area by fewer points is no jump before the bracket is a sixteenth of the resolution."""
 COARSER = 3.0
@@ -50,7 +50,7 @@ class _Work:
     def __init__(self, size: int) -> None:
         self.size, self.pairs, self.solves, self.slope = size, 0.0, 0, np.nan
 
-    def add(self, state: State) -> State:
+    def add(self, state: PathState) -> PathState:
         self.pairs += state.solution.fft_pairs * state.solution.gap.size / self.size
         self.solves += 1
         return state
@@ -64,7 +64,7 @@ class _Aim:
     target: float
     settings: Settings
     loose: Settings
-    """Of trials."""
+    """Tolerance of trials."""
     search: Search
     branch: Branch
     solver: Solver
@@ -76,15 +76,15 @@ class _Aim:
         smaller = min(self.target, 1 - self.target)
         return max(self.search.area_tolerance * smaller, 0.5 / self.problem.grid.size) * (1 + 1e-9)
 
-    def met(self, state: State) -> bool:
+    def met(self, state: PathState) -> bool:
         return abs(state.totals.area_rep - self.target) <= self.allowed
 
-    def short(self, state: State, before: State) -> bool:
+    def short(self, state: PathState, before: PathState) -> bool:
         """Whether a state is on that side of the target on which the one before it is."""
         sign = 1.0 if before.totals.area_rep < self.target else -1.0
         return (self.target - state.totals.area_rep) * sign > 0
 
-    def trial(self, mean_gap: float, settings: Settings, start: Real | None, *, near: bool = False) -> State:
+    def trial(self, mean_gap: float, settings: Settings, start: Real | None, *, near: bool = False) -> PathState:
         """Equilibrium at a mean gap; near its start it is looked for in the basin of that only."""
         # Without adhesion there is one basin only.
         if near and self.problem.wall.work_of_adhesion > 0:
@@ -92,7 +92,7 @@ class _Aim:
         state = equilibrium(self.problem, "mean-gap", mean_gap, settings, start, self.branch, self.solver)
         return self.work.add(state)
 
-    def done(self, state: State, outcome: Outcome | None = None, beyond: State | None = None) -> State:
+    def done(self, state: PathState, outcome: Outcome | None = None, beyond: PathState | None = None) -> PathState:
         events = () if beyond is None else (event("mean-gap", self.branch, state, beyond),)
         return replace(
             state,
@@ -112,13 +112,13 @@ def find_area(
     target: float,
     settings: Settings,
     search: Search,
-    previous: Sequence[State] = (),
+    previous: Sequence[PathState] = (),
     branch: Branch = "start",
     solver: Solver | None = None,
     *,
     loose: Settings | None = None,
     work: _Work | None = None,
-) -> State:
+) -> PathState:
     """State of a given repulsive area, as a fraction of A0.
 
     Parameters
@@ -157,7 +157,7 @@ def find_area(
     return _close_in(aim, known, _Bracket(aim, after))
 
 
-def _close_in(aim: _Aim, known: list[State], bracket: _Bracket) -> State:
+def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState:
     """Trials from the last state before the target, the one in ``known``, until one of them meets it."""
     now, misled = aim.loose, False
     while aim.work.solves < MOST_TRIALS:
@@ -192,12 +192,12 @@ def _close_in(aim: _Aim, known: list[State], bracket: _Bracket) -> State:
 class _Bracket:
     """The mean gaps between which the target lies: of the last state before it and, if known, of one beyond it."""
 
-    def __init__(self, aim: _Aim, after: State | None) -> None:
+    def __init__(self, aim: _Aim, after: PathState | None) -> None:
         self.aim, self.after = aim, after
         self.width, self.span, self.slow = np.inf, np.inf, 0
         self.step, self.stalled = 0.0, False
 
-    def next(self, before: State) -> tuple[float, bool]:
+    def next(self, before: PathState) -> tuple[float, bool]:
         """Mean gap of the next trial, and whether it is the far end of a bracket that is to be made no narrower."""
         if self.after is not None and self.aim.short(self.after, before):
             self.after = None
@@ -205,8 +205,8 @@ class _Bracket:
             return self._onward(before), False
         return self._between(before, self.after)
 
-    def _onward(self, before: State) -> float:
-        """Where the target may be reached; farther if the area did not change on the last step."""
+    def _onward(self, before: PathState) -> float:
+        """Next mean gap outside of the bracket; farther if the area did not change on the last step."""
         problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
         self.width, self.span, self.slow = np.inf, np.inf, 0
         guess = abs(_step(problem, before, target, self.aim.work.slope))
@@ -217,8 +217,8 @@ class _Bracket:
         lowest = max(problem.wall.core, problem.wall.bound)
         return max(mean_gap, (before.mean_gap + lowest) / 2)
 
-    def _between(self, before: State, after: State) -> tuple[float, bool]:
-        """By the secant, or half the way where that is slow."""
+    def _between(self, before: PathState, after: PathState) -> tuple[float, bool]:
+        """Next mean gap inside of the bracket: by the secant, or half the way where that is slow."""
         old, self.width = self.width, abs(before.mean_gap - after.mean_gap)
         wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
         # Close to the bound of a hard wall all that is left of the mean gap may be less than the resolution.
@@ -238,7 +238,7 @@ def _loosened(settings: Settings) -> Settings:
     return replace(settings, tolerance=max(settings.tolerance, min(LOOSE * settings.tolerance, LOOSEST)))
 
 
-def _beyond(older: State, last: State, target: float, branch: Branch) -> bool:
+def _beyond(older: PathState, last: PathState, target: float, branch: Branch) -> bool:
     """Whether the path has jumped over the target before, from the last state to the older one."""
     same = (older.branch == "retract") == (branch == "retract")
     return same and (older.totals.area_rep - target) * (last.totals.area_rep - target) < 0
@@ -254,20 +254,20 @@ def _logarithm(area: float, size: int) -> float:
     return float(np.log(area) if area <= 0.5 else 2 * np.log(0.5) - np.log(1 - area))
 
 
-def _slope(one: State, other: State, size: int) -> float:
+def _slope(one: PathState, other: PathState, size: int) -> float:
     change = other.mean_gap - one.mean_gap
     rise = _logarithm(other.totals.area_rep, size) - _logarithm(one.totals.area_rep, size)
     return rise / change if change else np.nan
 
 
-def _fraction(before: State, after: State, target: float, size: int) -> float:
+def _fraction(before: PathState, after: PathState, target: float, size: int) -> float:
     """Part of the way from ``before`` to ``after`` at which the secant meets the target."""
     low, high = (_logarithm(state.totals.area_rep, size) for state in (before, after))
     return float(np.clip((_logarithm(target, size) - low) / (high - low), 0.02, 0.98))
 
 
-def _step(problem: ContactProblem, before: State, target: float, slope: float) -> float:
-    """By how much to lower the mean gap.
+def _step(problem: ContactProblem, before: PathState, target: float, slope: float) -> float:
+    """Step by which the mean gap is lowered.
 
     The area changes less than if the surface were moved rigidly, which gives the scale.
     """
@@ -289,11 +289,11 @@ def _sample(field: Real) -> Real:
 # --- where no state is known -------------------------------------------------------------------------------
 
 
-def _apart(aim: _Aim) -> State:
+def _apart(aim: _Aim) -> PathState:
     """A state on the approach, at the target or just before."""
     problem, target = aim.problem, aim.target
 
-    def short(state: State) -> bool:
+    def short(state: PathState) -> bool:
         return state.status.ok and state.totals.area_rep <= target + aim.allowed
 
     for part in (1 - aim.search.area_tolerance, 0.8, 0.5):
@@ -306,8 +306,8 @@ def _apart(aim: _Aim) -> State:
         del guess, state
     heights = _sample(problem.heights)
 
-    def rest(part: float, reach: float) -> State:
-        """Where, undeformed, this part of the target would overlap, or ``reach`` above."""
+    def rest(part: float, reach: float) -> PathState:
+        """Mean gap at which, undeformed, this part of the target would overlap, or ``reach`` above."""
         mean_gap = problem.wall.zero_gap + reach + problem.mean_height - float(np.quantile(heights, part * target))
         return aim.trial(mean_gap, aim.loose, None)
 
@@ -361,7 +361,7 @@ def _coarser(problem: ContactProblem, smallest: int) -> ContactProblem | None:
     return ContactProblem(coarse, problem.wall, coarse.inverse(coarse_q), response)
 
 
-def _carried(coarse: ContactProblem, fine: ContactProblem, state: State) -> Real:
+def _carried(coarse: ContactProblem, fine: ContactProblem, state: PathState) -> Real:
     """The gap of a coarse state on the finer grid."""
     displacement_q = padded(fine.grid.shape_q, np.complex128)
     level = state.mean_gap - coarse.mean_height

@@ -13,7 +13,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Control, State, gone, state_of
+from continuum.path.state import Branch, Control, PathState, gone, state_of
 from continuum.solve.solution import Settings, Solution, Status, Work
 from continuum.solve.solver import Solver
 from continuum.solve.stability import stability
@@ -35,7 +35,7 @@ def equilibrium(
     start: Real | None = None,
     branch: Branch = "start",
     solver: Solver | None = None,
-) -> State:
+) -> PathState:
     """Equilibrium at one separation, mean gap or mean pressure: as :func:`continuum.path.loading.solve` says."""
     if control == "mean-pressure" and target < 0 and start is None:
         # Surfaces apart hold no tension: it is applied to what rests at zero load.
@@ -76,7 +76,7 @@ def _solution(
     start: Real | None,
     settings: Settings,
 ) -> Solution:
-    """Where the solver is chosen: by whether the wall has a law, or only a bound."""
+    """Solve with the solver that the wall asks for: the smooth one for a law, the constrained one for a bound."""
     law, heights = problem.wall.law, problem.heights
     if law is None:
         return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
@@ -94,9 +94,9 @@ def _examined(problem: ContactProblem, solution: Solution, mean: float, settings
 def _pull(
     problem: ContactProblem, solver: Solver, lift: float, start: Real | None, settings: Settings, pressure: float
 ) -> Solution:
-    """Minimise under a tension, by stretches: a surface that has left the wall would fly on to the last iteration.
+    """Minimise under a tension, in stretches: once it has detached, the surface would recede until max_iterations.
 
-    What a coarser grid does not hold this one may.
+    No coarser grid is used: it may detach at a tension that this one holds.
     """
     done: Solution | None = None
     while True:

@@ -22,8 +22,8 @@ from continuum.path.state import (
     Control,
     Event,
     Outcome,
+    PathState,
     Search,
-    State,
     check_target,
     coordinate,
     event,
@@ -45,7 +45,7 @@ def solve(
     branch: Branch = "start",
     search: Search | None = None,
     solver: Solver | None = None,
-) -> State:
+) -> PathState:
     """Equilibrium at one separation, mean gap, mean pressure or repulsive area.
 
     Parameters
@@ -82,10 +82,10 @@ def follow(
     control: Control,
     targets: Iterable[float],
     settings: Settings,
-    previous: Sequence[State] = (),
+    previous: Sequence[PathState] = (),
     search: Search | None = None,
     solver: Solver | None = None,
-) -> Iterator[State]:
+) -> Iterator[PathState]:
     """Equilibria at each target in turn, in the order given.
 
     Each starts from the last converged state, shifted rigidly, never from one that failed; where an area is jumped
@@ -134,7 +134,7 @@ def follow(
         del state
 
 
-def _branch(control: Control, target: float, good: Sequence[State]) -> Branch:
+def _branch(control: Control, target: float, good: Sequence[PathState]) -> Branch:
     """Direction of the next target from the last state."""
     if not good:
         return "start"
@@ -145,7 +145,7 @@ def _branch(control: Control, target: float, good: Sequence[State]) -> Branch:
     return "approach" if nearer else "retract"
 
 
-def _shifted(problem: ContactProblem, control: Control, state: State, target: float) -> Real:
+def _shifted(problem: ContactProblem, control: Control, state: PathState, target: float) -> Real:
     """Gap of a state moved rigidly; where the mean displacement is held or free, the solver does that by itself."""
     if control == "separation" and np.isfinite(problem.mean_stiffness):
         return state.gap + (target - coordinate(control, state))
@@ -157,11 +157,11 @@ def _walk(
     control: Control,
     target: float,
     settings: Settings,
-    good: list[State],
+    good: list[PathState],
     branch: Branch,
     search: Search,
     solver: Solver,
-) -> State:
+) -> PathState:
     """State at a target, with the jumps on the way to it; the last state before it is kept in ``good``.
 
     The first step is the whole way.  A step on which areas or attractive load change by more than the threshold is

@@ -79,7 +79,7 @@ class JumpSide(NamedTuple):
     """One side of a jump, as numbers: lengths in a0, loads per A0 in E*, areas as fractions of A0."""
 
     value: float
-    """Of the controlled quantity."""
+    """Value of the controlled quantity."""
     separation: float
     mean_gap: float
     area_rep: float
@@ -99,11 +99,11 @@ class Event(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class State:
-    """One equilibrium under load."""
+class PathState:
+    """One state of a path: its numbers, and the solution that it was found by."""
 
     control: Control
-    """What was given."""
+    """Quantity that is given."""
     target: float
     """Its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)."""
     branch: Branch
@@ -111,13 +111,13 @@ class State:
     separation: float
     """Height of the wall's zero above the undeformed surface, in a0; NaN where the mean is free."""
     mean_gap: float
-    """In a0."""
+    """Mean gap, in a0."""
     totals: Totals
-    """Areas and loads."""
+    """Areas and loads of the state."""
     solution: Solution = field(repr=False)
     outcome: Outcome | None = None
     """Why the target has no state; None if it has one."""
-    beyond: State | None = field(default=None, repr=False)
+    beyond: PathState | None = field(default=None, repr=False)
     """The state after the jump, where the area jumps over the target."""
     events: tuple[Event, ...] = ()
     """Jumps on the way from the state before."""
@@ -126,7 +126,7 @@ class State:
     search_pairs: float = 0.0
     """FFT pairs, weighted as those of the solution, of the other equilibria on the way."""
     search_solves: int = 0
-    """Their number."""
+    """Number of those equilibria."""
 
     @property
     def load(self) -> float:
@@ -140,7 +140,7 @@ class State:
 
     @property
     def traction(self) -> Real:
-        """Of the wall on the surface, compression positive, shape ``grid.shape``, in E*; NaN where it is not known."""
+        """Traction of the wall on the surface, compression positive, shape ``grid.shape``, in E*; NaN if not known."""
         return self.solution.traction
 
     @property
@@ -148,7 +148,7 @@ class State:
         """How the solve, or the search, ended."""
         return self.outcome or self.solution.status
 
-    def require(self) -> State:
+    def require(self) -> PathState:
         """The state itself, if it is an equilibrium at its target.
 
         Raises
@@ -164,7 +164,7 @@ class State:
 
 def state_of(
     problem: ContactProblem, control: Control, target: float, branch: Branch, solution: Solution | Real
-) -> State:
+) -> PathState:
     """A state with all that follows from its gap.
 
     A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown: NaN.
@@ -177,31 +177,31 @@ def state_of(
     if control != "separation":
         k = problem.mean_stiffness
         separation = mean_gap - problem.mean_height - (totals.load / k if k > 0 else np.nan)
-    return State(control, target, branch, separation, mean_gap, totals, solution)
+    return PathState(control, target, branch, separation, mean_gap, totals, solution)
 
 
-def kept(state: State) -> State:
+def kept(state: PathState) -> PathState:
     """What a path keeps of a state: its numbers, and of its fields the gap only."""
     found = state.solution
     solution = Solution(found.gap, found.status, found.residual, found.iterations, by=found.kept_by)
     return replace(state, solution=solution, outcome=None, beyond=None, events=())
 
 
-def numbers(state: State) -> State:
+def numbers(state: PathState) -> PathState:
     """A state without its fields."""
     nothing = np.broadcast_to(np.nan, state.gap.shape)
     return replace(kept(state), solution=replace(kept(state).solution, gap=nothing))
 
 
-def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> State:
+def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> PathState:
     """The state of a surface that has left the wall under tension: no contact, no load, an infinite gap."""
     nothing = Totals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf)
     solution = solution or Solution(problem.heights, Status.CONVERGED, -target, 0)
     solution = replace(solution, gap=np.broadcast_to(np.inf, problem.grid.shape), residual=-target)
-    return State("mean-pressure", target, branch, np.inf, np.inf, nothing, solution, Outcome.PULLED_OFF)
+    return PathState("mean-pressure", target, branch, np.inf, np.inf, nothing, solution, Outcome.PULLED_OFF)
 
 
-def coordinate(control: Control, state: State) -> float:
+def coordinate(control: Control, state: PathState) -> float:
     """Value of a controlled quantity in a state, also one that was reached under another control."""
     if control == state.control:
         return state.target
@@ -213,7 +213,7 @@ def coordinate(control: Control, state: State) -> float:
     }[control]
 
 
-def event(control: Control, branch: Branch, before: State, after: State) -> Event:
+def event(control: Control, branch: Branch, before: PathState, after: PathState) -> Event:
     """The jump between two states; its controlled quantity is the mean gap where an area is searched for."""
     kind: EventKind = "jump-in"
     if branch == "retract":
@@ -221,6 +221,6 @@ def event(control: Control, branch: Branch, before: State, after: State) -> Even
     return Event(kind, control, branch, _side(control, before), _side(control, after))
 
 
-def _side(control: Control, state: State) -> JumpSide:
+def _side(control: Control, state: PathState) -> JumpSide:
     totals, value = state.totals, coordinate(control, state)
     return JumpSide(value, state.separation, state.mean_gap, totals.area_rep, totals.area_att, totals.load)

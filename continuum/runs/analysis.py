@@ -1,9 +1,10 @@
-"""All that can be measured on the stored points of a run, and the paper's predictions beside it."""
+"""Measurements on the stored points of a run, with the paper's predictions beside them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from continuum.model.walls import Wall
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.theory import paper
+
+if TYPE_CHECKING:
+    from continuum.show.sheet import Sheet
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +49,7 @@ class FieldMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPoint:
-    """One stored equilibrium, measured."""
+    """One stored equilibrium with its measurements."""
 
     step: int
     """Its place on the path."""
@@ -65,9 +69,9 @@ class Expected:
 
     rms_slope: float
     rms_curvature: float
-    """In 1/a0."""
+    """Root-mean-square curvature, in 1/a0."""
     range: float
-    """Δr, in a0."""
+    """Range of the attraction Δr, in a0."""
     diameter: float
     """d_rep = 4h'/h'', in a0."""
     width: float
@@ -75,24 +79,42 @@ class Expected:
     area_ratio: float
     """A_rep/A_att, Eq. (4); infinite without attraction."""
     pressure_att: float
-    """w/Δr, in E*."""
+    """Adhesive pressure w/Δr, in E*."""
 
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """A run, measured."""
+    """A stored run with all its measurements."""
 
     result: Result
     expected: Expected
     points: tuple[MeasuredPoint, ...]
     """The equilibria, in the order of the path."""
     adhesion: Adhesion | None
-    """None without equilibria."""
+    """Pull-off and work of separation; None without equilibria."""
     notes: tuple[str, ...]
     """What is missing, and what to do about it."""
 
+    def __repr__(self) -> str:
+        return f"Analysis({self.result!r})"
 
-def analyse(result: Result | str | Path) -> Analysis:
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+    def sheets(self) -> list[Sheet]:
+        """Each point, and the run as a whole."""
+        from continuum.show.runs import analysis_sheets
+
+        return analysis_sheets(self)
+
+    def plot(self, folder: Path | None = None) -> list[Path]:
+        """Draw its figures, beside the run or into a folder; returns the PNG files."""
+        from continuum.show.runs import draw_analysis
+
+        return draw_analysis(self, folder)
+
+
+def analyse_run(result: Result | str | Path) -> Analysis:
     """Measure every equilibrium of a stored run.
 
     Raises

@@ -159,7 +159,7 @@ class SystemPlan:
 
     @property
     def label(self) -> str:
-        """The system in words."""
+        """Values of the axes of a system, in words."""
         named = (
             f"{name.rpartition('.')[2]} {value if isinstance(value, str) else text_of(value)}"
             for name, value in self.settings
@@ -173,7 +173,7 @@ class SystemPlan:
 
 
 class _Sweeps(Document):
-    """Of an input, the table that makes it a sweep."""
+    """The [sweep] table of an input."""
 
     result_schema: ClassVar[str] = "stickiness/sweep"
     result_version: ClassVar[int] = 1
@@ -186,7 +186,7 @@ class Sweep:
 
     name: str
     source: Source = field(repr=False)
-    """The whole file."""
+    """The input file."""
     base: Source = field(repr=False)
     """Without the table [sweep]: the input of a run, but for what the axes give."""
     axes: tuple[Axis, ...]

@@ -1,4 +1,4 @@
-"""From a configuration to the contact problem that it describes."""
+"""Build the contact problem that a configuration describes."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def build(config: RunConfig) -> RunSetup:
 def _unusable(name: str, table: Table, error: Exception) -> Fault:
     """The fault of a table at the key that the error names, else at the one that the values come from."""
     if not isinstance(error, ArgumentError):
-        return Fault((name, table.origin), f"what can be used; here: {error}")
+        return Fault((name, table.origin), f"values that can be used: {error}")
     if error.name in type(table).model_fields:
         return Fault((name, error.name), error.allowed)
     return Fault((name, table.origin), error.allowed, f"this makes the {str(error).partition(': allowed')[0]}")

@@ -33,13 +33,13 @@ _RECENT = 50
 
 @dataclass(frozen=True, eq=False)
 class PointTable:
-    """All converged points of a sweep, one in a row."""
+    """Table of all converged points of a sweep, one in a row."""
 
     listed: SweepListing = field(repr=False)
     keys: tuple[str, ...]
     """Systems that were read, in the order of the listing."""
     system: NDArray[np.int64]
-    """Of each point, the index of its system in ``keys``."""
+    """Index of each point's system in ``keys``."""
     values: Real
     """One row for each point, one column for each of :data:`continuum.runs.measured.COLUMNS`."""
     seconds: Real
@@ -196,19 +196,19 @@ class SweepStatus:
     listed: SweepListing = field(repr=False)
     done: int
     running: tuple[str, ...]
-    """Who has a system in hand, with when it was begun."""
+    """Processes that work on a system, with when it was begun."""
     failed: tuple[tuple[str, str], ...]
-    """System and reason."""
+    """Each failed system with the reason."""
     rate: float
     """Systems per hour, lately; NaN if that is not known."""
     seconds_left: float
-    """At the rate of late, by the work that the systems are estimated to take; NaN if that is not known."""
+    """Time left at the recent rate, by the estimated work of the systems, in s; NaN if that is not known."""
     others: int
     """Files of systems that the listing does not have: of an earlier input, kept."""
 
     @property
     def total(self) -> int:
-        """Systems of the sweep."""
+        """Number of systems of the sweep."""
         return len(self.listed.systems)
 
 

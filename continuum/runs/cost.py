@@ -44,13 +44,13 @@ class Cost:
     """What a run will take, to within a factor of about two; three beside instabilities."""
 
     memory: int
-    """Peak, in bytes."""
+    """Peak memory, in bytes."""
     points: int
-    """Points of the path."""
+    """Number of points of the path."""
     fft_pairs: int
     """Forward and inverse transforms of all points and searches, halved, weighted by the points of their grids."""
     size: int
-    """Points of the grid."""
+    """Number of points of the grid."""
 
     def seconds(self, pair: float) -> float:
         """Core-seconds, where a pair of transforms of this grid takes ``pair`` (:func:`pair_seconds`)."""
@@ -83,7 +83,7 @@ def cost_of(config: RunConfig) -> Cost:
 
 
 def _pairs_of_area(config: RunConfig, larger: float) -> float:
-    """Of a point at a given area, on a grid so many times larger than the one from which on they grow."""
+    """Pairs of a point at a given area; ``larger`` is the size of the grid over that from which on they grow."""
     surface, wall = config.surface, config.wall
     shortest, slope = surface.shortest, surface.expected_slope
     if shortest is None or slope is None:

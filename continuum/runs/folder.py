@@ -1,8 +1,8 @@
 """The folder of a sweep: where its files are, and that nothing of the user's takes their place or loses its own.
 
 It holds ``sweep.toml`` (the input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the systems that are
-done, never changed again), ``work/`` (those in hand), ``failed/KEY.json`` (why one could not be done), ``earlier/``
-(inputs that listed systems which the present one does not), and the tables ``table.csv`` and ``table.h5``.
+done, never changed again), ``work/`` (those that are running), ``failed/KEY.json`` (why one could not be done),
+``earlier/`` (inputs that listed systems which the present one does not), and the tables ``table.csv`` and ``table.h5``.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from continuum.errors import InputError, OutputError
 from continuum.files import output, store
 
 _DIGITS = 24
-"""Of an identity, in the name of a file."""
+"""Digits of an identity in the name of a file."""
 TABLE_SCHEMA = "stickiness/sweep-table"
-"""Of the table of all points."""
+"""Schema of the table of all points."""
 
 
 class SweepError(InputError, OSError):
@@ -28,7 +28,7 @@ class SweepError(InputError, OSError):
 
 @dataclass(frozen=True)
 class Folder:
-    """Where the files of a sweep are."""
+    """Names of the files of a sweep, in its folder."""
 
     root: Path
 
@@ -44,12 +44,12 @@ class Folder:
 
     @property
     def points(self) -> Path:
-        """Systems that are done."""
+        """Result files of the systems that are done."""
         return self.root / "points"
 
     @property
     def work(self) -> Path:
-        """Systems in hand."""
+        """Files of the systems that are being worked on."""
         return self.root / "work"
 
     @property
@@ -59,7 +59,7 @@ class Folder:
 
     @property
     def tables(self) -> tuple[Path, Path]:
-        """All points as text and for xarray."""
+        """Names of the table of all points, as text and for xarray."""
         return self.root / "table.csv", self.root / "table.h5"
 
     def point(self, key: str) -> Path:
@@ -67,7 +67,7 @@ class Folder:
         return self.points / f"{key[:_DIGITS]}.h5"
 
     def failure(self, key: str) -> Path:
-        """Where it is said why a system failed."""
+        """File with the reason why a system failed."""
         return self.failed / f"{key[:_DIGITS]}.json"
 
     def made(self) -> Folder:
@@ -84,7 +84,7 @@ class Folder:
 
     @property
     def begun(self) -> bool:
-        """Whether results are there, or may be in hand."""
+        """Whether results are there, or processes may be working on some."""
         return bool(names(self.points) or names(self.work))
 
     def require_free_of_others(self) -> None:

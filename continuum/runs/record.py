@@ -14,7 +14,7 @@ from continuum.files import store
 from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Event, EventKind, JumpSide, Outcome, State, gone, numbers
+from continuum.path.state import Branch, Event, EventKind, JumpSide, Outcome, PathState, gone, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
@@ -44,7 +44,7 @@ class Point(Totals):
     status: str = quantity("", "how the solve ended")
 
     @classmethod
-    def of(cls, problem: ContactProblem, state: State, solver: Solver) -> Point:
+    def of(cls, problem: ContactProblem, state: PathState, solver: Solver) -> Point:
         """The numbers of a state."""
         solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
         return cls(
@@ -91,11 +91,11 @@ class Record:
     gaps: list[NDArray[np.float32]] = field(default_factory=list)
     work: list[tuple[Work, ...]] = field(default_factory=list)
     seconds: list[tuple[float, float]] = field(default_factory=list)
-    """Of each point: of its own solve, and with the search and the writing."""
-    good: list[State] = field(default_factory=list)
+    """Seconds of the solve of each point, and of the whole point with its search and the writing."""
+    good: list[PathState] = field(default_factory=list)
     """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
 
-    def append(self, problem: ContactProblem, state: State, solver: Solver) -> None:
+    def append(self, problem: ContactProblem, state: PathState, solver: Solver) -> None:
         """Add a point of the path; the solver is that of the path, in whose arrays the elastic energy is found."""
         self.points.append(Point.of(problem, state, solver))
         self.events += [PathEvent(len(self.points) - 1, event) for event in state.events]
@@ -107,7 +107,7 @@ class Record:
         self.work.append(state.solution.work)
 
     def datasets(self, *, restart: bool) -> dict[str, Dataset]:
-        """All of it as arrays; with ``restart`` also what the next point starts from."""
+        """Datasets of the record; with ``restart`` also the state that the next point starts from."""
         datasets = {
             "step": Dataset(np.arange(len(self.points)), ("step",), "1", "point of the path"),
             "repulsive": _masks(self.repulsive, "repulsive contact"),
@@ -200,12 +200,12 @@ class Record:
             rows = zip(*(file[f"restart/{name}"].tolist() for name in names), strict=True)
             for control, target, branch, separation, mean_gap, residual, contact in rows:
                 solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
-                state = State(control, target, branch, separation, mean_gap, Totals(*contact), solution)
+                state = PathState(control, target, branch, separation, mean_gap, Totals(*contact), solution)
                 record.good = [*map(numbers, record.good), state]
         return record
 
     def remember_lost(self, problem: ContactProblem) -> None:
-        """Where the surface left the wall at the last point, the next one shall know."""
+        """Store the pull-off separation of the last point: the next one starts from it."""
         last = self.points[-1]
         if last.status == Outcome.PULLED_OFF.name:
             self.good.append(gone(problem, last.target, cast("Branch", last.branch)))
@@ -257,7 +257,7 @@ def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
     ]
 
 
-def _contact(problem: ContactProblem, state: State) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Masks of the repulsive contact and of the attracted area, packed; row by row, since a grid may be large."""
     rows = range(0, problem.grid.shape[0], _ROWS)
     kinds = (contact_map(problem.wall, state.gap[row : row + _ROWS]) for row in rows)
@@ -266,7 +266,7 @@ def _contact(problem: ContactProblem, state: State) -> tuple[NDArray[np.uint8], 
     return repulsive, attracted
 
 
-def _elastic_energy(problem: ContactProblem, state: State, solver: Solver) -> float:
+def _elastic_energy(problem: ContactProblem, state: PathState, solver: Solver) -> float:
     """Elastic energy per area without the mean mode, in E* a0."""
     pulled_off = state.outcome is Outcome.PULLED_OFF
     return 0.0 if pulled_off else solver.elastic_energy(problem.heights, state.gap)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,23 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments
 from continuum.model.walls import Wall
+from continuum.path.state import CONTROLS, Branch, Outcome
 from continuum.runs.config import RunConfig
 from continuum.runs.record import EVENT_DATASETS, PathEvent, Point, events_of, points_of
+from continuum.solve.solution import Status
 
 if TYPE_CHECKING:
     import xarray
+
+    from continuum.runs.analysis import Analysis
+    from continuum.show.sheet import Sheet
+
+FLAGS = {
+    "control": CONTROLS,
+    "branch": get_args(Branch),
+    "status": (*Status.__members__, *Outcome.__members__),
+}
+"""Words of a point's datasets, in the order of their CF flags; new ones come at the end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +46,10 @@ class Result:
 
     path: Path
     config: RunConfig = field(repr=False)
-    """With defaults; a file that was read is known by its name only."""
+    """Input with defaults; of a file that was read only the name is known."""
     attributes: Mapping[str, Attribute] = field(repr=False)
     points: tuple[Point, ...]
-    """Of the path, converged or not."""
+    """Points of the path, converged or not."""
     events: tuple[PathEvent, ...]
     """Jumps on the path."""
     wall: Wall
@@ -60,6 +72,13 @@ class Result:
         file = store.read(path, RunConfig.result_schema, RunConfig.result_version, names)
         config = restored(RunConfig, str(file.attributes["config_resolved"]))
         return cls(path, config, file.attributes, points_of(file), events_of(file), stored_wall(path, config, file))
+
+    def __repr__(self) -> str:
+        good = sum(point.converged for point in self.points)
+        return f"Result({str(self.path)!r}, {len(self.points)} points, {good} converged, {len(self.events)} jumps)"
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
 
     @property
     def identity(self) -> str:
@@ -113,8 +132,26 @@ class Result:
         file = store.read(self.path, RunConfig.result_schema, RunConfig.result_version, names)
         return file["heights"].astype(np.float64) if names <= set(file.datasets) else None
 
+    def analyse(self) -> Analysis:
+        """Measure every stored equilibrium: patches, perimeter, κ, gap profile, pull-off."""
+        from continuum.runs.analysis import analyse_run
+
+        return analyse_run(self)
+
+    def sheets(self) -> list[Sheet]:
+        """Its points and its jumps."""
+        from continuum.show.runs import run_sheets
+
+        return run_sheets(self)
+
+    def plot(self, folder: Path | None = None) -> list[Path]:
+        """Draw its figures, beside it or into a folder; returns the PNG files."""
+        from continuum.show.runs import draw_run
+
+        return draw_run(self, folder)
+
     def to_xarray(self) -> xarray.Dataset:
-        """All of it as xarray has it, with named axes and units, read when it is used.
+        """Open the file with xarray: axes (step, x, y), contact maps as booleans, words as CF flags; read lazily.
 
         Raises
         ------
@@ -122,11 +159,11 @@ class Result:
             If xarray and h5netcdf are not installed: ``pip install 'stickiness[xarray]'``.
         """
         try:
-            import xarray
+            from continuum.files.labelled import open_labelled
         except ImportError as error:
             msg = "xarray is an extra: pip install 'stickiness[xarray]'"
             raise ImportError(msg) from error
-        return xarray.open_dataset(self.path, engine="h5netcdf")
+        return open_labelled(self.path, FLAGS)
 
 
 def stored_wall(path: Path, config: RunConfig, file: store.File) -> Wall:

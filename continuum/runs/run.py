@@ -20,7 +20,7 @@ from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import identity, resolved
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
-from continuum.path.state import State
+from continuum.path.state import PathState
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, Record
@@ -33,7 +33,7 @@ Progress = Callable[[Point, int, int], None]
 """Called after each point with what it is, how many are done, and how many there are."""
 
 
-def run(
+def follow_run(
     config: RunConfig,
     path: Path,
     *,
@@ -95,7 +95,7 @@ def _nothing(config: RunConfig) -> Record:
     return Record(config.output.fields)
 
 
-def _states(system: RunSetup, record: Record, solver: Solver) -> Iterator[State]:
+def _states(system: RunSetup, record: Record, solver: Solver) -> Iterator[PathState]:
     """The points of the path that are still to be done."""
     loading, done = system.config.loading, len(record.points)
     for control, targets, search in loading.stretches:

@@ -23,7 +23,7 @@ from continuum.runs.engine import run_tasks
 from continuum.runs.folder import Folder, SweepError, names
 from continuum.runs.measured import add_measurements
 from continuum.runs.memory import physical_memory
-from continuum.runs.run import run
+from continuum.runs.run import follow_run
 from continuum.runs.tasks import Task, TaskResult
 
 _EVERY = 20.0
@@ -42,7 +42,7 @@ class System:
 
     @property
     def label(self) -> str:
-        """The system in words."""
+        """Values of the axes of the system, in words."""
         named = (f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
         return ", ".join(named) or "the one system"
 
@@ -132,7 +132,7 @@ def run_sweep(
         workers=workers, scheduler_file=scheduler_file, memory=limit, devices=devices,
     )  # fmt: skip
     for ended in known:
-        # A disk that is full, or another process that has it in hand, says nothing about the system.
+        # A full disk, or the lock of another process, says nothing about the system.
         if not ended.ok and not isinstance(ended.error, OutputError):
             _record(folder, ended)
         yield ended
@@ -143,8 +143,8 @@ def solve_system(root: Path, task: Task) -> None:
 
     Raises
     ------
-    Held
-        If another process has it in hand.
+    LockedError
+        If another process works on it.
     """
     assert isinstance(task, SystemTask)
     assert task.plan is not None
@@ -155,7 +155,7 @@ def solve_system(root: Path, task: Task) -> None:
             return
         if working.exists() and store.schema_of(working) != RunConfig.result_schema:
             working.unlink()  # what was left here by a machine that went down
-        run(task.plan.config, working, every=_EVERY)
+        follow_run(task.plan.config, working, every=_EVERY)
         add_measurements(working)
         output.placed(working, task.path)
         folder.failure(task.path.stem).unlink(missing_ok=True)

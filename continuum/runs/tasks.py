@@ -16,7 +16,7 @@ DIED = "its process died: killed, out of memory, or by a fault of a library"
 
 @dataclass(frozen=True)
 class Task:
-    """One piece of work.
+    """One piece of work, and the file that it writes.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Task:
 
 @dataclass(frozen=True)
 class TaskResult:
-    """How a task ended."""
+    """Result of a task: the time that it took, or the error."""
 
     task: Task
     seconds: float

@@ -27,7 +27,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, InputError, StickinessError, shortened
+from continuum.errors import BAD_INPUT, NOT_CONVERGED, StickinessError, shortened
 from continuum.show.sheet import Sheet
 
 Voice = Literal["quiet", "normal", "verbose"]
@@ -171,7 +171,6 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
     _three_streams()
     _voice.set(voice)
     try:
-        _check_environment()
         with _stopped_as_by_ctrl_c():
             code = command()
             sys.stdout.flush()
@@ -211,21 +210,6 @@ def _stopped_as_by_ctrl_c() -> Iterator[None]:
     finally:
         for each, handler in before.items():
             signal.signal(each, handler or signal.SIG_DFL)
-
-
-def _check_environment() -> None:
-    """Refuse numbers of threads on which a library would end in a traceback when it is imported.
-
-    Raises
-    ------
-    InputError
-        That names the variable.
-    """
-    for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
-        value = os.environ.get(name)
-        if value is not None and not (value.isdecimal() and int(value) >= least):
-            msg = f"{name} = {value!r}, in the environment: allowed: a whole number from {least} on; or unset it"
-            raise InputError(msg)
 
 
 def _three_streams() -> None:

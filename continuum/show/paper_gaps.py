@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from continuum.measure.profile import GapProfile
 from continuum.model.fourier import Real
-from continuum.runs.analysis import MeasuredPoint, analyse, gap_ratio
+from continuum.runs.analysis import MeasuredPoint, analyse_run, gap_ratio
 from continuum.runs.collect import PointTable
 from continuum.runs.config import RunConfig
 from continuum.runs.folder import Folder
@@ -37,7 +37,7 @@ def _profiles(table: PointTable, root: Path) -> list[_Found]:
     folder, found = Folder(root), []
     for key in table.keys:
         result = Result.read(folder.point(key))
-        measured = [point for point in analyse(result).points if point.fields and point.numbers.area_rep > 0]
+        measured = [point for point in analyse_run(result).points if point.fields and point.numbers.area_rep > 0]
         if measured:
             nearest = min(measured, key=lambda point: abs(point.numbers.area_rep - _TARGET))
             assert nearest.fields is not None

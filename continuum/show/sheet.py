@@ -30,7 +30,7 @@ class Column:
 
     @property
     def head(self) -> str:
-        """Name and unit."""
+        """Name of the column with its unit."""
         return f"{self.name} ({self.unit})" if self.unit and self.unit != "%" else self.name
 
     def text(self, cell: Entry) -> str:
@@ -46,7 +46,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table.
+    """A table with named columns, as text, HTML and CSV.
 
     Parameters
     ----------

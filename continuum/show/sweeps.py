@@ -26,7 +26,7 @@ def status_sheet(found: SweepStatus) -> Sheet:
     rows: list[tuple[str, str | int]] = [
         ("systems", found.total),
         ("done", found.done),
-        ("in hand", len(found.running)),
+        ("running", len(found.running)),
         *(("", text) for text in found.running[:_MOST]),
         ("failed", len(found.failed)),
         ("left", found.total - found.done - len(found.failed)),
@@ -41,14 +41,14 @@ def status_sheet(found: SweepStatus) -> Sheet:
 
 
 def failed_sheet(found: SweepStatus) -> Sheet:
-    """What failed, and why."""
+    """Table of the systems that failed, with the reasons."""
     rows = list(found.failed[:_MOST])
     note = f"and {len(found.failed) - _MOST} more" if len(found.failed) > _MOST else ""
     return Sheet.of("failed; --retry tries them again", ("system", "reason"), rows, note)
 
 
 def collected_sheet(found: PointTable) -> Sheet:
-    """What a table holds."""
+    """Table of the columns that were collected."""
     rows: list[tuple[str, str | int]] = [
         ("systems", len(found.keys)),
         ("points", len(found.system)),

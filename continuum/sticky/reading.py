@@ -154,7 +154,7 @@ def read_all(
     Raises
     ------
     TopographyError, ArgumentError
-        If an argument has no meaning; or see :func:`read_topography`.  All maps are looked at before.
+        If an argument is not allowed; or see :func:`read_topography`.  All maps are looked at before.
     """
     if not 1 <= len(maps) <= 2:
         msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}"

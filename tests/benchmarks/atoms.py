@@ -73,7 +73,7 @@ def equilibrium(n: int, crystal: str, adhesion_length: float, alone: bool) -> di
             began = time.process_time()
             found = relax(deck, Path(folder), **way).require()
             seconds = time.process_time() - began
-        return {"evaluations": found.evaluations, "cpu": seconds, "load": found.load, "force": found.largest_force}
+        return {"evaluations": found.evaluations, "cpu": seconds, "load": found.force, "force": found.largest_force}
 
     result: dict[str, Any] = {"atoms": specimen.slab.size, "ours": timed(response=response)}
     return result | ({"lammps": timed()} if alone else {})

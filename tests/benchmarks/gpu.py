@@ -24,7 +24,7 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
-from continuum.path.state import State
+from continuum.path.state import PathState
 from continuum.solve.backend import back_end
 from continuum.solve.solution import Settings
 from tests.benchmarks.cases import PEER_ADHESION_LENGTH, TOLERANCE, rough
@@ -81,7 +81,7 @@ def used() -> int:
     return int(total - free)
 
 
-def points(problem: ContactProblem, mean_gap: float, device: str, threads: int) -> Iterator[tuple[State, float]]:
+def points(problem: ContactProblem, mean_gap: float, device: str, threads: int) -> Iterator[tuple[PathState, float]]:
     """A cold point and the points of a path after it, with the wall time of each."""
     settings = Settings(TOLERANCE, threads=threads, device=device)
     solver = solver_of(problem, settings)
@@ -107,7 +107,7 @@ def iteration(problem: ContactProblem, mean_gap: float, start: Real) -> float:
         cuda.LEVELS = grids
 
 
-def told(device: str, threads: int, found: list[tuple[State, float]]) -> str:
+def told(device: str, threads: int, found: list[tuple[PathState, float]]) -> str:
     """One line for each point."""
     who = device if device == "cuda" else f"{device}, {threads} threads"
     lines = []

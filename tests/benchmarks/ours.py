@@ -19,7 +19,7 @@ from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.walls import HardWall, Wall
 from continuum.path.loading import solve
-from continuum.path.state import State
+from continuum.path.state import PathState
 from continuum.solve import cpu
 from continuum.solve.cpu.compiled import TILE
 from continuum.solve.cpu.levels import NEAR
@@ -97,7 +97,7 @@ def mean_gap_at(
     surface = rough(n, seed, adhesion_length)
     heights = surface.heights()
 
-    def cold() -> tuple[State, Wall]:
+    def cold() -> tuple[PathState, Wall]:
         problem = surface.problem(heights=heights)
         if start:
             settings = Settings(tolerance, warm_grids=0)

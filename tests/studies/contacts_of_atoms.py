@@ -106,7 +106,7 @@ def compare(name: str, n: int, indentation: float = 0.0002) -> Compared:
     pressure = {
         "atoms": atoms.traction,
         "lattice": WALL.evaluate(lattice.gap).traction,
-        "theory": theory(atoms.load, x, y),
+        "theory": theory(atoms.force, x, y),
     }
     peak = float(atoms.traction.max())
 
@@ -114,11 +114,11 @@ def compare(name: str, n: int, indentation: float = 0.0002) -> Compared:
         return float(np.sqrt(np.mean((pressure[one] - pressure[other]) ** 2))) / peak
 
     return Compared(
-        load=atoms.load,
+        load=atoms.force,
         peak=peak,
         theory_peak=float(pressure["theory"].max()) / peak - 1,
         theory=rms("theory", "atoms"),
-        lattice_load=float(pressure["lattice"].sum()) / atoms.load - 1,
+        lattice_load=float(pressure["lattice"].sum()) / atoms.force - 1,
         lattice=rms("lattice", "atoms"),
     )
 

@@ -24,7 +24,7 @@ from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import follow, solve
-from continuum.path.state import State
+from continuum.path.state import PathState
 from continuum.solve.solution import Settings
 from continuum.theory.smooth import DMT, JKR, AdhesiveWave, MaugisDugdale
 from tests.verification.axisymmetric import AxisymmetricSphere
@@ -121,11 +121,11 @@ class Sphere:
         """On a half-space whose mean is clamped."""
         return ContactProblem(self.grid, self.wall, sphere(self.grid, self.radius), HalfSpace("clamped"))
 
-    def load(self, state: State) -> float:
+    def load(self, state: PathState) -> float:
         """N."""
         return state.load * self.grid.area
 
-    def indentation(self, state: State) -> float:
+    def indentation(self, state: PathState) -> float:
         """δ on an infinite half-space."""
         shift = images_shift(self.grid, self.wall.evaluate(state.gap).traction)
         return shift - (state.separation - self.wall.zero_gap)
@@ -134,7 +134,7 @@ class Sphere:
         """D of given δ and N, to first order."""
         return self.wall.zero_gap + IMAGES_SHIFT * load / (np.pi * self.period) - indentation
 
-    def profile(self, state: State) -> tuple[Real, Real]:
+    def profile(self, state: PathState) -> tuple[Real, Real]:
         """Radii, and the gap along x from the middle."""
         middle = self.grid.shape[0] // 2
         row = state.gap[middle:, middle]

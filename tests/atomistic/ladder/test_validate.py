@@ -516,9 +516,9 @@ def test_a_deck_is_written_run_by_lmp_and_read(tmp_path: Path, capsys: pytest.Ca
     by_lmp = run_command(deck)
     assert by_lmp.require().largest_force <= 5e-10
     assert main(["read", str(deck)]) == 0
-    assert f"{by_lmp.load:.10g}" in capsys.readouterr().out
+    assert f"{by_lmp.force:.10g}" in capsys.readouterr().out
     assert main(["deck", str(source), "-o", str(deck), "--run"]) == 0
-    assert f"{by_lmp.load:.7g}"[:8] in capsys.readouterr().out
+    assert f"{by_lmp.force:.7g}"[:8] in capsys.readouterr().out
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("")
     assert main(["deck", str(source), "-o", str(tmp_path / "mine")]) == 2

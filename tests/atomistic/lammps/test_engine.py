@@ -62,7 +62,7 @@ def test_the_native_wall_is_the_law(tmp_path, name):
     assert np.allclose(acting[0, ..., :2], 0, rtol=0, atol=1e-14)
     assert np.allclose(acting[1:], 0, rtol=0, atol=1e-14)
     assert np.allclose(result.traction, law.traction, rtol=0, atol=1e-12 * scale)
-    assert result.load == pytest.approx(law.traction.sum(), rel=1e-12)
+    assert result.force == pytest.approx(law.traction.sum(), rel=1e-12)
     assert result.wall_energy == pytest.approx(law.energy.sum(), rel=1e-12)
     assert result.total_energy - energy == pytest.approx(law.energy.sum(), rel=1e-12)
     assert result.smallest_gap == pytest.approx(gap.min(), rel=1e-14)
@@ -173,7 +173,7 @@ def test_every_way_to_run_gives_the_same_equilibrium(tmp_path):
         run_command(directory, command=f"'{lmp}' -nocite"),
     ):
         result.require()
-        assert result.load == pytest.approx(here.load, abs=1e-8 * pushing)
+        assert result.force == pytest.approx(here.force, abs=1e-8 * pushing)
         assert np.allclose(result.displacements, here.displacements, rtol=0, atol=1e-9)
         assert result.evaluations > 10
     again = run_in_process(directory)
@@ -186,7 +186,7 @@ def test_the_separation_can_be_set_on_the_command_line(tmp_path):
     assert result.separation == 0.97
     result.require()
     expected = run_in_process(write_deck(tmp_path, relaxing(separation=0.97))).require()
-    assert result.load == pytest.approx(expected.load, rel=1e-8)
+    assert result.force == pytest.approx(expected.force, rel=1e-8)
 
 
 def test_what_is_not_converged_says_so(tmp_path):

@@ -59,7 +59,7 @@ def test_the_formulas_are_the_law(tmp_path, name):
     allowed = 1.1 * stated + 1e-10 * np.abs(law.traction).max()
     assert np.abs(result.traction - law.traction).max() <= allowed
     assert (stated == 0) == (not isinstance(wall, TabulatedWall))
-    assert result.load == pytest.approx(law.traction.sum(), abs=72 * allowed)
+    assert result.force == pytest.approx(law.traction.sum(), abs=72 * allowed)
     assert result.wall_energy == pytest.approx(law.energy.sum(), abs=72 * allowed)
 
 

@@ -47,7 +47,7 @@ def test_one_equilibrium_whatever_runs_it(tmp_path: Path, name: str, law: str) -
     assert pushing > 0.1
     for found in (run_command(tmp_path / "deck"), run_command(tmp_path / "deck", ranks=2)):
         found.require()
-        assert found.load == pytest.approx(here.load, abs=SAME * pushing)
+        assert found.force == pytest.approx(here.force, abs=SAME * pushing)
         assert ((found.gap < wall.zero_gap) == (here.gap < wall.zero_gap)).all()
     law_here = wall.evaluate(here.gap).traction
     allowed = 1.1 * native_law(wall).error + 1e-10 * np.abs(law_here).max()

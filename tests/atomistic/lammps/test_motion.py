@@ -95,8 +95,8 @@ def test_as_it_gets_cold_the_averages_are_those_of_the_equilibrium(tmp_path):
         means = averages(directory)
         load, error = means["load"]
         # The mean differs by T and third derivatives of the energy, some hundred for each atom, and its own error.
-        assert load == pytest.approx(static.load, abs=4 * error + 100 * 20 * temperature)
-        differences.append(abs(load - static.load))
+        assert load == pytest.approx(static.force, abs=4 * error + 100 * 20 * temperature)
+        differences.append(abs(load - static.force))
         assert means["area_rep"][0] == pytest.approx(static.area_rep, abs=0.05)
         assert read_result(directory).status is DeckStatus.AVERAGED
     assert differences[1] < 0.2 * differences[0]
@@ -141,7 +141,7 @@ def test_a_stopped_motion_goes_on_with_the_same_numbers(tmp_path):
     assert [result.averages["separation"][0] for result in results] == pytest.approx([1.1, 1.05, 1.05], abs=0.1 / 30)
     # The straight line of a wall that moves is no scatter, but for the root of rounding.
     assert results[1].averages["separation"][1] < 1e-7
-    assert results[1].averages["load"][0] < results[1].load
+    assert results[1].averages["load"][0] < results[1].force
     assert results[0].evaluations == 10 * motion.block[0] + 1
 
 

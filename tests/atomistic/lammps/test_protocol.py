@@ -46,7 +46,7 @@ def test_a_sticky_surface_jumps_in_and_out_where_the_lattice_does(tmp_path):
     with pytest.warns(UserWarning, match="fewer than 4 points"):  # the edge of the period, on so small a grid
         contact = c.Contact(heights, wall)
     deck = a.deck(contact, separations=separations, depth=depth)
-    atoms = [result.load for result in results_of(deck, tmp_path / "deck")]
+    atoms = [result.force for result in results_of(deck, tmp_path / "deck")]
 
     lattice = ContactProblem(GRID, wall, heights, Specimen.of_model(a.Springs(), GRID, depth).response)
     states = loading.follow(lattice, "separation", separations, Settings(1e-10))
@@ -75,11 +75,11 @@ def test_a_mean_pressure_is_met_on_one_core_and_on_two(tmp_path):
     deck = a.deck(rough(), pressures=pressures, depth=4)
     here = results_of(deck, tmp_path / "deck")
     for one, pressure in zip(here, pressures, strict=True):
-        assert one.load / 64 == pytest.approx(pressure, rel=1e-6)
+        assert one.force / 64 == pytest.approx(pressure, rel=1e-6)
     # Two ranks meet the target to 1e-6 of it, by the same moves.
     first = MeanPressures(pressures[:1], deck.protocol.separations[:1], deck.protocol.stiffness)
     two = run_command(write_deck(tmp_path / "two", replace(deck, protocol=first)), ranks=2)
-    assert two.load == pytest.approx(here[0].load, rel=1e-8)
+    assert two.force == pytest.approx(here[0].force, rel=1e-8)
     assert two.separation == pytest.approx(here[0].separation, abs=1e-8)
     assert ((two.gap < 1) == (here[0].gap < 1)).all()
 
@@ -135,12 +135,12 @@ def test_the_same_deck_keeps_its_steps_and_another_one_does_not(tmp_path):
 def test_an_approach_and_its_way_back_are_one_branch_where_nothing_jumps(tmp_path):
     found = results_of(a.deck(rough(), separations=[1.3, 1.1, 1.3], depth=6), tmp_path / "deck")
     # Forces are left up to 1e-8 h'rms = 5e-10, on 64 atoms.
-    assert found[0].load == pytest.approx(found[2].load, abs=64 * 5e-10)
+    assert found[0].force == pytest.approx(found[2].force, abs=64 * 5e-10)
     assert [result.step for result in found] == [1, 2, 3]
     # Each step alone, from the lattice solution, is the same equilibrium.
     alone = run_in_process(write_deck(tmp_path / "alone", a.deck(rough(), separation=1.1, depth=6))).require()
     assert alone.step == 0
-    assert alone.load == pytest.approx(found[1].load, abs=64 * 5e-10)
+    assert alone.force == pytest.approx(found[1].force, abs=64 * 5e-10)
     assert (alone.gap < 1).sum() == round(alone.area_rep * 64)
 
 

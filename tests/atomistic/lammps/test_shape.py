@@ -144,7 +144,7 @@ def test_the_force_on_the_wall_is_that_on_the_atoms_and_belongs_to_its_energy(tm
     assert here.largest_force < 1e-12
     # One a0 on, all is as before.
     before, after = at(0.0), at(1.0)
-    assert after.load == pytest.approx(before.load, abs=1e-9)
+    assert after.force == pytest.approx(before.force, abs=1e-9)
     assert after.lateral_x == pytest.approx(before.lateral_x, abs=1e-9)
     assert np.allclose(np.roll(before.gap, 1, axis=0), after.gap, rtol=0, atol=1e-9)
 
@@ -158,7 +158,7 @@ def test_site_and_atom_differ_by_the_slope_times_the_lateral_displacement(tmp_pa
         moved = at_site.displacements[0]
         by_slope = np.abs(shape.evaluate(*SITES).slope_x * moved[..., 0]).max()
         assert np.abs(at_atom.gap - at_site.gap).max() < 20 * by_slope + 20 * size**2
-        loads.append(abs(at_atom.load / at_site.load - 1))
+        loads.append(abs(at_atom.force / at_site.force - 1))
     # First order in slope times displacement, which itself is proportional to the slope: a quarter at half the height.
     for larger, smaller in pairwise(loads):
         assert larger / smaller == pytest.approx(4, rel=0.15)
@@ -226,7 +226,7 @@ def test_a_native_wall_is_the_same_by_lmp_on_two_ranks(tmp_path):
     shape = SHAPES["punch"]
     here = relaxed(tmp_path, shape, shape.evaluate(*SITES).height)
     there = run_command(tmp_path / "deck", ranks=2).require()
-    assert there.load == pytest.approx(here.load, rel=1e-8)
+    assert there.force == pytest.approx(here.force, rel=1e-8)
 
 
 def test_a_shape_that_is_not_that_of_the_heights_is_refused():

@@ -11,7 +11,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
-from atomistic.front.decks import DeckRun
+from atomistic.relax.deckrun import DeckRun
 from atomistic.show.decks import draw_deck_run
 from continuum.files import store
 from continuum.show.plot import new_figure
@@ -110,7 +110,7 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path):
     assert file.attributes["finished"] is True
     assert file.attributes["element"] == run.description.element
     assert np.array_equal(file["gap"][-1], run.last.gap)
-    assert file["load"][-1] * GRID.size == pytest.approx(run.last.load, rel=1e-12)
+    assert file["load"][-1] * GRID.size == pytest.approx(run.last.force, rel=1e-12)
     # Same wall, same mean gap, another elasticity: strains of some per cent.
     assert file["continuum/load"][-1] == pytest.approx(file["load"][-1], rel=0.3)
     assert file["continuum/same"].min() > 0.9

@@ -78,7 +78,7 @@ def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
     assert fast.evaluations < 20 < plain.evaluations
     pushing = np.maximum(fast.traction, 0).sum()
     for other in (plain, ranks):
-        assert other.load == pytest.approx(fast.load, abs=1e-8 * pushing)
+        assert other.force == pytest.approx(fast.force, abs=1e-8 * pushing)
         # A force of this size on each atom of a column against the softest mode, K_0 = 0.06.
         atol = deck.tolerance * deck.slab.mobile / 0.06
         assert np.allclose(other.displacements, fast.displacements, rtol=0, atol=atol)
@@ -96,7 +96,7 @@ def test_the_difference_to_the_lattice_is_geometric(tmp_path):
         assert isinstance(lattice, LatticeResponse)
         atoms = relax(deck, tmp_path, lattice).require()
         linear = problem.wall.evaluate(state.gap).traction.sum()
-        loads.append(abs(atoms.load / linear - 1))
+        loads.append(abs(atoms.force / linear - 1))
         displacements.append(np.abs(atoms.displacements - deck.start).max())
     ratio = np.log(slopes[0] / slopes[1])
     # Leading orders h' and h'²; the next order at h' = 0.01 changes the exponent by some h'.  The area is
@@ -136,7 +136,7 @@ def test_an_iteration_that_does_not_converge_leaves_the_work_to_the_deck(tmp_pat
     result = relax(deck, tmp_path, wrong).require()
     assert isinstance(problem.substrate, LatticeResponse)
     expected = relax(deck, tmp_path, problem.substrate).require()
-    assert result.load == pytest.approx(expected.load, rel=1e-8)
+    assert result.force == pytest.approx(expected.force, rel=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -151,13 +151,13 @@ def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhe
     plain = relax(deck, tmp_path, run=lambda path: run_command(path, ranks=2)).require()
     assert fast.evaluations <= 15 < plain.evaluations / 5
     pushing = np.maximum(fast.traction, 0).sum()
-    assert plain.load == pytest.approx(fast.load, abs=1e-7 * pushing)
+    assert plain.force == pytest.approx(fast.force, abs=1e-7 * pushing)
     # A force of this size on each atom of a column against the softest mode, K_0 = C11/16, some 0.08.
     atol = deck.tolerance * deck.slab.mobile / 0.06
     assert np.allclose(plain.displacements, fast.displacements, rtol=0, atol=atol)
     # Anharmonic: of the order of h' of all that pushes and pulls.
     linear = problem.wall.evaluate(state.gap).traction
-    assert 1e-3 < abs(fast.load - linear.sum()) / np.abs(linear).sum() < 0.05
+    assert 1e-3 < abs(fast.force - linear.sum()) / np.abs(linear).sum() < 0.05
 
 
 @pytest.mark.parametrize("name", ["lj", "Cu_mishin1.eam.alloy"])
@@ -172,13 +172,13 @@ def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path, name):
     atoms = relax(deck, tmp_path, lattice).require()
     linear = problem.wall.evaluate(state.gap).traction.sum()
     # What is left is anharmonic, of the order of h'.
-    assert atoms.load == pytest.approx(linear, rel=0.01)
+    assert atoms.force == pytest.approx(linear, rel=0.01)
     # Counted from lattice sites, the same wall stands higher by the rise.
     sites = replace(deck, rise=None, displacements=None)
     risen = relax(replace(sites, separation=deck.separation + rise), tmp_path, lattice).require()
-    assert risen.load == pytest.approx(atoms.load, rel=1e-5)
+    assert risen.force == pytest.approx(atoms.force, rel=1e-5)
     # At the same separation it presses a surface that has risen far more, and hardly touches one that has sunk.
-    unshifted = relax(sites, tmp_path, lattice).require().load
+    unshifted = relax(sites, tmp_path, lattice).require().force
     assert unshifted > 10 * linear if rise > 0 else unshifted < 0.1 * linear
 
 
@@ -186,7 +186,7 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
     from atomistic.lammps.cell import Cell
 
     model = crystal("Ni_u3.eam")
-    slab = Slab((8, 8), 6, model.reach)
+    slab = Slab((8, 8), 6, model.coupled_layers)
     u = np.zeros((slab.layers, 8, 8, 3))
     u[:6] = np.random.default_rng(2).uniform(-0.02, 0.02, (6, 8, 8, 3))
     deck = Deck(slab, model, LennardJonesSpline(0.0), np.zeros(slab.shape), 3.0, u, rise=np.zeros(slab.layers))

@@ -42,7 +42,7 @@ def test_springs_tend_to_the_cubic_continuum_linearly_in_q():
 )
 def test_crystals_of_longer_range(potential, at_8, limit):
     model = model_of(potential)
-    slab = Slab((64, 64), 91, model.reach)
+    slab = Slab((64, 64), 91, model.coupled_layers)
     found = discreteness(LatticeResponse.of_model(slab, model), model.elastic_constants)
     assert found.worst(8) == pytest.approx(at_8, abs=5e-4)
     assert found.along_110 == pytest.approx(limit, abs=2e-3)

@@ -85,7 +85,7 @@ def test_surfaces_relax_and_are_then_at_rest(name, first, digits):
     rise = relaxation(of, 24)
     assert rise[0] == pytest.approx(first, abs=digits)
     assert np.abs(rise[15:]).max() < 1e-9
-    slab = Slab((3, 3), 24, of.reach)
+    slab = Slab((3, 3), 24, of.coupled_layers)
     with opened(slab, of) as cell:
         _, forces = cell.evaluate(sites(slab, of).reshape(-1, 3) * of.length)
     left = forces.reshape(slab.positions.shape)[:24] * of.length / of.energy
@@ -111,7 +111,7 @@ def test_nearest_planes_are_measured_by_their_own_distance():
 )
 def test_the_response_inverts_the_dynamical_matrix_of_lammps(name, shape, mobile, tolerance):
     of = model(name)
-    slab = Slab(shape, mobile, of.reach)
+    slab = Slab(shape, mobile, of.coupled_layers)
     response = LatticeResponse.of_model(slab, of)
     count = mobile * shape[0] * shape[1]
     with opened(slab, of) as cell:
@@ -152,7 +152,7 @@ def equilibrium(cell: Cell, of: Model, response: LatticeResponse, force: np.ndar
 )
 def test_single_waves_of_force_move_lammps_as_the_response_says(name, n, mobile):
     of = model(name)
-    slab = Slab((n, n), mobile, of.reach)
+    slab = Slab((n, n), mobile, of.coupled_layers)
     response = LatticeResponse.of_model(slab, of)
     x, y = slab.grid.positions
     with opened(slab, of) as cell:

@@ -113,7 +113,7 @@ def test_a_material_is_a_model_in_reduced_units():
     units = material.real_units
     assert units.ev_angstrom("length") == pytest.approx(material.length, rel=1e-14)
     assert units.ev_angstrom("energy") == pytest.approx(material.energy, rel=1e-12)
-    assert material.reach == 6  # twice 5.507 Å over layers of 1.807 Å
+    assert material.coupled_layers == 6  # twice 5.507 Å over layers of 1.807 Å
     assert model_of(LennardJones()).real_units is None
     springs = Springs()
     assert model_of(springs) is springs

@@ -176,7 +176,14 @@ def test_commands_as_functions(tmp_path: Path) -> None:
     found = result.analyse()
     assert "κ_rep" in found._repr_html_()
     assert result._repr_html_().count("<tr>") == 6
-    assert result.to_xarray()["gap"].dims == ("step", "x", "y")
+    data = result.to_xarray()
+    assert data["gap"].dims == data["repulsive"].dims == ("step", "x", "y")
+    assert data["repulsive"].dtype == bool
+    for step in range(5):
+        np.testing.assert_array_equal(data["repulsive"][step], result.repulsive(step))
+    np.testing.assert_array_equal(data["attracted"][1, 3, 2:9], result.contact_map(1)[3, 2:9] == 1)
+    assert data["status"].attrs["flag_meanings"].split()[data["status"][0].item()] == "CONVERGED"
+    assert repr(result).endswith("5 points, 5 converged, 0 jumps)")
     assert {path.name for path in c.plot(result.path)} == {"small-contact.png", "small-area-and-load.png"}
     assert len(found.plot()) == 4
     np.testing.assert_array_equal(result.contact_map(0) == 2, result.repulsive(0))

@@ -28,9 +28,9 @@ from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJ
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
-from continuum.path.state import Control, Event, Outcome, Search, State
+from continuum.path.state import Control, Event, Outcome, PathState, Search
 from continuum.runs.config import LoadingTable, RunConfig
-from continuum.runs.run import run
+from continuum.runs.run import follow_run
 from continuum.solve.solution import Settings, Status
 from tests.problems import SMALL, Rough
 from tests.stored import same, stop_after
@@ -43,7 +43,7 @@ def rough(n: int, wall: Wall, seed: int = 1, mean: MeanMode = "clamped") -> Cont
     return Rough(n, lambda_s=16.0, seed=seed).problem(wall, HalfSpace(mean))
 
 
-def jumps(states: Sequence[State]) -> list[Event]:
+def jumps(states: Sequence[PathState]) -> list[Event]:
     return [event for state in states for event in state.events]
 
 
@@ -350,10 +350,10 @@ fields = true
 def test_a_stopped_path_with_jumps_goes_on_as_if_it_had_not(tmp_path: Path, points: int) -> None:
     (tmp_path / "path.toml").write_text(PATH)
     config = load(tmp_path / "path.toml", RunConfig)
-    whole = run(config, tmp_path / "whole.h5")
+    whole = follow_run(config, tmp_path / "whole.h5")
     with pytest.raises(KeyboardInterrupt):
-        run(config, tmp_path / "stopped.h5", progress=stop_after(points, KeyboardInterrupt))
-    assert run(config, tmp_path / "stopped.h5").events == whole.events
+        follow_run(config, tmp_path / "stopped.h5", progress=stop_after(points, KeyboardInterrupt))
+    assert follow_run(config, tmp_path / "stopped.h5").events == whole.events
     same(tmp_path / "stopped.h5", tmp_path / "whole.h5")
     assert [step.status for step in whole.points[-2:]] == ["PULLED_OFF", "PULLED_OFF"]
     assert [event.kind for _, event in whole.events].count("pull-off") == 1

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from continuum.cli import main
 from continuum.files.inputs import load
 from continuum.measure.curve import Curve, adhesion, normal_stiffness
-from continuum.runs.analysis import analyse
+from continuum.runs.analysis import analyse_run
 from continuum.runs.config import RunConfig
-from continuum.runs.run import run
+from continuum.runs.run import follow_run
 from continuum.show.runs import analysis_sheets
 from continuum.theory import paper
 
@@ -86,8 +86,8 @@ def test_curves_scale_with_their_units(loads: list[float], length: float, pressu
 
 def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> None:
     result = tmp_path / "small.h5"
-    summary = run(load(small, RunConfig), result)
-    found = analyse(result)
+    summary = follow_run(load(small, RunConfig), result)
+    found = analyse_run(result)
     assert not found.notes
     assert len(found.points) == len(summary.points) == 5
     for point, step in zip(found.points, summary.points, strict=True):
@@ -110,7 +110,7 @@ def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> Non
 
 
 def test_the_command_prints_and_draws(small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run(load(small, RunConfig), tmp_path / "small.h5")
+    follow_run(load(small, RunConfig), tmp_path / "small.h5")
     assert main(["analyse", str(tmp_path / "small.h5"), "-o", str(tmp_path / "figures")]) == 0
     out = capsys.readouterr().out
     assert "d_rep" in out
@@ -121,10 +121,10 @@ def test_the_command_prints_and_draws(small: Path, tmp_path: Path, capsys: pytes
 
 def test_a_run_without_fields_says_what_to_do(small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     small.write_text(small.read_text().replace("fields = true", "fields = false"))
-    run(load(small, RunConfig), tmp_path / "small.h5")
+    follow_run(load(small, RunConfig), tmp_path / "small.h5")
     assert main(["analyse", str(tmp_path / "small.h5")]) == 0
     assert "set fields = true in [output]" in capsys.readouterr().out
-    assert all(point.fields is None for point in analyse(tmp_path / "small.h5").points)
+    assert all(point.fields is None for point in analyse_run(tmp_path / "small.h5").points)
 
 
 def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tmp_path: Path) -> None:
@@ -134,10 +134,10 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
     (tmp_path / "wall.txt").write_text("0.5 1.0\n1.0 0.0\n1.2 -0.01\n1.5 0.0\n")
     for name, other in (("table", 'law = "table"\npath = "wall.txt"'), ("hard", 'law = "hard"')):
         small.write_text(text.replace(law, other))
-        run(load(small, RunConfig), tmp_path / f"{name}.h5")
+        follow_run(load(small, RunConfig), tmp_path / f"{name}.h5")
         if name == "table":
             (tmp_path / "wall.txt").unlink()
-        found = analyse(tmp_path / f"{name}.h5")
+        found = analyse_run(tmp_path / f"{name}.h5")
         assert any("no distribution of pressures" in note for note in found.notes) == (name == "hard")
         for point in found.points:
             assert point.fields is not None
@@ -147,8 +147,8 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
 
 def test_points_that_failed_are_left_out(small: Path, tmp_path: Path) -> None:
     small.write_text(small.read_text() + "\n[solver]\nmax_iterations = 2\n")
-    run(load(small, RunConfig), tmp_path / "small.h5")
-    found = analyse(tmp_path / "small.h5")
+    follow_run(load(small, RunConfig), tmp_path / "small.h5")
+    found = analyse_run(tmp_path / "small.h5")
     assert any("did not converge" in note for note in found.notes)
     assert len(found.points) < 5
     assert dataclasses.is_dataclass(found)

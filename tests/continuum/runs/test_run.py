@@ -22,7 +22,7 @@ from continuum.model.walls import LennardJonesSpline
 from continuum.runs.axes import Sweep
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
-from continuum.runs.run import run
+from continuum.runs.run import follow_run
 from tests.problems import SMALL
 from tests.stored import same, stop_after
 
@@ -30,7 +30,7 @@ from tests.stored import same, stop_after
 @pytest.fixture
 def whole(small: Path) -> Path:
     path = small.with_name("whole.h5")
-    assert run(load(small, RunConfig), path).converged
+    assert follow_run(load(small, RunConfig), path).converged
     return path
 
 
@@ -67,11 +67,11 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     path = small.with_name("stopped.h5")
     config = load(small, RunConfig)
     with pytest.raises(error):
-        run(config, path, progress=stop_after(points, error))
+        follow_run(config, path, progress=stop_after(points, error))
     file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
     assert not file.attributes["finished"]
     assert file["step"].size == points
-    summary = run(config, path)
+    summary = follow_run(config, path)
     assert summary.resumed == points
     same(path, whole)
 
@@ -82,8 +82,8 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     code = (
         "import sys, time; from pathlib import Path\n"
         "from continuum.runs.config import RunConfig; from continuum.files.inputs import load\n"
-        "from continuum.runs.run import run\n"
-        "run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(30))"
+        "from continuum.runs.run import follow_run\n"
+        "follow_run(load(sys.argv[1], RunConfig), Path(sys.argv[2]), progress=lambda *_: time.sleep(30))"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(small), str(path)])
     for _ in range(300):
@@ -93,7 +93,7 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
     os.kill(process.pid, signal.SIGKILL)
     assert process.wait() == -signal.SIGKILL
     assert not store.read(path, RunConfig.result_schema, RunConfig.result_version).attributes["finished"]
-    assert run(load(small, RunConfig), path).resumed >= 1
+    assert follow_run(load(small, RunConfig), path).resumed >= 1
     same(path, whole)
     assert not list(small.parent.glob(".*.tmp"))
 
@@ -101,13 +101,13 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
 def test_threads_do_not_change_results(small: Path, whole: Path) -> None:
     small.write_text(SMALL.replace("[output]", "[solver]\nthreads = 2\n[output]"))
     path = small.with_name("threads.h5")
-    run(load(small, RunConfig), path)
+    follow_run(load(small, RunConfig), path)
     same(path, whole)
 
 
 def test_a_finished_run_is_not_done_again(small: Path, whole: Path) -> None:
     before = whole.read_bytes()
-    summary = run(load(small, RunConfig), whole, progress=stop_after(1, AssertionError))
+    summary = follow_run(load(small, RunConfig), whole, progress=stop_after(1, AssertionError))
     assert summary.converged
     assert summary.resumed == 5
     assert whole.read_bytes() == before
@@ -117,16 +117,16 @@ def test_another_run_in_the_way_is_left_alone(small: Path, whole: Path) -> None:
     before = whole.read_bytes()
     small.write_text(SMALL.replace("seed = 3", "seed = 4"))
     with pytest.raises(OutputError, match="holds another result"):
-        run(load(small, RunConfig), whole)
+        follow_run(load(small, RunConfig), whole)
     assert whole.read_bytes() == before
-    assert run(load(small, RunConfig), whole, force=True).resumed == 0
+    assert follow_run(load(small, RunConfig), whole, force=True).resumed == 0
 
 
 def test_a_foreign_file_in_the_way_is_left_alone(small: Path) -> None:
     path = small.with_name("thesis.h5")
     path.write_text("years of work")
     with pytest.raises(OutputError, match="is left alone"):
-        run(load(small, RunConfig), path)
+        follow_run(load(small, RunConfig), path)
     assert path.read_text() == "years of work"
 
 
@@ -186,7 +186,7 @@ def test_every_kind_of_surface_runs(small: Path, surface: str) -> None:
         file["h"] = heights
     start = SMALL.index("kind =")
     small.write_text(SMALL[:start] + surface + "\n" + SMALL[SMALL.index("\n[wall]") :])
-    summary = run(load(small, RunConfig), small.with_name("result.h5"))
+    summary = follow_run(load(small, RunConfig), small.with_name("result.h5"))
     assert summary.converged
     assert any(step.load != 0 for step in summary.points)
 
@@ -209,7 +209,7 @@ def test_every_kind_of_wall_and_substrate_runs(small: Path, table: str, text: st
     np.savetxt(small.with_name("wall.txt"), np.column_stack([gap, law.evaluate(gap).traction.round(15)]))
     pieces = re.split(r"(?m)^(?=\[)", SMALL)
     small.write_text("".join(f"[{table}]\n{text}\n\n" if p.startswith(f"[{table}]") else p for p in pieces))
-    summary = run(load(small, RunConfig), small.with_name("result.h5"))
+    summary = follow_run(load(small, RunConfig), small.with_name("result.h5"))
     assert summary.converged
     assert any(step.load_att > 0 for step in summary.points)
 
@@ -249,7 +249,7 @@ def test_a_run_that_no_memory_holds_is_refused_before_it_starts(
 
 def sums_to(config: RunConfig, folder: Path) -> float:
     """FFT pairs of a run over those that were expected."""
-    points = run(config, folder / "result.h5", force=True).points
+    points = follow_run(config, folder / "result.h5", force=True).points
     return sum(point.fft_pairs + point.search_pairs for point in points) / cost_of(config).fft_pairs
 
 
@@ -277,9 +277,9 @@ def test_the_estimate_holds_for_the_systems_of_the_sweeps(path: Path, tmp_path: 
 def test_the_time_is_that_of_the_machine(tmp_path: Path) -> None:
     """Core-seconds of one process, the transforms measured beside it."""
     config = load("inputs/smoke/path.toml", RunConfig)
-    run(config, tmp_path / "compiled.h5")
+    follow_run(config, tmp_path / "compiled.h5")
     began = time.process_time()
-    run(config, tmp_path / "result.h5")
+    follow_run(config, tmp_path / "result.h5")
     seconds = time.process_time() - began
     expected = cost_of(config).seconds(pair_seconds(config.grid.build()))
     assert expected / 2 < seconds < 2 * expected

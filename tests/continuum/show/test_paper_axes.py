@@ -9,7 +9,7 @@ import pytest
 
 import continuum
 from continuum.measure.curve import Curve, adhesion
-from continuum.runs.analysis import analyse
+from continuum.runs.analysis import analyse_run
 from continuum.runs.collect import collect
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
@@ -79,7 +79,7 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     shown = columns(drawing.sheet)
     assert [axis.get_title() for axis in drawing.figure.axes] == ["hard wall", "wall with a law"]
     for i, key in enumerate(points.table.keys):
-        (point,) = analyse(Folder(folder).point(key)).points
+        (point,) = analyse_run(Folder(folder).point(key)).points
         assert point.fields is not None
         assert shown["d_rep (a0)"][i] == point.numbers.diameter
         low, high = shown["gap over S-1, least, from the edge"][i], shown["largest, from the edge"][i]

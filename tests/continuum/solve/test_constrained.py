@@ -17,7 +17,7 @@ from continuum.model.surface import SelfAffine
 from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import follow, solve
-from continuum.path.state import Control, State, state_of
+from continuum.path.state import Control, PathState, state_of
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz, Westergaard
@@ -205,7 +205,7 @@ def test_translation_and_transposition() -> None:
     problem = Rough(hard=True).problem()
     expected = solve(problem, "mean-gap", 0.8, TIGHT)
 
-    def of(heights: Real) -> State:
+    def of(heights: Real) -> PathState:
         return solve(ContactProblem(problem.grid, HardWall(), heights, problem.substrate), "mean-gap", 0.8, TIGHT)
 
     for changed, back in [

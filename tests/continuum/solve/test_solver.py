@@ -21,7 +21,7 @@ from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import LennardJonesSpline
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import follow, solve
-from continuum.path.state import Control, State
+from continuum.path.state import Control, PathState
 from continuum.solve.solution import NotConvergedError, Settings, Status
 from continuum.solve.solver import Solver
 from continuum.theory.smooth import Hertz, Westergaard
@@ -30,7 +30,7 @@ from tests.problems import Rough, touching
 TIGHT = Settings(tolerance=1e-9)
 
 
-def residual(problem: ContactProblem, state: State) -> float:
+def residual(problem: ContactProblem, state: PathState) -> float:
     displacement = problem.displacement(state.gap, state.separation)
     return float(np.sqrt(np.mean(problem.gradient(displacement, state.separation) ** 2)))
 
@@ -86,10 +86,10 @@ def test_westergaard_wave(fraction: float) -> None:
     assert errors[1] < max(errors[0], 0.002)
 
 
-def solve_at_pressure(problem: ContactProblem, pressure: float) -> State:
+def solve_at_pressure(problem: ContactProblem, pressure: float) -> PathState:
     """State of a given mean pressure: a root in the mean gap, between full contact and first touch."""
 
-    def at(mean_gap: float) -> State:
+    def at(mean_gap: float) -> PathState:
         return solve(problem, "mean-gap", mean_gap, TIGHT)
 
     touch = problem.mean_height + problem.wall.zero_gap

@@ -1,0 +1,184 @@
+"""The commands of ``atomistic``: each calls the function of its name, shows what it returns, and says how it went."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from atomistic.config.crystal import ElasticConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.validate import ValidateConfig
+from atomistic.front import commands as front
+from atomistic.front import decks
+from atomistic.ladder.comparison import paths_of
+from atomistic.lammps import doctor as doctors
+from atomistic.lammps.engine import command_words
+from atomistic.relax.deckrun import DeckRun
+from continuum.arguments import ArgumentError
+from continuum.errors import NOT_CONVERGED, OK, InputError
+from continuum.files.inputs import load
+from continuum.files.reference import schema as schema_of
+from continuum.files.reference import template
+from continuum.files.tables import Document, refuse
+from continuum.options import Formats
+from continuum.options import like as like_of
+from continuum.show.console import progress, show
+from continuum.show.plot import written_as
+from continuum.show.sheet import pairs
+from continuum.tables import Fault
+
+like = partial(like_of, hint="What is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.")
+INPUTS: dict[str, tuple[type[Document], str]] = {
+    "validate": (ValidateConfig, "inputs/validate/quick.toml"),
+    "deck": (DeckConfig, "inputs/lammps/rough.toml"),
+}
+"""Inputs of which there is a template, and the example that it is made of."""
+Kind = Literal["validate", "deck"]
+
+
+@like(front.validate)
+def validate(
+    file: str,
+    *,
+    decks: Annotated[Path | None, Parameter(name="--keep-decks")] = None,
+    lmp_command: str | None = None,
+    **given: Any,
+) -> int:
+    _check_lmp_command(lmp_command)
+    config = load(file, ValidateConfig)
+    with progress(len(paths_of(config)), f"validate {Path(file).stem}") as tell:
+        found = front.validate(
+            config, decks=decks, lmp_command=lmp_command, progress=lambda text, done, _: tell(done, text), **given
+        )
+    for sheet in found.sheets():
+        show(sheet)
+    page, *figures = found.write()
+    print(f"result   {found.path}")
+    for figure in figures:
+        print(f"figure   {figure}")
+    print(f"report   {page}")
+    print(found.sentence)
+    return OK if found.holds else NOT_CONVERGED
+
+
+def _check_lmp_command(command: str | None) -> None:
+    """Check the command of a site; a message names the option."""
+    try:
+        command_words(command)
+    except ArgumentError as error:
+        raise ArgumentError("--lmp-command", command, error.allowed) from None
+
+
+@like(front.check)
+def check(**given: Any) -> int:
+    show(front.check(**given))
+    return OK
+
+
+@like(decks.run_deck)
+def deck(
+    file: Annotated[str, Parameter(help="input file (TOML); inputs/... finds those that come with the package")],
+    *,
+    output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
+    run: Annotated[bool, Parameter(help="run it at once and print what it found")] = False,
+    lmp_command: str | None = None,
+) -> int:
+    """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
+    _check_lmp_command(lmp_command)
+    made = decks.deck(file)
+    if not made.stock and (not run or lmp_command is not None):
+        msg = (
+            f"{file}: LAMMPS has no formula for the heights of this wall above where the atoms are "
+            '(follows = "atom"): no stock LAMMPS can run the deck; run it in this process (--run, without '
+            '--lmp-command), or let the wall follow the sites (follows = "site")'
+        )
+        raise InputError(msg)
+    directory = made.write(output or Path("decks") / Path(file).stem)
+    print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
+    if run:
+        steps = 1 if made.protocol is None else made.protocol.steps
+        with progress(steps, f"deck {directory.name}") as tell:
+            found = decks.run_deck(directory, lmp_command, lambda done, _: tell(done, ""))
+        return _show(found)
+    print("run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory")
+    print(f"then     atomistic read {directory}")
+    return OK
+
+
+@like(decks.read)
+def read(
+    directory: Path,
+    *,
+    output: Annotated[Path, Parameter(help="folder of the HDF5 file, the figure and the walls")] = Path("results"),
+    compare: Annotated[bool, Parameter(help="put the continuum of the same wall beside it")] = False,
+    format: Formats = None,
+) -> int:
+    run = decks.read(directory)
+    code = _show(run, compare=compare)
+    with written_as(format):
+        stored, figure, *walls = run.write(output, compare=compare)
+    print(f"result   {stored}")
+    print(f"figure   {figure}")
+    print(f"wall     {walls[0]}{f' and {len(walls) - 1} more' if len(walls) > 1 else ''}, for OVITO and ParaView")
+    return code
+
+
+def _show(run: DeckRun, *, compare: bool = False) -> int:
+    for sheet in run.sheets(compare=compare):
+        show(sheet)
+    return OK if run.converged and run.finished else NOT_CONVERGED
+
+
+@like(front.elastic)
+def elastic(
+    file: str,
+    *,
+    output: Annotated[Path, Parameter(help="folder of the figure")] = Path("results"),
+    lattice: int | None = None,
+    format: Formats = None,
+) -> int:
+    fewest, most = front.LATTICES
+    if lattice is not None and not fewest <= lattice <= most:
+        raise refuse(load(file, ElasticConfig), Fault((), f"--lattice of {fewest} to {most}, got {lattice}"))
+    found = front.elastic(file, lattice=lattice)
+    for sheet in found.sheets():
+        show(sheet)
+    with written_as(format):
+        for figure in found.plot(output, Path(file).stem):
+            print(f"figure   {figure}")
+    return OK
+
+
+@like(doctors.doctor)
+def doctor() -> int:
+    found = doctors.doctor()
+    rows = [
+        ("in this process", "works" if found.in_process else "does NOT work"),
+        ("lmp", found.lmp or "does NOT work"),
+        ("mpiexec -n 2 lmp", found.mpiexec or "does NOT work"),
+        ("version", str(found.version) if found.version else "unknown"),
+        ("MPI (mpich)", found.mpi or "none"),
+        ("packages", ", ".join(found.packages)),
+        *(("problem", problem) for problem in found.problems),
+        *([("what to do", found.remedy)] if found.remedy else []),
+    ]
+    show(pairs("LAMMPS on this machine", rows))
+    print("usable" if found.ok else "NOT usable")
+    return OK if found.ok else NOT_CONVERGED
+
+
+@like(template)
+def init(kind: Kind) -> int:
+    """Print an input to begin with, every key with its meaning."""
+    print(template(*INPUTS[kind]), end="")
+    return OK
+
+
+@like(schema_of)
+def schema(kind: Kind) -> int:
+    """Print the JSON schema of an input, for editors that complete TOML."""
+    print(schema_of(INPUTS[kind][0]), end="")
+    return OK

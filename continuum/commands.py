@@ -1,0 +1,279 @@
+"""The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, InputError
+from continuum.files import output as files
+from continuum.files.inputs import load
+from continuum.files.reference import schema as schema_of
+from continuum.files.reference import template
+from continuum.files.toml import value_of
+from continuum.front import commands as front
+from continuum.front import sweeps
+from continuum.options import Formats, as_options, like
+from continuum.runs.config import RunConfig
+from continuum.runs.record import Point
+from continuum.show.console import EstimatedProgress, progress, show, warn
+from continuum.show.plot import written_as
+from continuum.show.prediction_data import as_csv
+from continuum.show.runs import progress_line
+from continuum.show.sweeps import collected_sheet, ended_line, failed_sheet, status_sheet
+from continuum.sticky.instruments import measurements
+from continuum.sticky.materials import InterfaceError
+from continuum.sticky.predict import facing
+from continuum.sticky.simulate import UnresolvedError, resolvable
+from continuum.sticky.topography import TopographyError
+
+
+def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
+    found = []
+    for token in tokens:
+        key, equals, value = token.value.partition("=")
+        if not equals or not key.strip():
+            msg = f"{token.value!r}: write KEY=VALUE, such as surface.seed=3"
+            raise ValueError(msg)
+        found.append((key.strip(), value_of(value.strip())))
+    return found
+
+
+def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
+    part, slash, parts = tokens[0].value.partition("/")
+    if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
+        msg = f"{tokens[0].value!r}: write I/N with I from 1 to N, such as 2/8"
+        raise ValueError(msg)
+    return int(part), int(parts)
+
+
+Settings = Annotated[
+    list[tuple[str, object]] | None,
+    Parameter(name="--set", converter=_setting, n_tokens=1, accepts_keys=False, help="a value instead of that of the "
+              "file, as surface.seed=3; may be repeated"),
+]  # fmt: skip
+Gigabytes = Annotated[float | None, Parameter(help="GB of this machine that may be used (default: all)")]
+Shard = Annotated[tuple[int, int], Parameter(converter=_shard, n_tokens=1, help="part I/N of the systems, as 2/8")]
+Kind = Literal["run"]
+
+
+@like(front.check)
+def check(*, settings: Settings = None, **given: Any) -> int:
+    found = front.check(settings=dict(settings or ()), **given)
+    show(found.sheet)
+    warn(found.warnings)
+    return OK
+
+
+@like(front.run)
+def run(file: str, *, settings: Settings = None, **given: Any) -> int:
+    config = load(file, RunConfig, dict(settings or ()))
+    with progress(config.loading.points, Path(file).stem) as report:
+        since = time.monotonic()
+
+        def after(point: Point, done: int, total: int) -> None:
+            nonlocal since
+            seconds, since = time.monotonic() - since, time.monotonic()
+            report(done, progress_line(point, seconds))
+
+        result = front.run(config, progress=after, warn=warn, **given)
+    for sheet in result.sheets():
+        show(sheet)
+    failed = [(i, point) for i, point in enumerate(result.points) if not point.converged]
+    for i, point in failed:
+        print(f"step {i}, {point.control} {point.target:g}: {point.meaning}")
+    print(f"result   {result.path}")
+    return NOT_CONVERGED if failed else OK
+
+
+@like(sweeps.sweep)
+def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None, shard: Shard = (1, 1),
+              **given: Any) -> int:  # fmt: skip
+    with EstimatedProgress(Path(file).stem) as report:
+        done = sweeps.sweep(
+            file, settings=dict(settings or ()), memory=None if memory is None else 1e9 * memory, shard=shard, **given,
+            begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
+            progress=lambda ended, n, total: report.ended(ended.task.path, ended_line(ended), new=not ended.found),
+        )  # fmt: skip
+    print(f"{done.folder}: {done.done} systems done, {done.found} were there, {len(done.failed)} failed")
+    if done.held:
+        print(f"{len(done.held)} are locked by another process: {done.held[0].reason}")
+    warn([f"{ended.task.label}: {ended.reason}" for ended in done.failed[:20]])
+    return OK if done.ok else NOT_CONVERGED
+
+
+@like(sweeps.sweep_slurm)
+def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Parameter(name="--array")] = None,
+                **given: Any) -> int:  # fmt: skip
+    print(sweeps.sweep_slurm(settings=dict(settings or ()), shards=shards, **given), end="")
+    return OK
+
+
+@like(sweeps.sweep_status)
+def sweep_status(**given: Any) -> int:
+    found = sweeps.sweep_status(**given)
+    show(status_sheet(found))
+    if found.failed:
+        show(failed_sheet(found))
+    return OK
+
+
+@like(sweeps.sweep_collect)
+def sweep_collect(**given: Any) -> int:
+    found = sweeps.sweep_collect(**given)
+    show(collected_sheet(found))
+    warn(found.faults)
+    for path in found.files:
+        print(path)
+    return NOT_CONVERGED if found.faults else OK
+
+
+@like(sweeps.sweep_verify)
+def sweep_verify(sweep: Path, **given: Any) -> int:
+    found = sweeps.sweep_verify(sweep, **given)
+    warn(found.faults)
+    print(f"{sweep}: {found.files} files, {len(found.faults)} of them damaged")
+    return OK if found.ok else NOT_CONVERGED
+
+
+@like(front.plot)
+def plot(
+    result: Annotated[str, Parameter(help="file written by `continuum run`, or the name of a figure")],
+    *folders: Annotated[Path, Parameter(help="folder of a sweep, for a figure; several for `page` and `dispute`")],
+    output: Annotated[Path | None, Parameter(help="folder of the figures (default: that of the result)")] = None,
+    format: Formats = None,
+) -> int:
+    # A page shows its figures as PNG.
+    with written_as(["png", *format] if format and result == "page" else format):
+        paths = sweeps.plot_figure(result, *folders, into=output) if folders else front.plot(result, output)
+    for path in paths:
+        print(path)
+    return OK
+
+
+@like(front.analyse)
+def analyse(
+    result: Annotated[Path, Parameter(help="file written by `continuum run`")],
+    *results: Annotated[Path, Parameter(help="further files")],
+    output: Annotated[Path | None, Parameter(help="folder of the figures (default: that of each result)")] = None,
+    format: Formats = None,
+) -> int:
+    for path in (result, *results):
+        found = front.analyse(path)
+        for sheet in found.sheets():
+            show(sheet)
+        for note in found.notes:
+            print(f"note: {note}")
+        with written_as(format):
+            for figure in found.plot(output):
+                print(figure)
+    return OK
+
+
+@like(front.predict)
+def predict(
+    *maps: Path,
+    output: Annotated[Path, Parameter(help="folder of report and figures")] = Path("results"),
+    json: Annotated[Path | None, Parameter(help="write everything, with the spectrum, in SI units")] = None,
+    csv: Annotated[Path | None, Parameter(help="write one row for each of many files, and for each measurement of a "
+                                          "container, each a contact by itself; no pages")] = None,
+    solve: bool = False,
+    threads: int = 1,
+    contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
+    **given: Any,
+) -> int:  # fmt: skip
+    given |= {"contact_modulus": contact_modulus}
+    if csv is not None:
+        return _predict_each(maps, csv, threads if solve else 0, given)
+    found = _predicted(maps, given)
+    # Before hours of work, and after all that can be wrong with the input.
+    files.folder(output)
+    for path in filter(None, [json]):
+        files.distinct(path, maps)
+        files.folder(path.parent)
+    if solve:
+        print(_planned(found), flush=True)
+        found = found.solved(threads)
+    for sheet in found.sheets():
+        show(sheet)
+    print(found.sentence)
+    for doubt in found.doubts:
+        print(f"warning: {doubt}")
+    for path in found.write(output, "-".join([*(path.stem for path in maps), "predict"])):
+        print(path)
+    if json is not None:
+        print(files.save(json, found.json()))
+    return NOT_CONVERGED if found.unsolved else OK
+
+
+def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> front.Prediction:
+    try:
+        return front.predict(*maps, **given)
+    except (TopographyError, InterfaceError) as error:
+        known = inspect.signature(front.predict).parameters
+        raise type(error)(as_options(str(error), known)) from error
+
+
+def _planned(found: front.Prediction) -> str:
+    """What will be solved, or why nothing can be."""
+    try:
+        instead = resolvable(facing(found), found.interface)[1]
+    except UnresolvedError as error:
+        return f"nothing will be solved: {error}"
+    return instead or "the contact of the map will be solved as it is"
+
+
+def _predict_each(maps: Sequence[Path], csv: Path, threads: int, given: dict[str, Any]) -> int:
+    """Write a table: each file is a contact by itself, and one that cannot be used has its reason in its row."""
+    files.distinct(csv, maps)
+    rows: list[dict[str, str | float | None]] = []
+    for path, part in _contacts(maps, given):
+        named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
+        try:
+            found = _predicted([path], given if part is None else given | {"part": [part]})
+            found = found.solved(threads) if threads else found
+        except InterfaceError:
+            raise  # the same for all
+        except InputError as error:
+            rows.append({**named, "error": str(error)})
+        else:
+            rows.append({**found.row(), **named})
+        print(f"{': '.join(named.values())}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
+    files.folder(csv.parent)
+    print(files.save(csv, as_csv(rows)))
+    return BAD_INPUT if any("error" in row for row in rows) else OK
+
+
+def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:
+    """Each file, and of a container each measurement, unless one is chosen."""
+    for path in maps:
+        try:
+            names = () if given.get("part") else measurements(path)
+        except InputError:
+            names = ()  # said again, and written down, when it is read
+        yield from ((path, name) for name in names or [None])
+
+
+@like(front.examples)
+def examples() -> int:
+    print(front.examples(), end="")
+    return OK
+
+
+@like(template)
+def init(kind: Kind) -> int:
+    """Print an input to begin with, every key with its meaning."""
+    print(template(RunConfig, "inputs/smoke/path.toml"), end="")
+    return OK
+
+
+@like(schema_of)
+def schema(kind: Kind) -> int:
+    """Print the JSON schema of an input, for editors that complete TOML."""
+    print(schema_of(RunConfig), end="")
+    return OK
