@@ -134,14 +134,7 @@ def template(model: type[Document], example: str) -> str:
     """
     config = load(find(example), model)
     about = f"{' '.join((model.__doc__ or '').split())}  Lengths are in a0, pressures in E*, the contact modulus."
-    lines, tables = [*_commented(about), ""], list[str]()
-    for name, field in type(config).model_fields.items():
-        value = getattr(config, name)
-        if tables_in(field.annotation):
-            tables += _described(name, value, field)
-        else:
-            lines += [*_key(name, value, field), ""]
-    return "\n".join([*lines, *tables]).rstrip() + "\n"
+    return "\n".join([*_commented(about), *_of_table("", "", config)]).rstrip() + "\n"
 
 
 def _commented(text: str) -> list[str]:
@@ -170,7 +163,7 @@ def _of_table(head: str, place: str, table: Table) -> list[str]:
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
         if tables_in(field.annotation):
-            inner += _described(f"{place}.{name}", value, field)
+            inner += _described(f"{place}.{name}" if place else name, value, field)
             continue
         lines += _key(name, value, field)
     return [*lines, "", *inner]
