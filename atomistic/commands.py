@@ -23,12 +23,12 @@ from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.files.tables import Document, refuse
-from continuum.files.toml import Fault
 from continuum.options import Formats
 from continuum.options import like as like_of
 from continuum.show.console import progress, show
 from continuum.show.plot import written_as
 from continuum.show.sheet import pairs
+from continuum.tables import Fault
 
 like = partial(like_of, hint="What is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.")
 INPUTS: dict[str, tuple[type[Document], str]] = {

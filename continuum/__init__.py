@@ -52,9 +52,9 @@ if TYPE_CHECKING:
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
-    from continuum.model.surface import SelfAffine, moments, sine, sphere
-    from continuum.model.tabulated_wall import TabulatedWall
-    from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
+    from continuum.model.surface import SelfAffine, moments
+    from continuum.model.surfaces import sine, sphere
+    from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, TabulatedWall
     from continuum.runs.analysis import Analysis
     from continuum.runs.result import Result
     from continuum.solve.solution import NotConvergedError
@@ -67,9 +67,9 @@ _WHERE = {
     "front.commands": ("Prediction", "analyse", "check", "examples", "plot", "predict", "run"),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
     "model.grid": ("Grid",),
-    "model.surface": ("SelfAffine", "moments", "sine", "sphere"),
-    "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline"),
-    "model.tabulated_wall": ("TabulatedWall",),
+    "model.surface": ("SelfAffine", "moments"),
+    "model.surfaces": ("sine", "sphere"),
+    "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline", "TabulatedWall"),
     "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "TabulatedSubstrate"),
     "files.tables": ("ConfigError",),
     "files.store": ("StoreError",),

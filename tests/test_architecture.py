@@ -55,7 +55,8 @@ CONTINUUM = {
     "units": "",
     "errors": "",
     "arguments": "errors",
-    "model": "theory units arguments",
+    "tables": "",
+    "model": "theory units arguments tables",
     "solve": "model",
     "measure": "model",
     "files": "model",
@@ -131,6 +132,8 @@ def test_every_room_says_what_lives_there_and_there_are_at_most_ten(package: str
         (
             "pydantic",
             {
+                "continuum.tables",
+                "continuum.model",
                 "continuum.files.tables",
                 "continuum.files.inputs",
                 "continuum.files.reference",

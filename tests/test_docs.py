@@ -22,8 +22,8 @@ from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.runs import cost
-from continuum.runs.tables import LARGEST_N
 from continuum.sticky.record import recorded
+from continuum.tables import LARGEST_N
 
 ROOT = Path(__file__).parent.parent
 PAGES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in (ROOT / "docs").rglob("*.md")

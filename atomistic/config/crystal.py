@@ -13,26 +13,41 @@ from atomistic.crystal.interatomic import LennardJones, Potential, Springs
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from continuum.arguments import ArgumentError
-from continuum.files.tables import Document, Positive, Table, constraint
-from continuum.files.toml import Fault
+from continuum.files.tables import Document
+from continuum.tables import Fault, Positive, TableFamily, constraint
 
 
-class SpringsTable(Table):
+class Interatomic(TableFamily):
+    """[interatomic]: what holds the atoms together."""
+
+    kind_key: ClassVar[str] = "kind"
+    has_size: ClassVar[bool] = True
+    """Whether its lattice constant is a length, and not only the unit of length."""
+
+    kind: str
+
+    def potential(self) -> Potential:
+        """The interatomic model; reads the files that it needs."""
+        raise NotImplementedError
+
+
+class SpringsTable(Interatomic):
     """Springs between nearest neighbours, the model of the paper."""
 
     kind: Literal["springs"]
     """interatomic model"""
+    has_size: ClassVar[bool] = False
 
     def potential(self) -> Potential:
-        """Springs of the mean contact modulus 1."""
         return Springs()
 
 
-class LennardJonesTable(Table):
+class LennardJonesTable(Interatomic):
     """Lennard-Jones, cut so that force and energy end continuously."""
 
     kind: Literal["lennard-jones"]
     """interatomic model"""
+    has_size: ClassVar[bool] = False
     cutoff: float = 2.5
     """in sigma"""
     truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"
@@ -49,8 +64,7 @@ class LennardJonesTable(Table):
             yield Fault((error.name,), f"{error.allowed}, in sigma", cause)
 
     def potential(self) -> Potential:
-        """As a potential."""
-        return LennardJones(self.cutoff, self.truncation, self.inner)
+        return LennardJones(**self.keywords())
 
 
 def _potential_file(value: object, info: ValidationInfo) -> Path:
@@ -64,7 +78,7 @@ def _potential_file(value: object, info: ValidationInfo) -> Path:
         raise PydanticCustomError("missing_potential", "{error}", {"error": str(error)}) from error
 
 
-class EmbeddedAtomTable(Table):
+class EmbeddedAtomTable(Interatomic):
     """Embedded atoms, from a file of LAMMPS' pair_style eam, eam/alloy or eam/fs."""
 
     kind: Literal["eam"]
@@ -82,14 +96,13 @@ class EmbeddedAtomTable(Table):
             yield Fault(("element",) if "holds the elements" in str(error) else ("file",), str(error))
 
     def potential(self) -> Potential:
-        """As a potential; reads the file."""
         return EmbeddedAtom.read(self.file, self.element)
 
 
 _Words = tuple[str, ...]
 
 
-class PairStyleTable(Table):
+class PairStyleTable(Interatomic):
     """Any other pair_style of the installed LAMMPS, in its units metal; words, not lines."""
 
     kind: Literal["pair-style"]
@@ -123,23 +136,8 @@ class PairStyleTable(Table):
             yield Fault(("files",), str(error))
 
     def potential(self) -> Potential:
-        """As a potential; reads the files."""
-        return PairStyle(
-            self.style,
-            self.element,
-            self.mass,
-            self.cutoff,
-            self.lattice_constant,
-            self.arguments,
-            self.coefficients,
-            PairStyle.read_files(self.files),
-            self.many_body,
-        )
-
-
-Interatomic = Annotated[
-    SpringsTable | LennardJonesTable | EmbeddedAtomTable | PairStyleTable, Field(discriminator="kind")
-]
+        keys = self.keywords()
+        return PairStyle(contents=PairStyle.read_files(keys.pop("files")), **keys)
 
 
 class ElasticConfig(Document):

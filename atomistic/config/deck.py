@@ -5,32 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.motion import SlidingTable, TimeWindows, VelocityTable, beyond_physics
-from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
+from atomistic.config.motion import ProtocolTable, Steps
+from atomistic.config.slab import AtomsSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files.inputs import parsed
-from continuum.files.tables import Document, InputFile, Table, constraint
-from continuum.files.toml import Fault, Source
-from continuum.runs.surfaces import (
-    CylinderSurface,
-    FileSurface,
-    PunchSurface,
-    SelfAffineSurface,
-    SelfAffineTable,
-    SineSurface,
-    SphereSurface,
-)
-from continuum.runs.tables import Fraction
-from continuum.runs.walls import RigidWall, WallTable
+from continuum.files.tables import Document
+from continuum.files.toml import Source
+from continuum.model.surfaces import SurfaceTable
+from continuum.model.walls import WallTable
 from continuum.sticky.crop import wall_from_map
 from continuum.sticky.reading import read_topography
 from continuum.sticky.topography import Topography
+from continuum.tables import Fault, Fraction, InputFile, constraint
 from continuum.units import parse, unit_size
 
 MOST_STEPS = 10_000
@@ -39,7 +31,13 @@ LARGEST_PRESSURE = 1.0
 """Mean pressure or tension, in E*: beyond it, neighbours have moved past one another, or apart."""
 
 
-class TopographySurface(Table):
+class DeckSurface(SurfaceTable):
+    """[surface] of a deck: those of a run, and parts of measured maps."""
+
+    kind_key: ClassVar[str] = "kind"
+
+
+class TopographySurface(DeckSurface):
     """[surface] of kind "topography": part of a measured map, one height for each surface atom."""
 
     kind: Literal["topography"]
@@ -75,12 +73,9 @@ class TopographySurface(Table):
             yield Fault(("unit",), str(error))
 
     def read(self, n: int, spacing: float) -> Topography:
-        """The wall, in m; ``spacing`` is a0 in m.
+        """The wall, in m, for n surface atoms of spacing a0, in m, along each side.
 
-        Raises
-        ------
-        TopographyError
-            If the file holds no such map, or the part does not lie within it.
+        Raises TopographyError if the file holds no such map, or the part does not lie within it.
         """
         found = read_topography(
             self.path,
@@ -92,27 +87,7 @@ class TopographySurface(Table):
         return wall_from_map(found, n, spacing, self.edges, self.centre)
 
 
-class Steps(NamedTuple):
-    """What is done to a slab, whatever says it: an input or a call."""
-
-    control: Literal["separation", "mean-pressure"]
-    values: tuple[float, ...]
-    """Of each step, in a0 or E*."""
-    single: bool = False
-    """One equilibrium and no protocol."""
-    windows: TimeWindows | None = None
-    """Of a wall that moves above warm atoms; the values are then its separations."""
-
-    @classmethod
-    def of(cls, protocol: SeparationsTable | MeanPressuresTable | VelocityTable | SlidingTable) -> Steps:
-        """What a protocol does."""
-        if isinstance(protocol, VelocityTable | SlidingTable):
-            windows = protocol.windows()
-            return cls("separation", windows.separations, windows=windows)
-        return protocol.steps()
-
-
-class SeparationsTable(Table):
+class SeparationsTable(ProtocolTable):
     """[protocol] of kind "separations": the wall at one separation after the other."""
 
     kind: Literal["separations"]
@@ -122,12 +97,11 @@ class SeparationsTable(Table):
     """whether to go back through the same values"""
 
     def steps(self) -> Steps:
-        """All of them."""
         back = self.separations[-2::-1] if self.retract else ()
         return Steps("separation", self.separations + back)
 
 
-class MeanPressuresTable(Table):
+class MeanPressuresTable(ProtocolTable):
     """[protocol] of kind "mean-pressures": the wall is moved until the mean pressure is one after the other."""
 
     kind: Literal["mean-pressures"]
@@ -143,13 +117,7 @@ class MeanPressuresTable(Table):
             yield Fault(("pressures",), "other than zero: a pressure is met to a fraction of itself")
 
     def steps(self) -> Steps:
-        """All of them."""
         return Steps("mean-pressure", self.pressures)
-
-
-ProtocolTable = Annotated[
-    SeparationsTable | MeanPressuresTable | VelocityTable | SlidingTable, Field(discriminator="kind")
-]
 
 
 class _ProtocolOnly(Document):
@@ -165,14 +133,11 @@ class _ProtocolOnly(Document):
 def steps_of(protocol: Mapping[str, Any]) -> Steps:
     """What a table [protocol] does; its numbers may be NumPy's.
 
-    Raises
-    ------
-    ConfigError
-        With all faults of the table.
+    Raises ConfigError with all faults of the table.
     """
     plain = {name: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for name, v in protocol.items()}
     source = Source(Path("protocol"), "", {"protocol": plain}, {})
-    return Steps.of(parsed(source, _ProtocolOnly).protocol)
+    return parsed(source, _ProtocolOnly).protocol.steps()
 
 
 class DeckConfig(Document):
@@ -184,16 +149,7 @@ class DeckConfig(Document):
     interatomic: Interatomic
     """what holds the atoms together"""
     slab: SlabTable
-    surface: Annotated[
-        SelfAffineSurface
-        | SineSurface
-        | SphereSurface
-        | CylinderSurface
-        | PunchSurface
-        | FileSurface
-        | TopographySurface,
-        Field(discriminator="kind"),
-    ]
+    surface: DeckSurface
     """heights of the rigid wall above each surface atom"""
     wall: WallTable
     """law between wall and surface"""
@@ -207,15 +163,16 @@ class DeckConfig(Document):
     solver: AtomsSolverTable = AtomsSolverTable()
 
     @constraint
-    def _fits(self) -> Iterator[Fault]:
-        if isinstance(self.surface, SelfAffineTable):
-            yield from misfits(self.slab, self.surface)
-        if isinstance(self.surface, SineSurface) and max(self.surface.waves) > self.slab.n // 2:
-            yield Fault(("surface", "waves"), f"at most half the surface atoms of a side, {self.slab.n // 2}")
+    def _shows_the_surface(self) -> Iterator[Fault]:
+        yield from self.surface.too_short(self.slab.points, self.slab.lengths)
+
+    @constraint
+    def _holds_the_surface(self) -> Iterator[Fault]:
+        yield from self.surface.too_long(self.slab.lengths)
 
     @constraint
     def _native(self) -> Iterator[Fault]:
-        if isinstance(self.wall, RigidWall):
+        if not self.wall.has_law:
             cause = "its traction is no function of the gap; a repulsive wall that has one: range = 0"
             yield Fault(("wall", "law"), 'a law with a traction, such as "lennard-jones-spline"', cause)
 
@@ -227,26 +184,20 @@ class DeckConfig(Document):
 
     @constraint
     def _slides(self) -> Iterator[Fault]:
-        if isinstance(self.protocol, SlidingTable) and self.follows == "site":
+        if self.protocol is not None and self.protocol.slides and self.follows == "site":
             cause = "a wall that is a function of the site stays with the atoms"
             yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
 
     @constraint
     def _moves_as_a_crystal_can(self) -> Iterator[Fault]:
-        if not isinstance(self.protocol, VelocityTable | SlidingTable):
-            return
-        mobile = round(self.slab.depth / LAYER_SPACING)
-        if self.protocol.thermostat_layers >= mobile:
-            allowed = f"fewer than the layers that move, {mobile} at this depth"
-            yield Fault(("protocol", "thermostat_layers"), allowed)
-        # Of a crystal that has a size this is asked when it has been measured, and told in its units.
-        if self.interatomic.kind in ("springs", "lennard-jones"):
-            for fault in beyond_physics(self.protocol.temperature, self.protocol.velocity, None):
+        if self.protocol is not None:
+            mobile = round(self.slab.depth / LAYER_SPACING)
+            for fault in self.protocol.misfits(mobile, self.interatomic.has_size):
                 yield replace(fault, key=("protocol", *fault.key))
 
     def steps(self) -> Steps:
         """What is done."""
         if self.protocol is not None:
-            return Steps.of(self.protocol)
+            return self.protocol.steps()
         assert self.separation is not None
         return Steps("separation", (self.separation,), single=True)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from continuum.files.tables import Positive, Table, constraint
-from continuum.files.toml import Fault
+from continuum.tables import Fault, Positive, TableFamily, constraint
 
 LARGEST = 10_000
 """Windows of a protocol."""
@@ -44,6 +43,39 @@ class TimeWindows(NamedTuple):
     seed: int
     velocity: float
     """Of the wall, in (E* a0³/m)^(1/2)."""
+
+
+class Steps(NamedTuple):
+    """What is done to a slab, whatever says it: an input or a call."""
+
+    control: Literal["separation", "mean-pressure"]
+    values: tuple[float, ...]
+    """Of each step, in a0 or E*."""
+    single: bool = False
+    """One equilibrium and no protocol."""
+    windows: TimeWindows | None = None
+    """Of a wall that moves above warm atoms; the values are then its separations."""
+
+
+class ProtocolTable(TableFamily):
+    """[protocol]: what is done to a slab, in several steps."""
+
+    kind_key: ClassVar[str] = "kind"
+    slides: ClassVar[bool] = False
+    """Whether the wall slides, and so has to follow the atoms."""
+
+    def windows(self) -> TimeWindows | None:
+        """The time windows of a wall that moves above warm atoms; None if all steps are equilibria."""
+        return None
+
+    def steps(self) -> Steps:
+        """All that is done, in its order."""
+        raise NotImplementedError
+
+    def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
+        """What the slab cannot do; of a crystal that has a size it is asked in its units when it has been measured."""
+        del mobile_layers, has_size
+        yield from ()
 
 
 class MotionUnits(NamedTuple):
@@ -100,10 +132,7 @@ def _thermal_energy(temperature: float | str, scale: MotionUnits | None) -> floa
 def kelvin(text: str) -> float:
     """A temperature like ``"300K"``, in kelvin.
 
-    Raises
-    ------
-    ValueError
-        If it is none.
+    Raises ValueError if it is none.
     """
     number, unit = text.strip()[:-1], text.strip()[-1:]
     try:
@@ -116,8 +145,8 @@ def kelvin(text: str) -> float:
     return value
 
 
-class _MotionTable(Table):
-    """What both have."""
+class _MotionTable(ProtocolTable):
+    """A wall that moves at constant velocity above atoms at a temperature."""
 
     temperature: float | str
     """k_B T in E* a0³, at most 0.015; or in kelvin, as "300K", for a crystal that has a size"""
@@ -140,6 +169,22 @@ class _MotionTable(Table):
                 yield Fault(("temperature",), "k_B T, zero or more")
         except ValueError as error:
             yield Fault(("temperature",), str(error))
+
+    if TYPE_CHECKING:
+        velocity: float
+
+        def windows(self) -> TimeWindows: ...
+
+    def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
+        if self.thermostat_layers >= mobile_layers:
+            allowed = f"fewer than the layers that move, {mobile_layers} at this depth"
+            yield Fault(("thermostat_layers",), allowed)
+        if not has_size:
+            yield from beyond_physics(self.temperature, self.velocity, None)
+
+    def steps(self) -> Steps:
+        windows = self.windows()
+        return Steps("separation", windows.separations, windows=windows)
 
     def _windows(self, turns: list[tuple[float, float]], velocity: float, along: Literal["x", "y"]) -> TimeWindows:
         """Legs between points (separation, offset), each in whole windows of about the duration wanted."""
@@ -178,7 +223,6 @@ class VelocityTable(_MotionTable):
             yield Fault(("separations",), f"apart by at least velocity x {SHORTEST:g}, the shortest window")
 
     def windows(self) -> TimeWindows:
-        """Of the run."""
         return self._windows([(d, 0.0) for d in self.separations], self.velocity, "x")
 
 
@@ -186,6 +230,7 @@ class SlidingTable(_MotionTable):
     """[protocol] of kind "sliding": the wall slides at constant velocity and height; it must follow the atoms."""
 
     kind: Literal["sliding"]
+    slides: ClassVar[bool] = True
     separation: float
     """height of the wall's mean plane above the surface at rest, in a0"""
     distance: Positive
@@ -203,5 +248,4 @@ class SlidingTable(_MotionTable):
             yield Fault(("distance",), f"at least velocity x {SHORTEST:g}, the shortest window")
 
     def windows(self) -> TimeWindows:
-        """Of the run."""
         return self._windows([(self.separation, 0.0), (self.separation, self.distance)], self.velocity, self.along)

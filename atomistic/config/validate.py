@@ -8,12 +8,11 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.slab import AtomsSolverTable, SlabTable, misfits
-from continuum.files.tables import Document, Positive, Table, constraint
-from continuum.files.toml import Fault
-from continuum.runs.surfaces import SelfAffineTable
-from continuum.runs.tables import Fraction
-from continuum.runs.walls import LARGEST_RANGE
+from atomistic.config.slab import AtomsSolverTable, SlabTable
+from continuum.files.tables import Document
+from continuum.model.surfaces import SelfAffineTable
+from continuum.model.walls.spline import AdhesionLength
+from continuum.tables import Fault, Fraction, Positive, Table, constraint
 
 _Slopes = Annotated[tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(min_length=1)]
 
@@ -67,7 +66,7 @@ class CaseTable(Table):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
     """letters, digits, - and _"""
-    adhesion_length: Annotated[float, Field(ge=0)]
+    adhesion_length: AdhesionLength
     """l_a = w/E*, in a0; 0 is the purely repulsive wall"""
     lambda_s: Positive | None = None
     """shortest wavelength of this case, in a0; that of [surface] if left out"""
@@ -83,17 +82,6 @@ class CaseTable(Table):
     """whether to take the states beside the jump-in, too: before and after it, and the retraction past it"""
     tolerance: tuple[BoundTable, ...] = ()
     exponent: tuple[ExponentTable, ...] = ()
-
-    @constraint
-    def _the_range_is_atomic(self) -> Iterator[Fault]:
-        largest = LARGEST_RANGE**2 / 24
-        if self.adhesion_length > largest:
-            yield Fault(
-                ("adhesion_length",),
-                f"at most {largest:g}: beyond a range of sqrt(24 l_a) = {LARGEST_RANGE:g} a0 "
-                "the tension exceeds the strength of crystals",
-                "an adhesion length in other units than a0",
-            )
 
     @constraint
     def _bounds_speak_of_what_is_run(self) -> Iterator[Fault]:
@@ -122,7 +110,10 @@ class ValidateConfig(Document):
 
     @constraint
     def _fits(self) -> Iterator[Fault]:
-        yield from misfits(self.slab, self.surface)
+        yield from self.surface.too_short(self.slab.points, self.slab.lengths)
+        yield from self.surface.too_long(self.slab.lengths)
+        if self.surface.lambda_L < self.surface.lambda_s:
+            yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {self.surface.lambda_s}")
         for i, case in enumerate(self.case):
             shortest, longest = self.wavelengths(case)
             if case.lambda_L is not None and not shortest <= longest <= self.slab.n:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, Steps, steps_of
+from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, steps_of
+from atomistic.config.motion import Steps
 from atomistic.config.slab import DEEPEST, SHALLOWEST
 from atomistic.crystal.interatomic import Potential, check_potential
 from atomistic.lammps.deck import Deck

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from atomistic.config.deck import DeckConfig
-from atomistic.config.motion import SlidingTable, VelocityTable
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.ladder.comparison import paths_of
@@ -70,13 +69,14 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     evaluation, _, reach, _ = _KINDS[config.interatomic.kind]
     atoms = _atoms(config.slab.n, config.slab.depth, reach)
     protocol = config.protocol
-    if isinstance(protocol, (VelocityTable, SlidingTable)):
-        durations = protocol.windows().duration
+    windows = None if protocol is None else protocol.windows()
+    if windows is not None:
+        durations = windows.duration
         evaluations, tried = round(sum(durations) / _TIME_STEP), len(durations)
         seconds = evaluations * evaluation * atoms + (1 + tried / 4) * _START
         return AtomsCost(atoms, tried, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))
     steps = 1 if protocol is None else len(protocol.steps().values)
-    tried = steps * (_TO_A_PRESSURE if protocol is not None and protocol.kind == "mean-pressures" else 1)
+    tried = steps * (_TO_A_PRESSURE if config.steps().control == "mean-pressure" else 1)
     evaluations = round(tried * _PER_SIDE * max(config.slab.n, config.slab.depth))
     seconds = evaluations * evaluation * atoms + (1 + tried / 4) * _START
     return AtomsCost(atoms, steps, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

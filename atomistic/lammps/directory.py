@@ -39,7 +39,6 @@ from continuum.errors import OutputError
 from continuum.files.output import folder, save, whole
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Wall
 
 FORMAT = "stickiness deck 4"
@@ -243,7 +242,7 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
     for array in (deck.heights, deck.start, deck.rest):
         digest.update(array.tobytes())
     wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
-    numbers: dict[str, object] = asdict(wall) if is_dataclass(wall) and not isinstance(wall, TabulatedWall) else {}
+    numbers: dict[str, object] = asdict(wall) if is_dataclass(wall) and not wall.knots else {}
     description = {
         "format": FORMAT,
         "identity": digest.hexdigest(),

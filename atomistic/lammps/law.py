@@ -19,8 +19,8 @@ from scipy.interpolate import CubicHermiteSpline, PPoly
 
 from atomistic.lammps.language import formatted
 from continuum.model.fourier import Real
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 
 PIECES = 192
 """Cubic pieces of a table in LAMMPS, at most: the formula is parsed anew in each evaluation of the forces."""
@@ -44,10 +44,7 @@ class NativeLaw:
 def native_law(wall: Wall) -> NativeLaw:
     """The lines of a law.
 
-    Raises
-    ------
-    TypeError
-        If the law has no formula here: a hard wall, whose traction is no function of the gap.
+    Raises TypeError if the law has no formula here: a hard wall, whose traction is no function of the gap.
     """
     write = LAWS.get(type(wall))
     if write is not None:
@@ -61,54 +58,84 @@ def native_law(wall: Wall) -> NativeLaw:
     raise TypeError(msg)
 
 
-def _define(name: str, value: float | str, style: str = "equal", comment: str = "") -> str:
-    text = f'"{value}"' if isinstance(value, str) else formatted(value)
-    line = f"variable        {name} {style} {text}"
-    return f"{line}    # {comment}" if comment else line
+def _filled(template: str, **values: float | str) -> str:
+    """A template with its numbers, in all their digits."""
+    return template.format(**{name: v if isinstance(v, str) else formatted(v) for name, v in values.items()})
 
 
-def _with_core(wall: Wall, lines: list[str], traction: str, energy: str, error: float = 0.0) -> NativeLaw:
+_WITH_CORE = """\
+# Below the core, where no equilibrium may lie, the law goes on with constant stiffness.
+variable        core equal {core}    # a0
+variable        core_traction equal {core_traction}
+variable        core_stiffness equal {core_stiffness}
+variable        core_energy equal {core_energy}
+{law}
+variable        below atom "v_gap-v_core"
+variable        core_push atom "v_core_traction-v_core_stiffness*v_below"
+variable        core_push_energy atom "v_core_energy+v_below*(0.5*v_below*v_core_stiffness-v_core_traction)"
+variable        traction atom "{traction}"
+variable        energy atom "{energy}\""""
+
+_SPLINE = """\
+# 9-3 repulsion below a gap of a0, a cubic spline in attraction beyond it.
+variable        k equal {k}    # stiffness at the minimum, E*/a0
+variable        range equal {range}    # of the attraction beyond a0
+variable        work equal {work}    # of adhesion, E* a0
+{attraction}
+variable        push atom "v_k/6.0*(v_gap^(-10)-v_gap^(-4))"
+variable        push_energy atom "v_k/54.0*(v_gap^(-3)-1.0)^2*(v_gap^(-3)+2.0)-v_work\""""
+
+_ATTRACTION = """\
+variable        t atom "(v_gap-1.0)/v_range"
+variable        pull atom "v_k*v_range*(v_t<1.0)*v_t*(1.0-v_t)^2"
+variable        pull_energy atom "(v_t<1.0)*(v_k*v_range^2*v_t^2*(0.5+v_t*(v_t/4.0-2.0/3.0))-v_work)\""""
+
+_NO_ATTRACTION = """\
+variable        pull atom "0.0"
+variable        pull_energy atom "0.0\""""
+
+_INVERSE_POWERS = """\
+# Energy c (gap^-{m}/{m} - gap^-{n}/{n}), not cut off; gaps in a0.
+variable        c equal {c}    # E* a0
+variable        law atom "v_c*(v_gap^(-{m1})-v_gap^(-{n1}))"
+variable        law_energy atom "v_c*(v_gap^(-{m})/{m}.0-v_gap^(-{n})/{n}.0)\""""
+
+_EXPONENTIAL = """\
+# Exponential attraction outside, a harmonic core inside.
+variable        core equal {core}    # no gap is too small
+variable        gamma equal {gamma}    # E* a0
+variable        rho equal {rho}    # a0
+variable        stiffness equal {stiffness}    # of the core, E*/a0
+variable        traction atom \
+"ternary(v_gap<0.0,-v_gamma/v_rho-v_stiffness*v_gap,-v_gamma/v_rho*exp(-v_gap/v_rho))"
+variable        energy atom \
+"ternary(v_gap<0.0,v_gamma*(v_gap/v_rho-1.0)+0.5*v_stiffness*v_gap^2,-v_gamma*exp(-v_gap/v_rho))\""""
+
+_TABLE = """\
+# Cubic pieces of a table, {pieces} of them; zero beyond the last.
+variable        law atom "{law}"
+variable        law_energy atom "{energy}\""""
+
+
+def _with_core(
+    wall: Wall,
+    law: str,
+    traction: str = "ternary(v_gap>v_core,v_law,v_core_push)",
+    energy: str = "ternary(v_gap>v_core,v_law_energy,v_core_push_energy)",
+    error: float = 0.0,
+) -> NativeLaw:
     """A law that goes on with constant stiffness below its core."""
-    at_core = wall.evaluate(np.array([wall.core]))
-    text = "\n".join(
-        [
-            "# Below the core, where no equilibrium may lie, the law goes on with constant stiffness.",
-            _define("core", wall.core, comment="a0"),
-            _define("core_traction", float(at_core.traction[0])),
-            _define("core_stiffness", float(at_core.stiffness[0])),
-            _define("core_energy", float(at_core.energy[0])),
-            *lines,
-            _define("below", "v_gap-v_core", "atom"),
-            _define("core_push", "v_core_traction-v_core_stiffness*v_below", "atom"),
-            _define("core_push_energy", "v_core_energy+v_below*(0.5*v_below*v_core_stiffness-v_core_traction)", "atom"),
-            _define("traction", traction, "atom"),
-            _define("energy", energy, "atom"),
-        ]
-    )
+    at_core = {f"core_{name}": float(v[0]) for name, v in wall.evaluate(np.array([wall.core]))._asdict().items()}
+    text = _filled(_WITH_CORE, core=wall.core, law=law, traction=traction, energy=energy, **at_core)
     return NativeLaw(text, error)
 
 
 def _spline(wall: LennardJonesSpline) -> NativeLaw:
-    lines = [
-        "# 9-3 repulsion below a gap of a0, a cubic spline in attraction beyond it.",
-        _define("k", wall.minimum_stiffness, comment="stiffness at the minimum, E*/a0"),
-        _define("range", wall.range, comment="of the attraction beyond a0"),
-        _define("work", wall.work_of_adhesion, comment="of adhesion, E* a0"),
-    ]
-    pull, pull_energy = "0.0", "0.0"
-    if wall.range > 0:
-        pull = "v_k*v_range*(v_t<1.0)*v_t*(1.0-v_t)^2"
-        pull_energy = "(v_t<1.0)*(v_k*v_range^2*v_t^2*(0.5+v_t*(v_t/4.0-2.0/3.0))-v_work)"
-        lines.append(_define("t", "(v_gap-1.0)/v_range", "atom"))
-    lines += [
-        _define("pull", pull, "atom"),
-        _define("pull_energy", pull_energy, "atom"),
-        _define("push", "v_k/6.0*(v_gap^(-10)-v_gap^(-4))", "atom"),
-        _define("push_energy", "v_k/54.0*(v_gap^(-3)-1.0)^2*(v_gap^(-3)+2.0)-v_work", "atom"),
-    ]
+    attraction = _ATTRACTION if wall.range > 0 else _NO_ATTRACTION
+    k, work = wall.minimum_stiffness, wall.work_of_adhesion
     return _with_core(
         wall,
-        lines,
+        _filled(_SPLINE, k=k, range=wall.range, work=work, attraction=attraction),
         "ternary(v_gap>1.0,-v_pull,ternary(v_gap>v_core,v_push,v_core_push))",
         "ternary(v_gap>1.0,v_pull_energy,ternary(v_gap>v_core,v_push_energy,v_core_push_energy))",
     )
@@ -116,40 +143,13 @@ def _spline(wall: LennardJonesSpline) -> NativeLaw:
 
 def _inverse_powers(wall: InversePowers) -> NativeLaw:
     m, n = wall.powers
-    lines = [
-        f"# Energy c (gap^-{m}/{m} - gap^-{n}/{n}), not cut off; gaps in a0.",
-        _define("c", wall.minimum_stiffness / (m - n), comment="E* a0"),
-        _define("law", f"v_c*(v_gap^(-{m + 1})-v_gap^(-{n + 1}))", "atom"),
-        _define("law_energy", f"v_c*(v_gap^(-{m})/{m}.0-v_gap^(-{n})/{n}.0)", "atom"),
-    ]
-    return _with_core(
-        wall,
-        lines,
-        "ternary(v_gap>v_core,v_law,v_core_push)",
-        "ternary(v_gap>v_core,v_law_energy,v_core_push_energy)",
-    )
+    words = {"m": str(m), "n": str(n), "m1": str(m + 1), "n1": str(n + 1)}
+    return _with_core(wall, _filled(_INVERSE_POWERS, c=wall.minimum_stiffness / (m - n), **words))
 
 
 def _exponential(wall: Exponential) -> NativeLaw:
-    text = "\n".join(
-        [
-            "# Exponential attraction outside, a harmonic core inside.",
-            _define("core", _NO_CORE, comment="no gap is too small"),
-            _define("gamma", wall.surface_energy, comment="E* a0"),
-            _define("rho", wall.decay_length, comment="a0"),
-            _define("stiffness", wall.core_stiffness, comment="of the core, E*/a0"),
-            _define(
-                "traction", "ternary(v_gap<0.0,-v_gamma/v_rho-v_stiffness*v_gap,-v_gamma/v_rho*exp(-v_gap/v_rho))",
-                "atom",
-            ),
-            _define(
-                "energy",
-                "ternary(v_gap<0.0,v_gamma*(v_gap/v_rho-1.0)+0.5*v_stiffness*v_gap^2,-v_gamma*exp(-v_gap/v_rho))",
-                "atom",
-            ),
-        ]
-    )  # fmt: skip
-    return NativeLaw(text)
+    gamma, rho, stiffness = wall.surface_energy, wall.decay_length, wall.core_stiffness
+    return NativeLaw(_filled(_EXPONENTIAL, core=_NO_CORE, gamma=gamma, rho=rho, stiffness=stiffness))
 
 
 def _table(wall: TabulatedWall) -> NativeLaw:
@@ -157,17 +157,9 @@ def _table(wall: TabulatedWall) -> NativeLaw:
     pieces = _pieces(wall)
     energy = _energy(pieces)
     at = np.linspace(wall.gap[0], wall.gap[-1], 20 * max(PIECES, wall.gap.size))[:-1]
-    return _with_core(
-        wall,
-        [
-            f"# Cubic pieces of a table, {pieces.c.shape[1]} of them; zero beyond the last.",
-            _define("law", _tree(pieces), "atom"),
-            _define("law_energy", _tree(energy), "atom"),
-        ],
-        "ternary(v_gap>v_core,v_law,v_core_push)",
-        "ternary(v_gap>v_core,v_law_energy,v_core_push_energy)",
-        float(np.abs(pieces(at) - wall.evaluate(at).traction).max()),
-    )
+    error = float(np.abs(pieces(at) - wall.evaluate(at).traction).max())
+    text = _filled(_TABLE, pieces=str(pieces.c.shape[1]), law=_tree(pieces), energy=_tree(energy))
+    return _with_core(wall, text, error=error)
 
 
 LAWS: dict[type[Wall], Callable[[Any], NativeLaw]] = {
@@ -239,25 +231,21 @@ def _tree(pieces: PPoly) -> str:
 
 def wall_table(wall: Wall) -> str:
     """``wall.table``: the law at knots that include the core, the change of sign and, if there is one, the end."""
-    if isinstance(wall, TabulatedWall):
-        gap, law = wall.gap, wall.evaluate(wall.gap)
-    else:
-        gap = _knots(wall)
-        law = wall.evaluate(gap)
+    gap, named, stated = wall.knots.get("gap"), "A table", "the law itself"
+    if gap is None:
+        gap, named, stated = _knots(wall), str(wall), "the law goes on beyond the last gap"
+    law = wall.evaluate(gap)
     # Rounding leaves a traction of 1e-17 at the end of the range, where the law ends.
     traction = np.where(gap < wall.reach, law.traction, 0.0)
-    between = (gap[1:] + gap[:-1]) / 2
-    stated = "the law itself"
-    if not isinstance(wall, TabulatedWall) and np.isfinite(wall.reach):
+    if not wall.knots and np.isfinite(wall.reach):
+        between = (gap[1:] + gap[:-1]) / 2
         error = np.abs(TabulatedWall(gap, traction).evaluate(between).traction - wall.evaluate(between).traction).max()
         stated = f"a cubic spline through the tractions errs by at most {error:.1e} E*"
-    elif not isinstance(wall, TabulatedWall):
-        stated = "the law goes on beyond the last gap"
     text = io.StringIO()
     text.write(
         "# Wall law: energy and traction per area against gap; traction = -d energy/d gap, positive in compression.\n"
         "# Units: gap a0, energy E* a0, traction E*.\n"
-        f"# {'A table' if isinstance(wall, TabulatedWall) else wall}: {gap.size} knots; {stated}.\n"
+        f"# {named}: {gap.size} knots; {stated}.\n"
         f"# The formulas of in.wall differ from the law by at most {native_law(wall).error:.1e} E*.\n"
         "# gap energy traction\n"
     )
@@ -294,10 +282,8 @@ def read_law(law: str, numbers: Mapping[str, Any], table: Path) -> Wall:
     numbers : its parameters.
     table : ``wall.table`` of the deck, which holds the parameters of a :class:`TabulatedWall`.
 
-    Raises
-    ------
-    ValueError, TypeError, OSError
-        If no law of this version has this name and these parameters, or the table cannot be read.
+    Raises ValueError or TypeError if no law of this version has this name and these parameters, or OSError if the table
+    cannot be read.
     """
     known = {kind.__name__: kind for kind in LAWS}
     if law not in known:

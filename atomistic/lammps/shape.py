@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, singledispatch
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -23,6 +23,7 @@ from continuum.arguments import ArgumentError, count, flag, pair
 from continuum.arguments import number as number_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.surfaces import CylinderSurface, PunchSurface, SineSurface, SphereSurface, SurfaceTable
 
 MOST_WAVES = 12
 """Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
@@ -67,11 +68,6 @@ class Round:
     radius : R, in a0.
     flat_radius : b, in a0.
     across : which of x and y count for r: both for sphere and punch, one for a cylinder along the other.
-
-    Raises
-    ------
-    ArgumentError
-        If one of these is no such number.
     """
 
     period: tuple[float, float]
@@ -87,7 +83,6 @@ class Round:
             raise ArgumentError("across", self.across, "at least one of x and y")
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
-        """Height and slopes."""
         dx, dy = (
             counts * (v - length / 2 - length * np.rint((v - length / 2) / length))
             for v, length, counts in zip((x, y), self.period, self.across, strict=True)
@@ -98,7 +93,6 @@ class Round:
         return WallHeight(rise**2 / (2 * self.radius), slope * dx, slope * dy)
 
     def lines(self) -> list[str]:
-        """As LAMMPS' variables."""
         found = []
         for name, length, counts in zip("xy", self.period, self.across, strict=True):
             if counts:
@@ -130,11 +124,6 @@ class Waves:
     period : (Lx, Ly), in a0.
     mean : in a0.
     waves : (A, mx, my, φ) of each: amplitude in a0, waves per period along x and y, phase.
-
-    Raises
-    ------
-    ArgumentError
-        If there are more than :data:`MOST_WAVES`, or one of these is no such number.
     """
 
     period: tuple[float, float]
@@ -156,7 +145,6 @@ class Waves:
                 count("waves", m, -(2**31))
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
-        """Height and slopes."""
         height, slope_x, slope_y = np.full(np.shape(x), self.mean), np.zeros(np.shape(x)), np.zeros(np.shape(x))
         for amplitude, mx, my, phase in self.waves:
             qx, qy = 2 * np.pi * mx / self.period[0], 2 * np.pi * my / self.period[1]
@@ -167,7 +155,6 @@ class Waves:
         return WallHeight(height, slope_x, slope_y)
 
     def lines(self) -> list[str]:
-        """As LAMMPS' variables."""
         found, terms = [], {"height": [formatted(self.mean)], "slope_x": ["0.0"], "slope_y": ["0.0"]}
         for i, (amplitude, mx, my, phase) in enumerate(self.waves, 1):
             q = [2 * np.pi * m / length for m, length in zip((mx, my), self.period, strict=True)]
@@ -202,7 +189,6 @@ class Interpolated:
         return NdBSpline((knots[0], knots[1]), coefficients, _DEGREE)
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
-        """Height and slopes."""
         at = np.stack([np.mod(v, n) for v, n in zip((x, y), self.heights.shape, strict=True)], axis=-1)
         height, slope_x, slope_y = (self._spline(at, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
         return WallHeight(height, slope_x, slope_y)
@@ -254,14 +240,56 @@ def shape_of(heights: Real) -> Waves | Interpolated:
     return Waves(grid.lengths, float(heights.mean()), waves)
 
 
-def check_shape(name: str, value: Any) -> Shape:
-    """An argument that is to be a wall as a function of the position.
+@singledispatch
+def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
+    """The wall of an input as a function of the position: the formula of its surface, or what its heights make of it.
 
-    Raises
-    ------
-    ArgumentError
-        If it is none.
+    Parameters
+    ----------
+    surface : table of the input; a kind of surface that has a formula is registered below.
+    heights : of the surface at the sites, shape (nx, ny), in a0.
     """
+    del surface
+    return shape_of(heights)
+
+
+def _period(heights: Real) -> tuple[float, float]:
+    return float(heights.shape[0]), float(heights.shape[1])
+
+
+@shape_of_surface.register
+def _(surface: SphereSurface, heights: Real) -> Shape:
+    return Round(_period(heights), surface.radius)
+
+
+@shape_of_surface.register
+def _(surface: CylinderSurface, heights: Real) -> Shape:
+    return Round(_period(heights), surface.radius, across=(surface.along == "y", surface.along == "x"))
+
+
+@shape_of_surface.register
+def _(surface: PunchSurface, heights: Real) -> Shape:
+    return Round(_period(heights), surface.edge_radius, surface.flat_radius)
+
+
+@shape_of_surface.register
+def _(surface: SineSurface, heights: Real) -> Shape:
+    return Waves(_period(heights), surface.amplitude, ((-surface.amplitude, *surface.waves, 0.0),))
+
+
+def shape_notes(shape: Shape | None) -> tuple[str, ...]:
+    """What a deck says of its wall between the sites."""
+    if not isinstance(shape, Interpolated):
+        return ()
+    by_height, by_slope = shape.error
+    return (
+        "Between the sites the heights are a periodic spline of degree 5.  From the trigonometric interpolant it "
+        f"differs by at most {by_height:.1e} a0 in height and {by_slope:.1e} in slope.",
+    )
+
+
+def check_shape(name: str, value: Any) -> Shape:
+    """An argument that is to be a wall as a function of the position."""
     if isinstance(value, type) or not isinstance(value, Shape):
         raise ArgumentError(name, value, "a shape, such as Round(period, radius) or Waves(period, mean, waves)")
     return value

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
 
-from atomistic.config.deck import DeckConfig, Steps, TopographySurface
-from atomistic.config.motion import TimeWindows, kelvin
+from atomistic.config.deck import DeckConfig, TopographySurface
+from atomistic.config.motion import Steps, TimeWindows, kelvin
 from atomistic.config.slab import AtomsSolverTable
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
@@ -18,22 +19,23 @@ from atomistic.lammps.law import native_law
 from atomistic.lammps.motion import largest_timestep, thermal_energy
 from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus, distortion
-from atomistic.lammps.shape import Shape, misfit
+from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.limits import require_steps
 from atomistic.relax.relax import lattice_start
-from atomistic.relax.shapes import shape_notes, shape_under
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
-from continuum.files.toml import ConfigError, Fault
+from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope
 from continuum.model.surface import moments
+from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import NotConvergedError
+from continuum.tables import Fault
 from continuum.units import parse
 
 
@@ -73,7 +75,7 @@ def parts_of(config: DeckConfig) -> DeckParts:
         cause = "lengths in other units than a0, or stiffnesses in other units than E*/a0"
         faults.append(Fault(("wall",), f"a law whose numbers can be computed ({error})", cause))
     try:
-        heights, notes = _heights(config, slab, model)
+        heights, notes = _heights(config.surface, config, slab, model)
         if (slope := moments(slab.grid, heights).rms_slope) > 0:  # a flat wall is one, too
             check_slope(slope)
     except ConfigError:
@@ -97,7 +99,7 @@ def deck_of(config: DeckConfig) -> Deck:
         See :func:`parts_of`.
     """
     parts = parts_of(config)
-    shape = shape_under(config, parts.heights)
+    shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)
     specimen = Specimen.of_slab(parts.slab, parts.model)
     made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape)
     return replace(made, notes=parts.notes + shape_notes(shape))
@@ -117,11 +119,16 @@ def _wall(config: DeckConfig) -> Wall:
     return wall
 
 
-def _heights(config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
+@singledispatch
+def _heights(surface: SurfaceTable, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
     """Heights of the wall, in a0, and where they come from."""
-    surface, real = config.surface, model.real_units
-    if not isinstance(surface, TopographySurface):
-        return surface.build(slab.grid), ()
+    del config, model
+    return surface.build(slab.grid), ()
+
+
+@_heights.register
+def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
+    real = model.real_units
     if real is None and surface.spacing is not None:
         a0 = parse(surface.spacing, "length")
     elif real is not None and surface.spacing is None:

@@ -8,15 +8,16 @@ from pathlib import Path
 
 import scipy.constants
 
-from atomistic.config.deck import DeckConfig, Steps
-from atomistic.config.motion import MotionUnits, TimeWindows, beyond_physics
+from atomistic.config.deck import DeckConfig
+from atomistic.config.motion import MotionUnits, Steps, TimeWindows, beyond_physics
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.lammps.motion import largest_timestep, thermal_energy
 from continuum.files.tables import refuse
-from continuum.files.toml import ConfigError, Fault, Source
+from continuum.files.toml import ConfigError, Source
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
+from continuum.tables import Fault
 
 FARTHEST = 100.0
 """Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""

@@ -15,9 +15,9 @@ from atomistic.response.material import model_of
 from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
 from continuum.files.tables import refuse
-from continuum.files.toml import Fault
 from continuum.model.grid import Grid
 from continuum.runs.memory import physical_memory
+from continuum.tables import Fault
 
 BYTES, BYTES_PER_ATOM = 2.5e8, 1600
 """Memory of a process: what the libraries take, and about what each atom takes."""

@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, get_args
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from continuum.files.tables import STRICT, Document, Table, frozen, is_kind
-from continuum.files.toml import ConfigError, Fault, Key, Source, find, nearest
+from continuum.files.tables import Document, frozen
+from continuum.files.toml import ConfigError, Source, find, nearest
+from continuum.tables import STRICT, Fault, Key, Table, TableFamily, table_in, tables_in
 
 _Document = TypeVar("_Document", bound=Document)
 
@@ -30,10 +31,7 @@ def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] |
     model : what it should hold.
     settings : values instead of those of the file, by dotted keys such as ``surface.seed``.
 
-    Raises
-    ------
-    ConfigError
-        With all faults of the file.
+    Raises ConfigError with all faults of the file.
     """
     source = Source.read(find(path))
     return parsed(source.changed(settings) if settings else source, model)
@@ -42,10 +40,7 @@ def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] |
 def parsed(source: Source, model: type[_Document]) -> _Document:
     """What the text of an input file amounts to.
 
-    Raises
-    ------
-    ConfigError
-        With all faults of the file.
+    Raises ConfigError with all faults of the file.
     """
     data = frozen(source.data)
     context = {"folder": source.path.parent}
@@ -84,9 +79,8 @@ def _complete(
     faults = [_translate(error, data, model) for error in errors if error["type"] != "inconsistent"]
     mended = data
     for error, fault in zip([e for e in errors if e["type"] != "inconsistent"], faults, strict=True):
-        if error["type"] == "union_tag_invalid":
-            meant = nearest(error["ctx"]["tag"], _tags(error))
-            mended = _replaced(mended, fault.key, meant) if meant else mended
+        if error["type"] == "kind" and (meant := _meant(error)):
+            mended = _replaced(mended, fault.key, meant)
     if mended is not data:
         try:
             model.model_validate(mended, context=context)
@@ -105,8 +99,9 @@ def _replaced(data: Any, key: Key, value: Any) -> Any:
     return {**data, key[0]: _replaced(data[key[0]], key[1:], value)}
 
 
-def _tags(error: ErrorDetails) -> list[str]:
-    return [tag.strip("' ") for tag in error["ctx"]["expected_tags"].split(",")]
+def _meant(error: ErrorDetails) -> str | None:
+    """The kind of a table that a slip is nearest to."""
+    return nearest(str(error["input"].get(error["ctx"]["key"], "")), error["ctx"]["names"])
 
 
 def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
@@ -118,13 +113,13 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         meant = nearest(str(key[-1]), table.model_fields)
         hint = f"a slip; did you mean {meant}?" if meant else _where_it_belongs(key, model)
         return Fault(key, "one of the keys " + ", ".join(table.model_fields), hint)
-    if kind in ("union_tag_invalid", "union_tag_not_found"):
-        tag = error["ctx"]["discriminator"].strip("'")
-        if kind == "union_tag_not_found":
-            return Fault((*key, tag), f"a name that says which kind of table this is{about}")
-        meant = nearest(error["ctx"]["tag"], _tags(error))
-        allowed = "one of " + ", ".join(f'"{name}"' for name in _tags(error))
-        return Fault((*key, tag), allowed, f'a slip; did you mean "{meant}"?' if meant else "")
+    if kind == "kind":
+        key = (*key, error["ctx"]["key"])
+        if key[-1] not in error["input"]:
+            return Fault(key, f"a name that says which kind of table this is{about}")
+        allowed = "one of " + ", ".join(f'"{name}"' for name in error["ctx"]["names"])
+        meant = _meant(error)
+        return Fault(key, allowed, f'a slip; did you mean "{meant}"?' if meant else "")
     if kind == "literal_error":
         choices = [str(choice) for choice in get_args(field.annotation)] if field else []
         meant = nearest(str(error["input"]), choices)
@@ -133,7 +128,6 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
     allowed = {
         "missing": "this key is required",
         "model_type": "a table, [" + ".".join(map(str, key)) + "]",
-        "model_attributes_type": "a table, [" + ".".join(map(str, key)) + "]",
         "tuple_type": "a list in [brackets]",
         "int_type": "a whole number",
         "bool_type": "true or false",
@@ -162,7 +156,7 @@ def _where_it_belongs(key: Key, model: type[Table]) -> str:
 def _homes(name: str, model: type[Table], place: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
     """Places, outermost first, of the tables that have a key of that name."""
     for key, field in model.model_fields.items():
-        for table in _tables_in(field.annotation):
+        for table in tables_in(field.annotation):
             if name in table.model_fields:
                 yield (*place, key)
             yield from _homes(name, table, (*place, key))
@@ -174,44 +168,24 @@ def _locate(
     """Key in the file of pydantic's location; the table that holds it, and its field there."""
     key: Key = ()
     table: type[Table] | None = model
-    holder, field, kind_follows = table, None, False
+    holder, field = table, None
     for part in location:
         if isinstance(part, int):
             data = data[part] if isinstance(data, tuple) and part < len(data) else None
-            table = _table_of(field, data) if field else None
-        elif kind_follows:  # pydantic names the kind of a table after its key
-            kind_follows = False
-            continue
         else:
             holder, field = table, table.model_fields.get(part) if table else None
             data = data.get(part) if isinstance(data, Mapping) else None
-            table = _table_of(field, data) if field else None
-            kind_follows = field is not None and len(list(_tables_in(field.annotation))) > 1
+        table = _table_of(field, data) if field else None
         key = (*key, part)
     return key, holder, field
 
 
 def _table_of(field: FieldInfo, data: Any) -> type[Table] | None:
     """The table that a field holds: of several, the one whose kind is that of the data."""
-    candidates = list(_tables_in(field.annotation))
-    if len(candidates) > 1 and isinstance(data, Mapping):
-        candidates = [table for table in candidates if _fits(table, data)]
-    return candidates[0] if len(candidates) == 1 else None
-
-
-def _tables_in(annotation: Any) -> Iterator[type[Table]]:
-    if isinstance(annotation, type) and get_origin(annotation) is None and issubclass(annotation, Table):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _tables_in(argument)
-
-
-def _fits(table: type[Table], data: Mapping[str, Any]) -> bool:
-    """Whether the first key that takes fixed names, which by convention is the kind, has one of them."""
-    for name, field in table.model_fields.items():
-        if is_kind(field):
-            return data.get(name) in get_args(field.annotation)
-    return False
+    table = table_in(field.annotation)
+    if table is None or not issubclass(table, TableFamily) or not table.is_family():
+        return table
+    return table.kind_of(data) if isinstance(data, Mapping) else None
 
 
 def _contradictions(
@@ -222,7 +196,7 @@ def _contradictions(
     for name, field in model.model_fields.items():
         for inner, value, here in _inner_tables(field, data.get(name), (*key, name), bad):
             yield from _contradictions(inner, value, here, bad, context)
-    for method in model._checks():
+    for method in model.constraints:
         try:
             yield from [replace(fault, key=(*key, *fault.key)) for fault in method(sound)]
         except AttributeError:

@@ -14,8 +14,9 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from continuum.files.inputs import load
-from continuum.files.tables import Document, Table, is_kind
+from continuum.files.tables import Document
 from continuum.files.toml import find, text_of
+from continuum.tables import Table, tables_in
 
 _WIDTH = 100
 _BOUNDS: Mapping[str, str] = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -45,18 +46,17 @@ class TableEntry(NamedTuple):
 
 def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
     """All tables that a document may have, in order, each kind of each; first the keys that stand in no table."""
-    alone = [name for name, field in model.model_fields.items() if not list(_tables(field.annotation))]
+    alone = [name for name, field in model.model_fields.items() if not tables_in(field.annotation)]
     if alone and not place:
         keys = tuple(_entry(name, model.model_fields[name]) for name in alone)
         yield TableEntry("", "", "Keys that stand before all tables.", keys)
     for name, field in model.model_fields.items():
         inner = f"{place}.{name}" if place else name
         brackets = f"[[{inner}]]" if _is_array(field) else f"[{inner}]"
-        for table in _tables(field.annotation):
+        for table in tables_in(field.annotation):
             fields = table.model_fields
-            keys = tuple(_entry(key, fields[key]) for key in fields if not list(_tables(fields[key].annotation)))
-            kind = next((f"{e.name} = {e.type}" for e in keys if is_kind(fields[e.name])), "")
-            kind = kind if len(list(_tables(field.annotation))) > 1 else ""
+            keys = tuple(_entry(key, fields[key]) for key in fields if not tables_in(fields[key].annotation))
+            kind = next((f"{e.name} = {e.type}" for e in keys if e.name == table.kind_key), "")
             yield TableEntry(brackets, kind, " ".join((table.__doc__ or "").split()), keys)
             yield from entries(table, inner)
 
@@ -104,13 +104,6 @@ def _is_array(field: FieldInfo) -> bool:
     return any(get_origin(part) is tuple for part in (field.annotation, *get_args(field.annotation)))
 
 
-def _tables(annotation: Any) -> Iterator[type[Table]]:
-    if isinstance(annotation, type) and get_origin(annotation) is None and issubclass(annotation, Table):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _tables(argument)
-
-
 def _toml(value: Any) -> str:
     return "not given" if value is None else text_of(value)
 
@@ -141,14 +134,7 @@ def template(model: type[Document], example: str) -> str:
     """
     config = load(find(example), model)
     about = f"{' '.join((model.__doc__ or '').split())}  Lengths are in a0, pressures in E*, the contact modulus."
-    lines, tables = [*_commented(about), ""], list[str]()
-    for name, field in type(config).model_fields.items():
-        value = getattr(config, name)
-        if list(_tables(field.annotation)):
-            tables += _described(name, value, field)
-        else:
-            lines += [*_key(name, value, field), ""]
-    return "\n".join([*lines, *tables]).rstrip() + "\n"
+    return "\n".join([*_commented(about), *_of_table("", "", config)]).rstrip() + "\n"
 
 
 def _commented(text: str) -> list[str]:
@@ -168,7 +154,7 @@ def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
         return [line for item in value for line in _of_table(f"[[{place}]]", place, item)]
     if isinstance(value, Table):
         return _of_table(f"[{place}]", place, value)
-    tables = list(_tables(field.annotation))
+    tables = tables_in(field.annotation)
     return [f"# [{place}]: {' '.join((table.__doc__ or '').split())}" for table in tables] + [""] if tables else []
 
 
@@ -176,8 +162,8 @@ def _of_table(head: str, place: str, table: Table) -> list[str]:
     lines, inner = [head], list[str]()
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
-        if list(_tables(field.annotation)):
-            inner += _described(f"{place}.{name}", value, field)
+        if tables_in(field.annotation):
+            inner += _described(f"{place}.{name}" if place else name, value, field)
             continue
         lines += _key(name, value, field)
     return [*lines, "", *inner]

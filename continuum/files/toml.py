@@ -15,30 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from continuum.errors import InputError
-
-Key = tuple[str | int, ...]
-"""Where a value stands: names of tables and keys, and indices of arrays."""
+from continuum.tables import Fault, Key
 
 _LARGEST = 8_000_000  # bytes: two paths of 100 000 targets with all their digits have 5 million; more is something else
 _DEEPEST = 32  # levels of nesting; no table of ours has more than four
 _MOST_FAULTS = 20  # that a message describes
 _PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # keys without quotes
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One thing that is wrong with an input.
-
-    Parameters
-    ----------
-    key : where, relative to the table that finds it; the value given is looked up there.
-    allowed : what is allowed, in words that complete "allowed: ...".
-    cause : the usual cause or what helps; empty if the above says it.
-    """
-
-    key: Key
-    allowed: str
-    cause: str = ""
 
 
 class ConfigError(InputError, ValueError):
@@ -76,10 +58,7 @@ class Source:
     def read(cls, path: Path) -> Source:
         """Read and parse a TOML file.
 
-        Raises
-        ------
-        ConfigError
-            If there is no such file, or it is no TOML.
+        Raises ConfigError if there is no such file, or it is no TOML.
         """
         text = _text(path)
         try:
@@ -99,10 +78,7 @@ class Source:
     def changed(self, settings: Mapping[str, Any]) -> Source:
         """The same file with some values given elsewhere, by dotted keys such as ``surface.seed``; its text says so.
 
-        Raises
-        ------
-        ConfigError
-            If such a key leads through something that is no table.
+        Raises ConfigError if such a key leads through something that is no table.
         """
         data = dict(self.data)
         for name, value in settings.items():
@@ -134,31 +110,22 @@ class Source:
 
 def _text(path: Path) -> str:
     """What a file of moderate size holds; a folder, a device or a huge result by mistake is not read."""
+    allowed = "a TOML file"
     try:
         mode, size = path.stat().st_mode, path.stat().st_size
-        if not stat.S_ISREG(mode):
-            what = "a folder" if stat.S_ISDIR(mode) else "no plain file"
-            raise ConfigError(
-                path, [Fault((), "a TOML file", f"this is {what}, not a TOML file; look for a slip in the path")]
-            )
-        if size > _LARGEST:
-            raise ConfigError(path, [Fault((), f"a TOML file of at most {_LARGEST} bytes")])
-        # "utf-8-sig" drops the mark that some editors put in front.
-        return path.read_text(encoding="utf-8-sig")
+        if stat.S_ISREG(mode) and size <= _LARGEST:
+            return path.read_text(encoding="utf-8-sig")  # drops the mark that some editors put in front
+        what = "a folder" if stat.S_ISDIR(mode) else "no plain file"
+        cause = f"this is {what}, not a TOML file; look for a slip in the path"
+        if stat.S_ISREG(mode):
+            allowed, cause = f"a TOML file of at most {_LARGEST} bytes", ""
     except FileNotFoundError:
-        raise ConfigError(
-            path, [Fault((), "a TOML file", "there is no such file; look for a slip in its name")]
-        ) from None
-    except OSError as error:
-        raise ConfigError(path, [Fault((), "a TOML file", f"it cannot be read: {error.strerror or error}")]) from None
+        cause = "there is no such file; look for a slip in its name"
     except UnicodeDecodeError:
-        raise ConfigError(
-            path, [Fault((), "a TOML file in UTF-8", "this is no text in UTF-8: a binary file, or Latin-1")]
-        ) from None
-    except ConfigError:
-        raise
-    except ValueError as error:  # a name that no file can have
-        raise ConfigError(path, [Fault((), "a TOML file", f"it cannot be read: {error}")]) from None
+        allowed, cause = "a TOML file in UTF-8", "this is no text in UTF-8: a binary file, or Latin-1"
+    except (OSError, ValueError) as error:  # also a name that no file can have
+        cause = f"it cannot be read: {getattr(error, 'strerror', None) or error}"
+    raise ConfigError(path, [Fault((), allowed, cause)])
 
 
 def _is_deep(data: Any) -> bool:
@@ -184,10 +151,7 @@ def _lookup(data: Any, key: Key) -> tuple[bool, Any]:
 def text_of(value: Any) -> str:
     """A value as an input file has it; a path by its name.
 
-    Raises
-    ------
-    TypeError, ValueError
-        If it is none that an input file has, or a number of thousands of digits.
+    Raises TypeError or ValueError if it is none that an input file has, or a number of thousands of digits.
     """
     if isinstance(value, Mapping):
         inner = (f"{name if _PLAIN.fullmatch(name) else json.dumps(name)} = {text_of(v)}" for name, v in value.items())

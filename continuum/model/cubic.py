@@ -38,10 +38,7 @@ class CubicConstants(NamedTuple):
     def require_stable(self) -> None:
         """Refuse a crystal that is not stable: C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0 are required.
 
-        Raises
-        ------
-        ValueError
-            If it is not.
+        Raises ValueError if it is not.
         """
         if not (self.c44 > 0 and self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
             msg = f"elastic constants of a stable crystal have C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0, not {self}"
@@ -75,10 +72,7 @@ def surface_stiffness(constants: CubicConstants, angle: Real, thickness: Real) -
     Real
         Shape (n,).
 
-    Raises
-    ------
-    ValueError
-        If the crystal is not stable.
+    Raises ValueError if the crystal is not stable.
     """
     constants.require_stable()
     c = constants.stiffness_tensor()
@@ -117,10 +111,7 @@ def directional_contact_modulus(constants: CubicConstants, angle: Real) -> Real:
     E*(θ) has the period π/2 and is even: a series in cos 4θ, exact to rounding with 64 samples unless the crystal is
     close to an instability.
 
-    Raises
-    ------
-    ValueError
-        If the crystal is not stable.
+    Raises ValueError if the crystal is not stable.
     """
     samples = np.arange(_DIRECTIONS, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
     series = np.fft.rfft(2 * surface_stiffness(constants, samples, np.array(THICK))).real / _DIRECTIONS
@@ -135,10 +126,7 @@ def contact_modulus(constants: CubicConstants, directions: int = 128) -> float:
     The mean of the compliance is the compliance of the axially symmetric part of the response.  E*(θ) is smooth and
     periodic, so that equal weights converge exponentially.
 
-    Raises
-    ------
-    ValueError
-        If the crystal is not stable.
+    Raises ValueError if the crystal is not stable.
     """
     angles = np.arange(directions, dtype=np.float64) * (np.pi / 2 / directions)
     return float(1 / np.mean(1 / directional_contact_modulus(constants, angles)))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from continuum.model.fourier import (
     rows_forward,
     rows_inverse,
 )
+from continuum.tables import LARGEST_N, Fault, Table, both_directions, constraint
 
 SHORTEST, LONGEST = 1e-30, 1e30
 """Periods, in any unit, whose moments and wavevectors to the fourth power are still numbers."""
@@ -33,11 +36,6 @@ class Grid:
     ----------
     shape : (nx, ny), at least 2 points each; odd and non-square grids are as good as any.
     lengths : (Lx, Ly), the periods, in a0.
-
-    Raises
-    ------
-    ArgumentError
-        If a number of points is below 2, or a period is not a positive number of a possible size.
     """
 
     shape: tuple[int, int]
@@ -163,3 +161,40 @@ class Grid:
         a_q, b_q = array("a_q", a_q, self.shape_q, "c"), array("b_q", b_q, self.shape_q, "c")
         product = a_q.real * b_q.real + a_q.imag * b_q.imag
         return float(np.sum(product * self.mode_weights))
+
+
+class GridTable(Table):
+    """[grid]: the points of the surface, one or k x k for each surface atom."""
+
+    n: Annotated[
+        tuple[int, int],
+        both_directions(int, 2, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]"),
+    ]
+    """points along x and y"""
+    period: Annotated[
+        tuple[float, float] | None,
+        both_directions(float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"),
+    ] = None
+    """period along x and y, in a0; n if not given"""
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """Periods, in a0."""
+        return self.period or (float(self.n[0]), float(self.n[1]))
+
+    @constraint
+    def _whole_atoms(self) -> Iterator[Fault]:
+        if any(length != round(length) for length in self.lengths):
+            cause = "the surface is a crystal: a period holds whole atoms"
+            yield Fault(("period",), "a whole number of a0", cause)
+        elif any(n % length for n, length in zip(self.n, self.lengths, strict=True)):
+            cause = "n is meant to be the period, or k times the period for k x k points per atom"
+            period = " and ".join(f"{length:g}" for length in dict.fromkeys(self.lengths))
+            yield Fault(("n",), f"a multiple of the period, {period}: spacing a0, a0/2, ...", cause)
+
+    def plain(self, *, identity: bool = False) -> dict[str, Any]:
+        """Keys and values as JSON has them, with the period as it is used."""
+        return {**super().plain(identity=identity), "period": list(self.lengths)}
+
+    def build(self) -> Grid:
+        return Grid(self.n, self.lengths)

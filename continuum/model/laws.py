@@ -174,6 +174,10 @@ def table(z: float, p: Real) -> tuple[float, float, float]:
     return _below(z, p[1], here) if z < p[1] else here
 
 
+FORMULAS = (spline, inverse_powers, exponential, table)
+"""Energy, traction and stiffness per area at one gap, by the kind of the law."""
+
+
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})
 def respond(kind: int, gap: Real, p: Real, response: Real) -> None:
     """Energy, traction and stiffness per area of a law, the rows of ``response``, at each gap of a tile."""

@@ -35,11 +35,6 @@ class ContactProblem:
     wall : the law between wall and surface.
     heights : of the wall, shape ``grid.shape``, in a0.
     substrate : its elastic response, with the mean mode.
-
-    Raises
-    ------
-    ArgumentError
-        If the heights do not fit the grid, miss points or are not real numbers.
     """
 
     grid: Grid

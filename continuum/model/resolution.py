@@ -23,13 +23,7 @@ LARGEST_SHARE = 0.05
 
 
 def check_slope(rms_slope: float) -> None:
-    """Refuse a surface of no slope, to which tolerances refer, and one that no linear theory has anything to say of.
-
-    Raises
-    ------
-    ArgumentError
-        If the slope is zero, not finite, or above :data:`LARGEST_SLOPE`.
-    """
+    """Refuse a surface of no slope, to which tolerances refer, and one that no linear theory has anything to say of."""
     if not 0 < rms_slope <= LARGEST_SLOPE * (1 + 1e-9):
         what = f"a slope greater than 0 and at most {LARGEST_SLOPE:g}: heights are in a0, as the spacing is"
         raise ArgumentError("rms slope of the heights", float(rms_slope), what)

@@ -6,11 +6,13 @@ zz entry of the 3 x 3 stiffness matrix, which holds the lateral displacements at
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from continuum.arguments import ArgumentError, array, instance, number, pair
 from continuum.model.cubic import (
@@ -22,6 +24,7 @@ from continuum.model.cubic import (
 )
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.tables import Fault, Positive, TableFamily, constraint
 
 OTHER_MEAN = 1.5
 """By this factor at most E*, as a mean over directions, depends on which mean is taken (fcc metals: 1.2)."""
@@ -49,13 +52,37 @@ def _with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
 
 
 def _check_mean(mean: object) -> None:
-    """Refuse what is no stiffness of the mean mode."""
     if isinstance(mean, str) and mean in ("clamped", "free"):
         return
     try:
         number("mean", mean, least=0)
     except ArgumentError:
         raise ArgumentError("mean", mean, '"clamped", "free", or a number >= 0') from None
+
+
+def _mean_mode(value: Any) -> Any:
+    try:
+        _check_mean(value)
+    except ArgumentError as error:
+        raise PydanticCustomError("mean_mode", "{allowed}", {"allowed": error.allowed}) from None
+    return value if isinstance(value, str) else float(value)
+
+
+_MeanMode = Annotated[MeanMode, BeforeValidator(_mean_mode)]
+
+
+class SubstrateTable(TableFamily):
+    """[substrate]: elastic response."""
+
+    kind_key: ClassVar[str] = "response"
+
+    response: str
+    mean: _MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+    def build(self) -> Substrate:
+        """The response."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -75,8 +102,16 @@ class HalfSpace:
         _check_mean(self.mean)
 
     def stiffness(self, grid: Grid) -> Real:
-        """K_q over the half spectrum, in E*/a0."""
         return _with_mean(instance("grid", grid, Grid).wavenumber / 2, self.mean)
+
+
+class HalfSpaceTable(SubstrateTable):
+    """[substrate] of response "half-space"."""
+
+    response: Literal["half-space"]
+
+    def build(self) -> Substrate:
+        return HalfSpace(**self.keywords())
 
 
 @dataclass(frozen=True)
@@ -116,7 +151,6 @@ class Layer:
         return (1 - nu) ** 2 / ((1 - 2 * nu) * self.depth)
 
     def stiffness(self, grid: Grid) -> Real:
-        """K_q over the half spectrum, in E*/a0."""
         nu, q = self.poisson, instance("grid", grid, Grid).wavenumber
         q[0, 0] = 1.0  # its value is set below
         x = q * self.depth
@@ -127,6 +161,19 @@ class Layer:
         # All terms positive: none cancels another.
         below = a * _decayed_sinh_less(2 * x) + 4 * (1 - 2 * nu) * x * decay
         return _with_mean(q / 2 * above / below, self.mean)
+
+
+class LayerTable(SubstrateTable):
+    """[substrate] of response "layer", bonded to a rigid base."""
+
+    response: Literal["layer"]
+    depth: Positive
+    """thickness, in a0"""
+    poisson: Annotated[float, Field(gt=-1, le=0.5)]
+    """Poisson's ratio"""
+
+    def build(self) -> Substrate:
+        return Layer(**self.keywords())
 
 
 def _decayed_sinh_less(y: Real) -> Real:
@@ -192,6 +239,33 @@ class CubicLayer:
         layer = surface_stiffness(self.constants, angle[long_wave], q[long_wave] * self.depth)
         stiffness_q[long_wave] = q[long_wave] * layer
         return _with_mean(stiffness_q, self.mean)
+
+
+class CrystalTable(SubstrateTable):
+    """[substrate] of response "crystal": cubic, (100) surface, the grid's axes along <110>."""
+
+    response: Literal["crystal"]
+    c11: Positive
+    """elastic constant, in E*"""
+    c12: float
+    """elastic constant, in E*"""
+    c44: Positive
+    """elastic constant, in E*"""
+    depth: Positive | None = None
+    """of a layer bonded to a rigid base, in a0; a half-space if not given"""
+
+    @constraint
+    def _stable(self) -> Iterator[Fault]:
+        if not (self.c11 > abs(self.c12) and self.c11 + 2 * self.c12 > 0):
+            yield Fault(("c12",), "C11 > |C12| and C11 + 2 C12 > 0, or the crystal is not stable")
+            return
+        modulus = contact_modulus(CubicConstants(self.c11, self.c12, self.c44))
+        if not 1 / OTHER_MEAN <= modulus <= OTHER_MEAN:
+            cause = f"constants in another unit than E*: divide all three by {modulus:.6g}"
+            yield Fault(("c11",), f"constants of a contact modulus of about 1, not {modulus:.6g}", cause)
+
+    def build(self) -> Substrate:
+        return CubicLayer(self.depth or np.inf, CubicConstants(self.c11, self.c12, self.c44), self.mean)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Rough walls: self-affine spectra and their synthesis, simple shapes, spectral moments.
+"""Rough walls: self-affine spectra and their synthesis, spectral moments.
 
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
@@ -10,15 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from continuum.arguments import ArgumentError, count, field, flag, instance, number, pair
+from continuum.arguments import ArgumentError, field, flag, instance, number
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
 """Rms slopes that are computed at all: below, squares are no numbers; above, heights are rather given in other units
 than a0."""
-HIGHEST = 1e30
-"""Heights of more a0 are none, and would overflow where they are squared."""
 _GENERATOR = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
 
 
@@ -41,13 +39,7 @@ def _moments(grid: Grid, power_q: Real) -> Moments:
 
 
 def moments(grid: Grid, heights: Real) -> Moments:
-    """Spectral moments of given heights; the mean height does not count.
-
-    Raises
-    ------
-    ArgumentError
-        If the heights are no map of finite numbers on that grid, or their squares are too large to be numbers.
-    """
+    """Spectral moments of given heights; the mean height does not count."""
     heights = field("heights", heights, instance("grid", grid, Grid).shape)
     with np.errstate(over="ignore", invalid="ignore"):
         power_q = np.abs(grid.forward(heights)) ** 2
@@ -93,13 +85,7 @@ class SelfAffine:
         flag("rescale", self.rescale)
 
     def power_q(self, grid: Grid) -> Real:
-        """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope.
-
-        Raises
-        ------
-        ArgumentError
-            If no wave of the period is long enough for λ_s.
-        """
+        """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""
         q = instance("grid", grid, Grid).wavenumber
         q[0, 0] = np.inf  # no power
         power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-2 - 2 * self.hurst)
@@ -130,11 +116,6 @@ class SelfAffine:
         ----------
         grid : where the heights are wanted.
         rng : from which phases and amplitudes are drawn, as ``numpy.random.default_rng(seed)`` makes one.
-
-        Raises
-        ------
-        ArgumentError
-            If λ_s is below two spacings, where the grid would alias the surface, or above the period.
         """
         finest = 2 * max(instance("grid", grid, Grid).spacing)
         instance("rng", rng, np.random.Generator, _GENERATOR)
@@ -195,60 +176,3 @@ def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
     count = ring_sum(weights.astype(np.float64))
     filled = count > 0
     return ring_sum(q * weights)[filled] / count[filled], ring_sum(power * weights)[filled] / count[filled]
-
-
-def sphere(grid: Grid, radius: float) -> Real:
-    """The lower side of a paraboloid of the given radius (in a0) that touches at the centre of the period."""
-    x, y = instance("grid", grid, Grid).positions
-    radius = number("radius", radius, above=0)
-    r2 = (x - grid.lengths[0] / 2) ** 2 + (y - grid.lengths[1] / 2) ** 2
-    return _parabola(r2, "radius", radius)
-
-
-def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
-    """Heights amplitude (1 - cos q.x) with q = 2π (waves[0]/Lx, waves[1]/Ly): lowest at the origin.
-
-    Parameters
-    ----------
-    amplitude : half the height from valley to crest, in a0.
-    waves : per period along x and y, at most half the points: whole numbers, negative for the other diagonal.
-    """
-    x, y = instance("grid", grid, Grid).positions
-    amplitude = number("amplitude", amplitude, least=-HIGHEST, most=HIGHEST)
-    for wave, n in zip(pair("waves", waves), grid.shape, strict=True):
-        count("waves", wave, -(n // 2), n // 2, why="a wave has two points at least")
-    if not any(waves):
-        raise ArgumentError("waves", waves, "at least one wave along x or y")
-    phase = 2 * np.pi * (waves[0] * x / grid.lengths[0] + waves[1] * y / grid.lengths[1])
-    return amplitude * (1 - np.cos(phase))
-
-
-def cylinder(grid: Grid, radius: float, axis: int = 1) -> Real:
-    """The lower side of a parabolic cylinder of the given radius (in a0), along x (axis 0) or y (1), at the centre."""
-    across = 1 - count("axis", axis, 0, 1)
-    distance = instance("grid", grid, Grid).positions[across] - grid.lengths[across] / 2
-    radius = number("radius", radius, above=0)
-    return np.broadcast_to(_parabola(distance**2, "radius", radius), grid.shape).copy()
-
-
-def punch(grid: Grid, flat_radius: float, edge_radius: float) -> Real:
-    """A round punch at the centre of the period: flat up to a radius, then rising as a parabola (both radii in a0).
-
-    Heights (r - b)²/(2R) for r > b, b the flat and R the edge radius: the rounded punch of Ciavarella, Hills and
-    Monno, Proc. Inst. Mech. Eng. C 212, 319 (1998).
-    """
-    x, y = instance("grid", grid, Grid).positions
-    r = np.hypot(x - grid.lengths[0] / 2, y - grid.lengths[1] / 2)
-    b = number("flat_radius", flat_radius, least=0)
-    if not b < r.max():
-        raise ArgumentError("flat_radius", flat_radius, f"below {r.max():g}: within the period, which needs an edge")
-    return _parabola(np.maximum(r - b, 0.0) ** 2, "edge_radius", number("edge_radius", edge_radius, above=0))
-
-
-def _parabola(squared: Real, name: str, radius: float) -> Real:
-    """Heights r²/(2R); a radius so small that they are no numbers is refused by its name."""
-    with np.errstate(over="ignore"):
-        heights: Real = squared / (2 * radius)
-    if not np.isfinite(heights).all():
-        raise ArgumentError(name, radius, "a radius that is not so small that the heights overflow")
-    return heights

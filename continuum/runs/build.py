@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from continuum.arguments import ArgumentError
-from continuum.files.tables import Table, refuse
-from continuum.files.toml import Fault
+from continuum.files.tables import refuse
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
@@ -17,6 +16,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.memory import physical_memory
 from continuum.solve.solution import Settings
+from continuum.tables import Fault, Table
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,12 +21,11 @@ from continuum.files.store import Dataset
 from continuum.files.tables import frozen, identity, restored
 from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
-from continuum.model.grid import Grid
+from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
 from continuum.runs.folder import TABLE_SCHEMA, Folder
 from continuum.runs.measured import COLUMNS, numbers_of
 from continuum.runs.sweep import SweepListing, System, systems_of
-from continuum.runs.tables import GridTable
 
 _RECENT = 50
 """Systems that ended last, from which the rate is taken."""

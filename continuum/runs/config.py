@@ -10,15 +10,16 @@ from pydantic import BeforeValidator, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 from continuum.errors import InputError
-from continuum.files.tables import Document, Table, constraint
-from continuum.files.toml import Fault
+from continuum.files import kinds as kinds
+from continuum.files.tables import Document
+from continuum.model.grid import GridTable
+from continuum.model.substrates import SubstrateTable
+from continuum.model.surfaces import SurfaceTable
+from continuum.model.walls import WallTable
 from continuum.path.state import Control, Search
 from continuum.runs.ranges import expand_range
-from continuum.runs.surfaces import SelfAffineSurface, SineSurface, SurfaceTable
-from continuum.runs.tables import Fraction, GridTable, SolverTable, SubstrateTable
-from continuum.runs.walls import WallTable
-
-_ROUNDING = 1e-12  # a value written in decimal may miss its bound by this fraction
+from continuum.runs.tables import SolverTable
+from continuum.tables import Fault, Fraction, Table, constraint
 
 
 def _spread(given: Any) -> Any:
@@ -161,10 +162,7 @@ class RunConfig(Document):
     def on(self, device: str) -> Self:
         """The same run on another device.
 
-        Raises
-        ------
-        InputError
-            If there is none of that name.
+        Raises InputError if there is none of that name.
         """
         try:
             solver = SolverTable.model_validate({**dict(self.solver), "device": device})
@@ -174,23 +172,12 @@ class RunConfig(Document):
         return self.model_copy(update={"solver": solver})
 
     @constraint
-    def _resolved(self) -> Iterator[Fault]:
-        surface, spacing = self.surface, self.grid.spacing
-        if isinstance(surface, SelfAffineSurface) and surface.lambda_s < 2 * spacing * (1 - _ROUNDING):
-            cause = "too coarse a grid: raise grid.n at the same period, or lambda_s"
-            yield Fault(("surface", "lambda_s"), f"at least two spacings, {2 * spacing:g} a0", cause)
-        if isinstance(surface, SineSurface):
-            limits = [n // 2 for n in self.grid.n]
-            if any(waves > limit for waves, limit in zip(surface.waves, limits, strict=True)):
-                cause = "the grid cannot show shorter waves: raise grid.n"
-                yield Fault(("surface", "waves"), f"at most half the points, {limits}", cause)
+    def _shows_the_surface(self) -> Iterator[Fault]:
+        yield from self.surface.too_short(self.grid.n, self.grid.lengths)
 
     @constraint
-    def _fits_the_period(self) -> Iterator[Fault]:
-        period = min(self.grid.lengths)
-        if isinstance(self.surface, SelfAffineSurface) and self.surface.lambda_L > period:
-            cause = "too small a period: raise grid.period (or grid.n), or lower lambda_L"
-            yield Fault(("surface", "lambda_L"), f"at most the period, {period:g} a0", cause)
+    def _holds_the_surface(self) -> Iterator[Fault]:
+        yield from self.surface.too_long(self.grid.lengths)
 
     @constraint
     def _load_to_carry(self) -> Iterator[Fault]:

@@ -15,8 +15,6 @@ import numpy as np
 from continuum.model.fourier import columns_forward, columns_inverse, padded, rows_forward, rows_inverse
 from continuum.model.grid import Grid
 from continuum.runs.config import RunConfig
-from continuum.runs.surfaces import SelfAffineSurface
-from continuum.runs.walls import AttractionWall
 
 # Peak memory of a run in bytes: the libraries, and per grid point; seen: 83 with a law (4096²), 110 with a hard wall.
 _BYTES, _BYTES_PER_POINT = 2.5e8, 115
@@ -87,14 +85,14 @@ def cost_of(config: RunConfig) -> Cost:
 def _pairs_of_area(config: RunConfig, larger: float) -> float:
     """Pairs of a point at a given area; ``larger`` is the size of the grid over that from which on they grow."""
     surface, wall = config.surface, config.wall
-    if not isinstance(surface, SelfAffineSurface):
+    shortest, slope = surface.shortest, surface.expected_slope
+    if shortest is None or slope is None:
         return float(_PAIRS_OF_AREA * (1 + 4 * wall.equivalent_range**2) * larger**_GROWTH)
-    rough = _ROUGH * (64 / surface.lambda_s) ** _FINENESS * larger**_ROUGH_GROWTH
-    if isinstance(wall, AttractionWall):
-        pull = min(24 * wall.adhesion_length / wall.effective_range**2, _STIFFEST)
+    rough = _ROUGH * (64 / shortest) ** _FINENESS * larger**_ROUGH_GROWTH
+    if wall.pull is not None:
+        pull = min(wall.pull, _STIFFEST)
         return float(rough * _APART * (1 + _SNAP[0] * pull ** _SNAP[1]))
-    slope = surface.expected_slope
-    near = min(wall.equivalent_range / (slope * surface.lambda_s), _FARTHEST)
+    near = min(wall.equivalent_range / (slope * shortest), _FARTHEST)
     return float(rough * (max(slope, _GENTLEST) / 0.1) ** _STEEPNESS * (1 + _REACH[0] * near ** _REACH[1]))
 
 

@@ -14,10 +14,7 @@ _HUGE = 1e150  # numbers whose differences and ratios are numbers, too
 def expand_range(given: Any) -> tuple[Any, ...]:
     """The values of a list, or of a range ``{from, to, step | factor | count}``, its end included.
 
-    Raises
-    ------
-    ValueError
-        If it is neither.
+    Raises ValueError if it is neither.
     """
     if isinstance(given, (tuple, list)):
         return tuple(given)

@@ -20,12 +20,10 @@ from continuum.measure.outline import Mask
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Wall
 from continuum.path.state import CONTROLS, Branch, Outcome
 from continuum.runs.config import RunConfig
 from continuum.runs.record import EVENT_DATASETS, PathEvent, Point, events_of, points_of
-from continuum.runs.walls import TableWall
 from continuum.solve.solution import Status
 
 if TYPE_CHECKING:
@@ -169,16 +167,10 @@ class Result:
 
 
 def stored_wall(path: Path, config: RunConfig, file: store.File) -> Wall:
-    """The wall of a stored run.
-
-    Raises
-    ------
-    StoreError
-        If it is a table that the file does not hold.
-    """
-    if not isinstance(config.wall, TableWall):
-        return config.wall.build()
-    if "wall/gap" not in file.datasets:
+    """The wall of a stored run; StoreError if it is a table that the file does not hold."""
+    names = (name for name in file.datasets if name.startswith("wall/"))
+    try:
+        return config.wall.restored({name.removeprefix("wall/"): file[name] for name in names})
+    except KeyError as error:
         msg = f"{path}: does not hold the table of its wall, as older versions did not store it: run it again"
-        raise StoreError(msg)
-    return TabulatedWall(file["wall/gap"], file["wall/traction"])
+        raise StoreError(msg) from error

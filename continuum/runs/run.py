@@ -18,7 +18,6 @@ from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import identity, resolved
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
 from continuum.path.state import PathState
@@ -26,10 +25,10 @@ from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
-from continuum.runs.surfaces import SelfAffineSurface
 from continuum.solve.backend import back_end
 from continuum.solve.solver import Solver
 
+_OF_KNOTS = {"gap": ("a0", "gap at the knots of the wall law"), "traction": ("E*", "traction at the knots")}
 Progress = Callable[[Point, int, int], None]
 """Called after each point with what it is, how many are done, and how many there are."""
 
@@ -117,10 +116,8 @@ def _write(record: Record, system: RunSetup, path: Path, key: str, resumed: int)
         "y": Dataset(y[0], ("y",), "a0", "position"),
         **record.datasets(restart=not finished),
     }
-    wall = system.problem.wall
-    if isinstance(wall, TabulatedWall):
-        datasets["wall/gap"] = Dataset(wall.gap, ("wall_knot",), "a0", "gap at the knots of the wall law")
-        datasets["wall/traction"] = Dataset(wall.traction, ("wall_knot",), "E*", "traction at the knots")
+    for name, values in system.problem.wall.knots.items():
+        datasets[f"wall/{name}"] = Dataset(values, ("wall_knot",), *_OF_KNOTS[name])
     if config.output.fields:
         heights = system.problem.heights.astype(np.float32)
         datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
@@ -152,9 +149,7 @@ def _attributes(system: RunSetup, key: str, finished: bool) -> dict[str, Attribu
     }
     if system.expected is not None:
         attributes |= {f"expected_{name}": value for name, value in system.expected._asdict().items()}
-    if isinstance(config.surface, SelfAffineSurface):
-        attributes["seed"] = config.surface.seed
-    return attributes
+    return {**attributes, **config.surface.attributes}
 
 
 def _device(name: str) -> dict[str, Attribute]:

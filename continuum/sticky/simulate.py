@@ -12,7 +12,6 @@ import numpy as np
 
 from continuum import units
 from continuum.arguments import instance
-from continuum.model.attraction import attraction_on_core
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -20,6 +19,7 @@ from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import moments
 from continuum.model.walls import LennardJonesSpline, Wall
+from continuum.model.walls.attraction import attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.state import Outcome
 from continuum.solve.solution import NotConvergedError, Settings

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from continuum.measure.curve import Curve, adhesion
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.model.surfaces import SelfAffineSurface
 from continuum.runs.collect import PointTable
-from continuum.runs.surfaces import SelfAffineSurface
 from continuum.sticky.criteria import AREA, RoughContact
 from continuum.theory import rough
 

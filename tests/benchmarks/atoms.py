@@ -26,9 +26,10 @@ from atomistic.response.material import model_of
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.surface import SelfAffine, sphere
-from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.surface import SelfAffine
+from continuum.model.surfaces import sphere
 from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
 

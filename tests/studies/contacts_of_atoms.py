@@ -24,7 +24,7 @@ from atomistic.response.lattice import LatticeResponse
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.surface import cylinder, sine, sphere
+from continuum.model.surfaces import cylinder, sine, sphere
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings

@@ -20,9 +20,9 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
-from continuum.model.surface import sine, sphere
-from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import follow, solve
 from continuum.path.state import PathState
 from continuum.solve.solution import Settings

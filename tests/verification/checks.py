@@ -15,7 +15,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
-from continuum.model.surface import sine, sphere
+from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import HardWall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings

@@ -7,27 +7,35 @@ of a half spectrum, of whose rows ``z.shape[1]`` numbers are the field; what is 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 from continuum.model import laws
 from continuum.model.fourier import Real
-from continuum.model.laws import EXPONENTIAL, INVERSE_POWERS, SPLINE
 from continuum.solve.cuda.device import Parameters, Sums, cuda, device_function, kernel
 
-_spline = device_function(laws.spline)
-_inverse_powers = device_function(laws.inverse_powers)
-_exponential = device_function(laws.exponential)
-_table = device_function(laws.table)
+Formula = Callable[[float, Real], tuple[float, float, float]]
+Response = Callable[[int, float, Real], tuple[float, float, float]]
 
 
 @device_function
-def respond(kind: int, z: float, p: Parameters) -> tuple[float, float, float]:
-    """Energy, traction and stiffness per area at one gap."""
-    if kind == SPLINE:
-        return _spline(z, p)
-    if kind == INVERSE_POWERS:
-        return _inverse_powers(z, p)
-    if kind == EXPONENTIAL:
-        return _exponential(z, p)
-    return _table(z, p)
+def _no_law(kind: int, z: float, p: Parameters) -> tuple[float, float, float]:
+    return math.nan, math.nan, math.nan
+
+
+def _or(kind: int, formula: Formula, others: Response) -> Response:
+    """Energy, traction and stiffness per area at one gap: by the formula if the law is of this kind."""
+
+    @device_function
+    def respond(asked: int, z: float, p: Parameters) -> tuple[float, float, float]:
+        return formula(z, p) if asked == kind else others(asked, z, p)
+
+    return respond
+
+
+respond: Response = _no_law
+for _kind, _formula in reversed(list(enumerate(laws.FORMULAS))):
+    respond = _or(_kind, device_function(_formula), respond)
 
 
 @kernel

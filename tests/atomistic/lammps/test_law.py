@@ -14,8 +14,8 @@ from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
 from atomistic.lammps.law import LAWS, PIECES, native_law, read_wall_table
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 
 
 def table(knots: int) -> TabulatedWall:

@@ -13,7 +13,8 @@ from continuum.measure.profile import gap_distribution, gap_profile, pressure_di
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
-from continuum.model.surface import SelfAffine, moments, sine, sphere
+from continuum.model.surface import SelfAffine, moments
+from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings

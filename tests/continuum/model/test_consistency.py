@@ -11,8 +11,8 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate, TabulatedSubstrate
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 
 GRIDS = [Grid((8, 8), (8.0, 8.0)), Grid((7, 9), (7.0, 11.0)), Grid((10, 5), (5.0, 5.0))]
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from continuum.arguments import ArgumentError
 from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine, cylinder, moments, power_spectrum, punch, sine, sphere
+from continuum.model.surface import SelfAffine, moments, power_spectrum
+from continuum.model.surfaces import cylinder, punch, sine, sphere
 from tests.wrong import ANYTHING, refused_by_name
 
 PAPER = SelfAffine(hurst=0.8, rms_slope=0.1, lambda_s=16.0, lambda_L=128.0)

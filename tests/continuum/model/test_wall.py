@@ -12,9 +12,9 @@ from scipy.integrate import simpson
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
-from continuum.model.attraction import Shape, attraction_on_core
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.attraction import Shape, attraction_on_core
+from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
 
 RANGES = [0.10954, 0.34641, 1.09545]

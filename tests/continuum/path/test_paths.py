@@ -22,9 +22,10 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
 from continuum.model.substrates import HalfSpace, MeanMode
-from continuum.model.surface import SelfAffine, moments, sine, sphere
-from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.surface import SelfAffine, moments
+from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, Event, Outcome, PathState, Search

@@ -10,8 +10,8 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
 from continuum.model.surface import SelfAffine
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings, Status
 

@@ -23,8 +23,8 @@ from continuum.model.grid import Grid
 from continuum.model.laws import Law, evaluate
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
-from continuum.model.tabulated_wall import TabulatedWall
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline
+from continuum.model.walls.tabulated import TabulatedWall
 from continuum.runs.result import Result
 from continuum.solve import backend, cpu, cuda
 from continuum.solve.cpu import pressing as cpu_pressing

@@ -13,7 +13,8 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
-from continuum.model.surface import SelfAffine, sine, sphere
+from continuum.model.surface import SelfAffine
+from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import HardWall, LennardJonesSpline
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, PathState, state_of

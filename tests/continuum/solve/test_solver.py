@@ -16,9 +16,10 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace, Layer
-from continuum.model.surface import SelfAffine, sine, sphere
-from continuum.model.tabulated_wall import TabulatedWall
+from continuum.model.surface import SelfAffine
+from continuum.model.surfaces import sine, sphere
 from continuum.model.walls import LennardJonesSpline
+from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import follow, solve
 from continuum.path.state import Control, PathState
 from continuum.solve.solution import NotConvergedError, Settings, Status

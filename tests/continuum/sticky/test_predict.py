@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.model.attraction import attraction_on_core
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers
+from continuum.model.walls.attraction import attraction_on_core
 from continuum.show.prediction import prediction_sheets
 from continuum.show.prediction_figures import overview
 from continuum.sticky import examples, materials

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from continuum.model.grid import Grid
 from continuum.model.surface import moments
+from continuum.model.surfaces import SelfAffineSurface
 from continuum.runs.axes import Axis
 from continuum.runs.collect import PointTable
 from continuum.runs.measured import COLUMNS
-from continuum.runs.surfaces import SelfAffineSurface
 from continuum.runs.sweep import SweepListing, System
 from continuum.show.dispute import THEORIES, Theory, dispute_sheets, draw_turns, many_contacts, write_dispute
 from continuum.show.paper_points import FigureError

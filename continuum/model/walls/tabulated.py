@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,7 +13,7 @@ from continuum.arguments import array
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
-from continuum.model.walls import Wall
+from continuum.model.walls.wall import Wall
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +27,6 @@ class TabulatedWall(Wall):
     ----------
     gap : increasing knots, in a0, at least four.
     traction : traction at each knot, in E*, compression positive; zero at the last knot.
-
-    Raises
-    ------
-    ValueError
-        If the table is not increasing, not finite, not repulsive at its first knot or not zero at its last.
     """
 
     gap: Real
@@ -54,13 +50,16 @@ class TabulatedWall(Wall):
             values.flags.writeable = False
             object.__setattr__(self, name, values)
 
+    @property
+    def knots(self) -> Mapping[str, Real]:
+        return {"gap": self.gap, "traction": self.traction}
+
     @cached_property
     def _spline(self) -> CubicSpline:
         return CubicSpline(self.gap, self.traction)
 
     @cached_property
     def law(self) -> Law:
-        """The law as compiled code takes it."""
         integral = self._spline.antiderivative()
         energy = float(integral(self.gap[-1])) - integral(self.gap[:-1])
         parts = (np.array([self.gap.size - 1.0]), self.gap, energy, self._spline.c.T.ravel())

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.optimize import brentq
 
 from continuum.arguments import choice, number
-from continuum.model.tabulated_wall import TabulatedWall
-from continuum.model.walls import Exponential, LennardJonesSpline, Wall
+from continuum.model.walls.exponential import Exponential
+from continuum.model.walls.spline import LennardJonesSpline
+from continuum.model.walls.tabulated import TabulatedWall
+from continuum.model.walls.wall import Wall, WallTable
+from continuum.tables import Positive
 
 Shape = Literal["spline", "exponential"]
-SHAPES: tuple[Shape, ...] = ("spline", "exponential")
 CORE_DEPTH = 2.0
 """To which a spline's core is tabulated, in a0, from where the traction vanishes."""
 _KNOTS = 101
@@ -38,13 +40,8 @@ def attraction_on_core(
     effective_range : Δr of Eq. (S-5), in a0.
     core_stiffness : traction per overlap, in E*/a0; at least the stiffness of the paper's law of this work and range.
     core_depth : to which the core of a spline is tabulated, in a0; deeper it is continued by the same line.
-
-    Raises
-    ------
-    ArgumentError
-        If the shape is none of these, or a number is not positive.
     """
-    choice("shape", shape, SHAPES)
+    choice("shape", shape, get_args(Shape))
     w = number("adhesion_length", adhesion_length, above=0)
     r = number("effective_range", effective_range, above=0)
     depth = number("core_depth", core_depth, above=0)
@@ -74,3 +71,25 @@ def _exponential(w: float, effective_range: float, core_stiffness: float) -> Exp
     low, high = effective_range / 10, effective_range
     decay = brentq(lambda rho: law(rho).effective_range - effective_range, low, high, rtol=1e-13)
     return law(float(decay))
+
+
+class AttractionWall(WallTable):
+    """[wall] of law "attraction-on-core": work, range and core chosen apart, which the paper's law ties together."""
+
+    law: Literal["attraction-on-core"]
+    shape: Shape
+    """attraction of the paper's law, "spline", or one without end, "exponential"
+    """
+    adhesion_length: Positive
+    """l_a = w/E*, in a0"""
+    effective_range: Positive
+    """distance over which the wall attracts, Eq. (S-5), in a0"""
+    core_stiffness: Positive
+    """traction per overlap, in E*/a0; at least the attraction's own stiffness"""
+
+    @property
+    def pull(self) -> float:
+        return 24 * self.adhesion_length / self.effective_range**2
+
+    def build(self) -> Wall:
+        return attraction_on_core(**self.keywords())

@@ -1,0 +1,61 @@
+"""Walls and surfaces of an input that are read from a file of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from continuum.files.arrays import HDF5_SUFFIXES, read_numbers, read_text
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.surfaces import SurfaceTable
+from continuum.model.walls import TabulatedWall, Wall, WallTable
+from continuum.tables import Fault, InputFile, constraint
+
+
+class TableWall(WallTable):
+    """[wall] of law "table"."""
+
+    law: Literal["table"]
+    path: InputFile
+    """text, two columns: gap in a0 (increasing) and traction in E* (compression positive, zero at the end)"""
+
+    def build(self) -> Wall:
+        """The law; raises ValueError or OSError if the file is no table of a wall."""
+        columns = read_text(self.path)
+        if columns.shape[1] != 2:
+            msg = f"{self.path} has {columns.shape[1]} columns, a wall has 2: gap and traction"
+            raise ValueError(msg)
+        return TabulatedWall(columns[:, 0], columns[:, 1])
+
+    def restored(self, stored: Mapping[str, Any]) -> Wall:
+        return TabulatedWall(stored["gap"], stored["traction"])
+
+
+class FileSurface(SurfaceTable):
+    """[surface] of kind "file": heights of your own."""
+
+    kind: Literal["file"]
+    path: InputFile
+    """heights in a0, one number per point of the grid: .npy, .h5/.hdf5, or text with one row per x"""
+    dataset: str | None = None
+    """name of the dataset in an HDF5 file"""
+
+    @constraint
+    def _dataset(self) -> Iterator[Fault]:
+        hdf5 = self.path.suffix.lower() in HDF5_SUFFIXES
+        if hdf5 and self.dataset is None:
+            yield Fault(("dataset",), "the name of a dataset, which an HDF5 file needs")
+        if not hdf5 and self.dataset is not None:
+            yield Fault(("dataset",), f"only with an HDF5 file ({', '.join(sorted(HDF5_SUFFIXES))})")
+
+    def build(self, grid: Grid) -> Real:
+        """The heights; raises ValueError or OSError if the file does not hold finite numbers of the grid's shape."""
+        heights = read_numbers(self.path, self.dataset, grid.shape)
+        missing = np.count_nonzero(~np.isfinite(heights))
+        if missing:
+            msg = f"{missing} of the {heights.size} heights in {self.path} are not finite numbers"
+            raise ValueError(msg)
+        return heights

@@ -1,0 +1,74 @@
+"""Families of tables: an input knows a kind as soon as it is defined, and no earlier."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import pytest
+
+from atomistic.config.deck import DeckConfig, DeckSurface
+from continuum.files.inputs import load
+from continuum.files.reference import markdown, schema
+from continuum.files.toml import ConfigError
+from continuum.model.surfaces import SurfaceTable
+from continuum.model.walls import LennardJonesSpline, Wall, WallTable
+from continuum.runs.config import RunConfig
+from continuum.tables import Positive, tables_in
+
+INPUT = "inputs/smoke/nonadhesive.toml"
+
+
+@pytest.fixture
+def newcomer():
+    class Newcomer(WallTable):
+        """[wall] of law "newcomer"."""
+
+        law: Literal["newcomer", "also-newcomer"]
+        strength: Positive
+        """tells how strong it is"""
+
+        def build(self) -> Wall:
+            return LennardJonesSpline(self.strength)
+
+    yield Newcomer
+    for name in ("newcomer", "also-newcomer"):
+        del WallTable.kinds[name]
+
+
+def test_a_kind_is_known_once_it_is_defined(newcomer: type[WallTable]) -> None:
+    for name in ("newcomer", "also-newcomer"):
+        config = load(INPUT, RunConfig, {"wall": {"law": name, "strength": 0.25}})
+        assert type(config.wall) is newcomer
+        assert config.wall.build() == LennardJonesSpline(0.25)
+        assert config.wall.plain() == {"law": name, "strength": 0.25}
+    assert RunConfig(**dict(config)).wall is config.wall  # a table that is there is taken as it is
+    assert 'with `law = "newcomer" or "also-newcomer"`' in markdown(RunConfig, "Keys")
+    assert "tells how strong" in schema(RunConfig)
+
+
+def test_its_faults_are_told_in_its_words(newcomer: type[WallTable]) -> None:
+    for given, words in (
+        ({"law": "newcomer", "strength": -1.0}, "greater than 0 (tells how strong it is)"),
+        ({"law": "newcomer", "strength": 1.0, "range": 1.0}, "it belongs to another kind of [wall]"),
+        ({"law": "newcomar", "strength": -1.0}, 'did you mean "newcomer"?'),
+        ({"strength": 1.0}, "which kind of table"),
+        ({"law": 3}, "one of"),
+        (3, "a table, [wall]"),
+    ):
+        with pytest.raises(ConfigError) as refused:
+            load(INPUT, RunConfig, {"wall": given})
+        assert words in str(refused.value)
+    # A slip in the kind does not hide what else is wrong.
+    with pytest.raises(ConfigError, match="how strong"):
+        load(INPUT, RunConfig, {"wall": {"law": "newcomar", "strength": -1.0}})
+
+
+def test_a_kind_that_is_not_defined_is_refused() -> None:
+    with pytest.raises(ConfigError, match="one of"):
+        load(INPUT, RunConfig, {"wall": {"law": "newcomer", "strength": 1.0}})
+
+
+def test_a_family_below_another_has_the_kinds_of_both() -> None:
+    assert set(DeckSurface.kinds) == {*SurfaceTable.kinds, "topography"}
+    assert "topography" not in SurfaceTable.kinds
+    assert len(tables_in(DeckConfig.model_fields["surface"].annotation)) == len(DeckSurface.kinds)
