@@ -8,8 +8,8 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.solve.cpu.faces import Face
-from continuum.solve.cpu.levels import Level
+from continuum.solve.cpu.bound import CpuBoundEngine
+from continuum.solve.cpu.engine import CpuEngine
 
 SMALLEST = 128
 """Grids of no more points along a side have no coarser one: calls, not points, would take the time."""
@@ -33,11 +33,15 @@ def devices() -> tuple[str, ...]:
     return ()
 
 
-def level(grid: Grid, stiffness_q: Real, threads: int, coarser: int) -> Level:
-    """The arrays of a smooth solve."""
-    return Level(grid, np.array(stiffness_q, order="C"), threads, coarser, SMALLEST)
+def engine(grid: Grid, K: Real, threads: int, below: Grid | None, finer: CpuEngine | None) -> CpuEngine:
+    """The arrays of a grid; each has its own."""
+    return CpuEngine(grid, np.array(K, order="C"), threads, below)
 
 
-def face(grid: Grid, stiffness_q: Real, threads: int) -> Face:
-    """The arrays of a solve under a bound."""
-    return Face(grid, np.array(stiffness_q, order="C"), threads, SMALLEST)
+def reserve(points: int, fields: float) -> None:
+    """The system says when memory ends."""
+
+
+def bound_engine(grid: Grid, K: Real, threads: int, finer: CpuBoundEngine | None) -> CpuBoundEngine:
+    """The same for the bound-constrained solver."""
+    return CpuBoundEngine(grid, np.array(K, order="C"), threads)

@@ -57,6 +57,23 @@ def contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: float
 
 
 @compiled
+def ones(start: int, stop: int, sums: Real, mask: Mask, m: Real) -> None:
+    """Set m <- 1 on the contact, 0 off it."""
+    for i in range(start, stop):
+        for j in range(m.shape[1]):
+            m[i, j] = 1.0 if mask[i, j] else 0.0
+
+
+@compiled
+def multiply(first: int, last: int, sums: Real, work: Real, values_q: Real) -> None:
+    """Spectrum in work, times values for each mode."""
+    for i in range(values_q.shape[0]):
+        for j in range(first, last):
+            work[i, 2 * j] *= values_q[i, j]
+            work[i, 2 * j + 1] *= values_q[i, j]
+
+
+@compiled
 def narrow(start: int, stop: int, sums: Real, mask: Mask, out: Real) -> None:
     """Set out <- 0 off the contact; sums: of out."""
     total = 0.0
@@ -97,15 +114,15 @@ def correct(
 
 
 @compiled
-def turn(
-    start: int, stop: int, sums: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, work: Real
+def turn_on_contact(
+    start: int, stop: int, sums: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, out: Real
 ) -> None:
-    """Direction t <- s + beta (t - weight m), copied into work."""
+    """Direction t <- s + beta (t - weight m), copied into out."""
     for i in range(start, stop):
         for j in range(t.shape[1]):
             if mask[i, j]:
                 t[i, j] = s[i, j] + beta * (t[i, j] - weight * m[i, j])
-            work[i, j] = t[i, j]
+            out[i, j] = t[i, j]
 
 
 @compiled
@@ -150,22 +167,22 @@ def trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out:
 
 
 @compiled
-def advance(start: int, stop: int, sums: Real, z: Real, step: float, change: Real) -> None:
-    """After a free step, change holding G t: change <- -step change; z <- z + change."""
+def advance(start: int, stop: int, sums: Real, z: Real, step: float, out: Real) -> None:
+    """After a free step, out holding G t: out <- -step G t, the change of z; z <- z + out."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
-            change[i, j] *= -step
-            z[i, j] += change[i, j]
+            out[i, j] *= -step
+            z[i, j] += out[i, j]
 
 
 @compiled
-def arrive(start: int, stop: int, sums: Real, p: Real, offset: Real, work: Real) -> None:
-    """Gap work <- work + offset, work holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
+def arrive(start: int, stop: int, sums: Real, p: Real, offset: Real, out: Real) -> None:
+    """Gap out <- out + offset, out holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
     energy = size = 0.0
     for i in range(start, stop):
         for j in range(p.shape[1]):
-            gap = work[i, j] + offset[i, j]
-            work[i, j] = gap
+            gap = out[i, j] + offset[i, j]
+            out[i, j] = gap
             energy += 0.5 * p[i, j] * (gap + offset[i, j])
             size += p[i, j] * (abs(gap) + abs(offset[i, j]))
     sums[0] = energy
@@ -183,12 +200,22 @@ def accept(start: int, stop: int, sums: Real, z: Real, new: Real) -> None:
 
 
 @compiled
-def misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, error: Real) -> None:
-    """Set error <- what closing the contact and lifting the overlaps adds to u."""
+def misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, out: Real) -> None:
+    """Set out <- what closing the contact and lifting the overlaps adds to u."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
             gap = z[i, j] + shift
-            error[i, j] = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
+            out[i, j] = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
+
+
+@compiled
+def finish(start: int, stop: int, sums: Real, p: Real, z: Real, by: float, smallest: float) -> None:
+    """Gap z <- z + by, exactly zero where p presses and positive elsewhere."""
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            gap = z[i, j] + by
+            gap = smallest if gap < smallest else gap
+            z[i, j] = 0.0 if p[i, j] > 0.0 else gap
 
 
 @compiled

@@ -223,8 +223,22 @@ def low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_ro
 
 
 @compiled
-def square(first: int, last: int, sums: Real, g: Real, weights: Real) -> None:
-    """sums: |g|²."""
+def elastic(first: int, last: int, sums: Real, g: Real, work: Real, K: Real, force: float) -> None:
+    """Gradient without the traction of the wall: g <- K u - F, the spectrum of u in work."""
+    for i in range(K.shape[0]):
+        for j in range(first, last):
+            g[i, 2 * j] = K[i, j] * work[i, 2 * j]
+            g[i, 2 * j + 1] = K[i, j] * work[i, 2 * j + 1]
+    if first == 0:
+        g[0, 0] -= force
+
+
+@compiled
+def add_square(first: int, last: int, sums: Real, g: Real, work: Real, weights: Real) -> None:
+    """Set g <- g + work; sums: |g|²."""
+    for i in range(g.shape[0]):
+        for c in range(2 * first, 2 * last):
+            g[i, c] += work[i, c]
     for i in range(g.shape[0]):
         for j in range(first, last):
             sums[0] += weights[j] * (g[i, 2 * j] * g[i, 2 * j] + g[i, 2 * j + 1] * g[i, 2 * j + 1])

@@ -106,6 +106,16 @@ class Kernel:
     def __init__(self, function: Callable[..., None]) -> None:
         self.function, self.__doc__, self.__name__ = function, function.__doc__, function.__name__
 
+    @cached_property
+    def needs(self) -> tuple[str, ...]:
+        """Names of its arguments, without the sums."""
+        return tuple(name for name in inspect.signature(self.function).parameters if name != "sums")
+
+    @cached_property
+    def summed(self) -> bool:
+        """Whether it leaves parts of sums."""
+        return "sums" in inspect.signature(self.function).parameters
+
     @property
     def signature(self) -> Any:
         """Types of its arguments, as numba has them."""

@@ -51,11 +51,14 @@ def total(values: Real, sums: Sums) -> None:
 
 
 @kernel
-def into(work: Real, values: Real, scale: float) -> None:
-    """Values, times scale, into work."""
+def copy(work: Real, values: Real, scale: float, sums: Sums) -> None:
+    """Values, times scale, into work.  sums: of them."""
+    total = 0.0
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             work[i, j] = scale * values[i, j]
+            total += values[i, j]
+    sums[0, cuda.grid(1)] = total
 
 
 @kernel

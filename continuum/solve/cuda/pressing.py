@@ -92,14 +92,14 @@ def kernel_q(work: Real, K: Real) -> None:
 
 
 @kernel
-def window(work: Real, columns: int, part: float, factor: float) -> None:
-    """The field in work, times factor, cut off by a triangular window, this part of the period wide."""
+def window(work: Real, columns: int, part: float, scale: float) -> None:
+    """The field in work, times scale, cut off by a triangular window, this part of the period wide."""
     rows = work.shape[0]
     for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
         x = max(0.0, 1.0 - min(i, rows - i) / (part * rows))
         for j in range(cuda.threadIdx.x, columns, cuda.blockDim.x):
             y = max(0.0, 1.0 - min(j, columns - j) / (part * columns))
-            work[i, j] *= factor * x * y
+            work[i, j] *= scale * x * y
 
 
 @kernel
@@ -157,14 +157,6 @@ def select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> N
 
 
 @kernel
-def marked(work: Real, mask: Mask, factor: float) -> None:
-    """A number on the contact, 0 off it, into work."""
-    for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
-            work[i, j] = factor if mask[i, j] else 0.0
-
-
-@kernel
 def ones(m: Real, mask: Mask) -> None:
     """Set m <- 1 on the contact, 0 off it."""
     for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
@@ -173,11 +165,11 @@ def ones(m: Real, mask: Mask) -> None:
 
 
 @kernel
-def contact(work: Real, mask: Mask, z: Real, shift: float, factor: float) -> None:
-    """Z + shift on the contact, 0 off it, times factor, into work."""
+def contact(work: Real, mask: Mask, z: Real, shift: float, scale: float) -> None:
+    """Z + shift on the contact, 0 off it, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            work[i, j] = factor * (z[i, j] + shift) if mask[i, j] else 0.0
+            work[i, j] = scale * (z[i, j] + shift) if mask[i, j] else 0.0
 
 
 @kernel
@@ -222,15 +214,17 @@ def correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight
 
 
 @kernel
-def turn(work: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, factor: float) -> None:
-    """Direction t <- s + beta (t - weight m); times factor into work."""
+def turn_on_contact(
+    work: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, scale: float
+) -> None:
+    """Direction t <- s + beta (t - weight m); times scale into work."""
     for i in range(cuda.blockIdx.x, t.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, t.shape[1], cuda.blockDim.x):
             here = t[i, j]
             if mask[i, j]:
                 here = s[i, j] + beta * (here - weight * m[i, j])
                 t[i, j] = here
-            work[i, j] = factor * here
+            work[i, j] = scale * here
 
 
 @kernel
@@ -269,12 +263,12 @@ def trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
 
 
 @kernel
-def advance(z: Real, change: Real, work: Real, step: float) -> None:
-    """After a free step, work holding G t: change <- -step G t; z <- z + change."""
+def advance(z: Real, out: Real, work: Real, step: float) -> None:
+    """After a free step, work holding G t: out <- -step G t, the change of z; z <- z + out."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             by = -step * work[i, j]
-            change[i, j] = by
+            out[i, j] = by
             z[i, j] += by
 
 
@@ -307,15 +301,15 @@ def accept(z: Real, new: Real) -> None:
 
 
 @kernel
-def misses(work: Real, p: Real, z: Real, shift: float, factor: float, sums: Sums) -> None:
-    """What closing the contact and lifting the overlaps adds to u, times factor, into work; its largest size."""
+def misses(work: Real, p: Real, z: Real, shift: float, scale: float, sums: Sums) -> None:
+    """What closing the contact and lifting the overlaps adds to u, times scale, into work; its largest size."""
     largest = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j] + shift
             error = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
             largest = max(largest, abs(error))
-            work[i, j] = factor * error
+            work[i, j] = scale * error
     sums[0, cuda.grid(1)] = largest
 
 

@@ -29,11 +29,11 @@ def _low_row(r: int, low_rows: int, rows: int) -> int:
 @kernel
 def gradient(
     g: Real, d: Real, work: Real, K: Real, c0: float, alpha: float, beta: float, low_rows: int, low_columns: int,
-    single: int, held: int, complete: int, sums: Sums,
+    single: int, held: int, sums: Sums,
 ) -> None:  # fmt: skip
     """Finish the last step in Fourier space and precondition the new gradient.
 
-    On entry ``work`` holds the change of traction of that step (with ``complete`` there is none), alpha its length,
+    On entry ``work`` holds the change of traction of that step, alpha its length,
     beta the weight of the direction before it::
 
         d <- beta d - M g        (the direction of the step, M = 1/(K + c0))
@@ -53,7 +53,7 @@ def gradient(
             g0, g1 = g[i, 2 * j], g[i, 2 * j + 1]
             d0, d1 = d[i, 2 * j], d[i, 2 * j + 1]
             y0 = y1 = 0.0
-            if not complete and not (held and i == 0 and j == 0):
+            if not (held and i == 0 and j == 0):
                 y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
             low = low_row and j < low_columns
             m = 1.0 / (k + c0)
@@ -89,7 +89,7 @@ def gradient(
 
 @kernel
 def low_modes(
-    g: Real, d: Real, work: Real, K: Real, e: Real, c0: float, low_rows: int, low_columns: int, single: int, held: int,
+    g: Real, d: Real, work: Real, K: Real, e: Real, c0: float, low_rows: int, low_columns: int, single: int,
     sums: Sums,
 ) -> None:  # fmt: skip
     """The modes that the coarse grid has seen: work <- s = -e, and their share of the sums of `gradient`."""
@@ -101,9 +101,7 @@ def low_modes(
             k = K[i, j]
             weight = _weight(j, single)
             y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
-            s0 = s1 = 0.0
-            if not (held and i == 0 and j == 0):
-                s0, s1 = -e[coarse, 2 * j], -e[coarse, 2 * j + 1]
+            s0, s1 = -e[coarse, 2 * j], -e[coarse, 2 * j + 1]
             work[i, 2 * j], work[i, 2 * j + 1] = s0, s1
             gs += weight * (g[i, 2 * j] * s0 + g[i, 2 * j + 1] * s1)
             ys += weight * (y0 * s0 + y1 * s1)

@@ -19,31 +19,33 @@ _table = device_function(laws.table)
 
 
 @device_function
-def respond(kind: int, z: float, p: Parameters) -> tuple[float, float, float]:
+def respond(kind: int, z: float, parameters: Parameters) -> tuple[float, float, float]:
     """Energy, traction and stiffness per area at one gap."""
     if kind == SPLINE:
-        return _spline(z, p)
+        return _spline(z, parameters)
     if kind == INVERSE_POWERS:
-        return _inverse_powers(z, p)
+        return _inverse_powers(z, parameters)
     if kind == EXPONENTIAL:
-        return _exponential(z, p)
-    return _table(z, p)
+        return _exponential(z, parameters)
+    return _table(z, parameters)
 
 
 @kernel
-def press(work: Real, z: Real, kind: int, p: Parameters, reach: float, scale: float) -> None:
+def press(work: Real, z: Real, kind: int, parameters: Parameters, reach: float, scale: float) -> None:
     """Traction, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j]
             traction = 0.0
             if not gap >= reach:
-                traction = respond(kind, gap, p)[1]
+                traction = respond(kind, gap, parameters)[1]
             work[i, j] = scale * traction
 
 
 @kernel
-def turn(d: Real, work: Real, z: Real, beta: float, kind: int, p: Parameters, reach: float, sums: Sums) -> None:
+def turn(
+    d: Real, work: Real, z: Real, beta: float, kind: int, parameters: Parameters, reach: float, sums: Sums
+) -> None:
     """New direction, d <- beta d - s, s in work.  sums: of stiffness d²."""
     curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -52,12 +54,12 @@ def turn(d: Real, work: Real, z: Real, beta: float, kind: int, p: Parameters, re
             d[i, j] = e
             gap = z[i, j]
             if not gap >= reach:
-                curvature += respond(kind, gap, p)[2] * e * e
+                curvature += respond(kind, gap, parameters)[2] * e * e
     sums[0, cuda.grid(1)] = curvature
 
 
 @kernel
-def line(z: Real, d: Real, alpha: float, kind: int, p: Parameters, reach: float, sums: Sums) -> None:
+def line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reach: float, sums: Sums) -> None:
     """At z - alpha d.  sums: of (change of traction) d; of stiffness d²."""
     slope = curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -65,8 +67,8 @@ def line(z: Real, d: Real, alpha: float, kind: int, p: Parameters, reach: float,
             gap, e = z[i, j], d[i, j]
             trial = gap - alpha * e
             if not gap >= reach or not trial >= reach:
-                here = respond(kind, gap, p)
-                there = respond(kind, trial, p)
+                here = respond(kind, gap, parameters)
+                there = respond(kind, trial, parameters)
                 slope += (there[1] - here[1]) * e
                 curvature += there[2] * e * e
     slot = cuda.grid(1)
@@ -82,7 +84,7 @@ def move(
     step: float,
     alpha: float,
     kind: int,
-    p: Parameters,
+    parameters: Parameters,
     reach: float,
     scale: float,
     sums: Sums,
@@ -101,8 +103,8 @@ def move(
             old = gap + alpha * e
             change = 0.0
             if not gap >= reach or not old >= reach:
-                here = respond(kind, old, p)
-                there = respond(kind, gap, p)
+                here = respond(kind, old, parameters)
+                there = respond(kind, gap, parameters)
                 change = there[1] - here[1]
                 slope += change * e
                 second += there[0] - here[0] - alpha * here[1] * e
