@@ -1,21 +1,19 @@
-"""The seam between mathematics and machine: what a solver asks of one grid, and the back ends that offer it.
+"""The seam between mathematics and machine: what the grids of the solvers ask of a device, and the devices.
 
-The solvers, :mod:`continuum.solve.smooth` and :mod:`continuum.solve.hard`, see scalars only.  A grid of a solve - a
-:class:`Level` or a :class:`Face` - owns the fields: where they lie, how they are padded and transformed, in how many
-threads or on what device.  It is made once for a path and then takes one problem after the other.  Each operation
-below may be one launch on a device, its sums reduced there and read once.
+The solvers, :mod:`continuum.solve.smooth` and :mod:`continuum.solve.hard`, see scalars only.  A grid of a solve,
+:mod:`continuum.solve.smooth_grid` or :mod:`continuum.solve.bound_grid`, names the fields and the order of the
+operations.  An :class:`Engine` owns the memory: where fields lie, how they are padded and transformed, in how many
+threads or on what device.  It is made once for a path and then takes one problem after the other.
 
-Fields cross the seam in four places: ``pose`` takes an offset and a start, ``take_gap`` and ``take`` hand out what was
-found, ``touch`` what needs no solving.  These are host arrays; a back end may recognise what it was given before.
-
-A back end is a module with the names of :class:`BackEnd`, and one line in :data:`BACK_ENDS`.
+A back end is a subclass of :class:`BackEnd`, and one line in :data:`BACK_ENDS`.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from importlib import import_module
 from math import prod
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import Any, Protocol
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -45,30 +43,36 @@ def back_end(device: str) -> BackEnd:
     if device not in BACK_ENDS:
         msg = f"there is no device {device!r}: there is {', '.join(BACK_ENDS)}"
         raise ValueError(msg)
-    found = cast("BackEnd", import_module(BACK_ENDS[device]))
+    found: BackEnd = import_module(BACK_ENDS[device]).BACK_END
     found.require()
     return found
 
 
-class BackEnd(Protocol):
-    """What the module of a back end offers."""
+class BackEnd(ABC):
+    """A kind of device; its module has one as ``BACK_END``."""
 
     SMALLEST: int
     """Grids of no more points along a side have no coarser one."""
-    LEVELS: int
+    LEVELS = 3
     """Grids that a step of the smooth solver uses, at most."""
-    CAUTION: str
+    CAUTION = ""
     """What its user has to know before relying on it; empty for nothing."""
 
-    def require(self) -> None:
+    def require(self) -> None:  # noqa: B027
         """Raise :class:`continuum.errors.InputError`, with what to install, where this machine cannot run it."""
 
     def machine(self) -> str:
         """Name of what it runs on, beyond the name of the device; empty for nothing."""
+        return ""
 
     def devices(self) -> tuple[str, ...]:
         """Names of those that processes should not share; empty where they may."""
+        return ()
 
+    def reserve(self, points: int, fields: float) -> None:  # noqa: B027
+        """Raise MemoryError if so many fields of so many points do not fit on the device."""
+
+    @abstractmethod
     def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> Engine:
         """The arrays of a grid, on which the sweeps go; a coarser grid's may use memory of the finer one's.
 
@@ -76,11 +80,9 @@ class BackEnd(Protocol):
         one, are swept apart.  An engine works with those of its own kind only: hence the loose types.
         """
 
-    def reserve(self, points: int, fields: float) -> None:
-        """Raise MemoryError if so many fields of so many points do not fit on the device."""
-
+    @abstractmethod
     def bound_engine(self, grid: Grid, K: Real, threads: int, finer: Any) -> BoundEngine:
-        """The same for the bound-constrained solver, a :class:`BoundEngine`."""
+        """The same for the bound-constrained solver."""
 
 
 class Engine(Protocol):
@@ -232,9 +234,3 @@ class BoundEngine(Engine, Protocol):
 def lent(whole: Array, *shape: int) -> Array:
     """Memory that is not in use, as an array of this shape."""
     return whole.ravel()[: prod(shape)].reshape(shape)
-
-
-if TYPE_CHECKING:
-    from continuum.solve import cpu, cuda
-
-    _COMPLETE: tuple[BackEnd, ...] = (cpu, cuda)

@@ -67,12 +67,12 @@ def constrain(
     sink = pressure / mean_stiffness if 0 < mean_stiffness < np.inf else 0.0
     if not grid.pose(offset, start, lift=lift, sink=sink, mean_stiffness=mean_stiffness):
         points = offset if start is None else start
-        return Solution(points, Status.NON_FINITE, np.inf, 0, by=np.broadcast_to(0.0, points.shape))
+        return Solution(points, Status.NON_FINITE, np.inf, 0, pressure=np.broadcast_to(0.0, points.shape))
     if mean_stiffness == 0 and not pressure >= 0:
         msg = f"a hard wall only pushes: give a mean pressure of zero or more, not {pressure:g}"
         raise ValueError(msg)
     if mean_stiffness == 0 and pressure == 0:
-        return Solution(grid.touch(), Status.CONVERGED, 0.0, 0, by=np.broadcast_to(0.0, offset.shape))
+        return Solution(grid.touch(), Status.CONVERGED, 0.0, 0, pressure=np.broadcast_to(0.0, offset.shape))
     if np.isinf(mean_stiffness) and not grid.mean_offset() > 0:
         msg = f"a hard wall leaves no surface at a mean gap of {grid.mean_offset():g} a0: it has to be positive"
         raise ValueError(msg)
@@ -88,7 +88,7 @@ def constrain(
         (grid.work, *coarse),
         time.perf_counter() - began,
         tuple(dual.history),
-        by=traction,
+        pressure=traction,
         gap_error=outcome.gap_error,
         duality_gap=outcome.duality_gap,
     )

@@ -64,7 +64,7 @@ def minimise(
     """
     began = time.perf_counter()
     if not grid.pose(law, offset, start, lift=lift, pressure=pressure, mean_stiffness=mean_stiffness):
-        return Solution(offset if start is None else start, Status.NON_FINITE, np.inf, 0, by=law)
+        return Solution(offset if start is None else start, Status.NON_FINITE, np.inf, 0, law=law)
     history: list[Iteration] = []
     status = _solve(grid, levels, settings, 0, history, started=start is not None)
 
@@ -78,7 +78,7 @@ def minimise(
         status = Status.CONVERGED
     work = tuple(each.work for each in grid.chain if each.work.fft_pairs)
     seconds = time.perf_counter() - began
-    return Solution(grid.hand_out(), status, residual, len(history) - 1, work, seconds, tuple(history), by=law)
+    return Solution(grid.hand_out(), status, residual, len(history) - 1, work, seconds, tuple(history), law=law)
 
 
 def _solve(

@@ -253,7 +253,7 @@ def iteration(n: int, seed: int, adhesion_length: float, mean_gap: float) -> dic
     state, whole = _timed(lambda: solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE)))
     all_pairs = state.solution.require().fft_pairs
 
-    cpu.LEVELS = 1
+    cpu.BACK_END.LEVELS = 1
 
     def run(iterations: int) -> Solution:
         settings = Settings(1e-30, max_iterations=iterations, warm_grids=0)

@@ -10,9 +10,8 @@ import numpy as np
 from continuum.model.fourier import Real, padded, rows_forward, rows_inverse
 from continuum.model.grid import Grid
 from continuum.solve.backend import lent
-from continuum.solve.cpu import pressing
 from continuum.solve.cpu.compiled import Mask
-from continuum.solve.cpu.engine import CpuEngine, memory, whole
+from continuum.solve.cpu.engine import KERNELS, CpuEngine, memory, whole
 
 
 class CpuBoundEngine(CpuEngine):
@@ -87,7 +86,7 @@ class CpuBoundEngine(CpuEngine):
 
     def comply(self) -> float:
         spectrum = self.w[:, : 2 * self.G.shape[1]]
-        return float(self.rows_of(pressing.compliance, spectrum, self.G, self.single)[0])
+        return float(self.rows_of(KERNELS["compliance"][0], spectrum, self.G, self.single)[0])
 
     # --- what is asked at once -----------------------------------------------------------------------------
 

@@ -14,7 +14,6 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -40,10 +39,10 @@ from continuum.solve.solution import Work
 NEAR = 0.5
 """Points within this distance of the range of the law are near the wall, in a0: the line search asks these alone."""
 KERNELS: dict[str, tuple[Callable[..., None], tuple[str, ...]]] = {
-    name: (kernel, tuple(inspect.signature(kernel.py_func).parameters))
+    name.removeprefix("_"): (kernel, names)
     for module in (sweeps, tractions, pressing)
     for name, kernel in vars(module).items()
-    if hasattr(kernel, "py_func") and not name.startswith("_")
+    if hasattr(kernel, "py_func") and "sums" in (names := tuple(inspect.signature(kernel.py_func).parameters))
 }
 """Each compiled sweep and the names of its parameters: the block, its sums, and what the sweep asks for."""
 Task = Callable[[int, int, Real], float | None]
@@ -86,6 +85,7 @@ class CpuEngine:
         }
         self._held = False
         self._thread = threading.local()
+        self._pool: tuple[int, ThreadPoolExecutor] | None = None
         self.transforms, self.trials, self.fft_seconds = 0, 0, 0.0
 
     def forget_work(self) -> None:
@@ -240,10 +240,34 @@ class CpuEngine:
         def run(b: int) -> None:
             seconds[b] = task(edges[b], edges[b + 1], sums[b]) or 0.0
 
-        _each(run, blocks, self.threads)
+        self._each(run, blocks)
         self.fft_seconds += sum(seconds) / min(self.threads, blocks)
         total: Real = sums.sum(axis=0)
         return total
+
+    def _each(self, task: Callable[[int], None], blocks: int) -> None:
+        """Run ``task(b)`` for each block b, several at once.
+
+        The threads are Python's own (compiled code releases the lock): they sleep when they have nothing to do, unlike
+        OpenMP's, which spin and were seen to slow a shared machine tenfold.
+        """
+
+        def run(mine: range) -> None:
+            for b in mine:
+                task(b)
+
+        if self.threads == 1 or blocks == 1:
+            run(range(blocks))
+        else:
+            pool = self._workers()
+            for share in [pool.submit(run, range(t, blocks, self.threads)) for t in range(self.threads)]:
+                share.result()
+
+    def _workers(self) -> ThreadPoolExecutor:
+        """The threads of this engine; a forked process, in which they do not live on, starts its own."""
+        if self._pool is None or self._pool[0] != os.getpid():
+            self._pool = os.getpid(), ThreadPoolExecutor(self.threads)
+        return self._pool[1]
 
     def rows_of(self, kernel: Callable[..., None], *arguments: object) -> Real:
         """Sweep over the rows."""
@@ -285,34 +309,6 @@ class CpuEngine:
         power += other
         power *= self.grid.mode_weights
         return power
-
-
-def _each(task: Callable[[int], None], blocks: int, threads: int) -> None:
-    """Run ``task(b)`` for each block b, several at once.
-
-    The threads are Python's own (compiled code releases the lock): they sleep when they have nothing to do, unlike
-    OpenMP's, which spin and were seen to slow a shared machine tenfold.
-    """
-
-    def run(mine: range) -> None:
-        for b in mine:
-            task(b)
-
-    if threads == 1 or blocks == 1:
-        run(range(blocks))
-    else:
-        for share in [_pool(threads).submit(run, range(t, blocks, threads)) for t in range(threads)]:
-            share.result()
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads)
-
-
-# The threads of a pool do not live on in a forked process, which would wait for them for ever: it makes its own.
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def memory(values: Real | Complex) -> Real:

@@ -16,7 +16,7 @@ from continuum.solve.cpu.compiled import TILE, Mask, compiled
 
 
 @compiled
-def press(
+def _press(
     first: int,
     last: int,
     sums: Real,
@@ -50,7 +50,7 @@ def press(
 
 
 @compiled
-def turn(
+def _turn(
     first: int,
     last: int,
     sums: Real,
@@ -81,7 +81,7 @@ def turn(
 
 
 @compiled
-def line(
+def _line(
     first: int,
     last: int,
     sums: Real,
@@ -113,7 +113,7 @@ def line(
 
 
 @compiled
-def move(
+def _move(
     first: int,
     last: int,
     sums: Real,

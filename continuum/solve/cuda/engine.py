@@ -10,10 +10,20 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import lent
-from continuum.solve.cuda import points, pressing, spectra, walls
+from continuum.solve.cuda import device, points, pressing, spectra, walls
 from continuum.solve.cuda.device import Array, Kernel, Reduction, empty, to_device
 from continuum.solve.cuda.transforms import Transforms
 from continuum.solve.solution import Work
+
+KERNELS = {
+    name.removeprefix("_"): kernel
+    for module in (device, points, spectra, walls, pressing)
+    for name, kernel in vars(module).items()
+    if isinstance(kernel, Kernel)
+}
+"""All kernels by their names."""
+NO_SUMS = np.empty(0)
+"""The sums of a kernel that makes none."""
 
 
 class CudaEngine:
@@ -65,7 +75,7 @@ class CudaEngine:
         self._own |= {"kind": law.kind, "parameters": to_device(law.parameters), "reach": law.reach}
 
     def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
-        points.put(1, self.K, stiffness)
+        KERNELS["put"](1, self.K, stiffness)
         self._held = held
         self._own["held"] = int(held)
 
@@ -105,7 +115,7 @@ class CudaEngine:
         self.sweep("above", z=field, offset=offset, lift=lift)
 
     def set_mean(self, mean: float) -> None:
-        points.put(1, self.w, mean)
+        KERNELS["put"](1, self.w, mean)
 
     def sample(self, fine: Array, coarse: Array) -> None:
         self.sweep("every_second", fine=fine, z=coarse)
@@ -120,7 +130,7 @@ class CudaEngine:
 
     def sweep(self, name: str, *, largest: int = -1, **given: Any) -> Real:
         """With ``largest`` the largest part of the sum of that number is wanted."""
-        return self._start(_NAMED[name], self.grid.shape[0], given, largest)
+        return self._start(KERNELS[name], self.grid.shape[0], given, largest)
 
     def into(self, name: str, **given: Any) -> Real:
         self.transforms += 1
@@ -134,15 +144,15 @@ class CudaEngine:
     def spectral(
         self, name: str = "", *, forward: bool = False, inverse: bool = False, keep_low: bool = False, **given: Any
     ) -> Real:
-        kernel = _NAMED[name] if name else None
+        kernel = KERNELS[name] if name else None
         if forward:
             self.transform.forward(self.w)
             if self._held and not (kernel and "held" in kernel.needs):
                 self.set_mean(0.0)
-        return self._start(kernel, self.grid.shape[0], given) if kernel else _NONE
+        return self._start(kernel, self.grid.shape[0], given) if kernel else NO_SUMS
 
     def low(self, name: str, *, inverse: bool = False, **given: Any) -> Real:
-        return self._start(_NAMED[name], 2 * self.low_rows - 1, given)
+        return self._start(KERNELS[name], 2 * self.low_rows - 1, given)
 
     def _start(self, kernel: Kernel, rows: int, given: dict[str, Any], largest: int = -1) -> Real:
         """Start a kernel with what is given, and else with what the engine has of that name; wait for its sums."""
@@ -150,7 +160,7 @@ class CudaEngine:
         if kernel.summed:
             return self.reduction(kernel, rows, *arguments, largest=largest)
         kernel(rows, *arguments)
-        return _NONE
+        return NO_SUMS
 
     # --- whole fields --------------------------------------------------------------------------------------
 
@@ -171,13 +181,3 @@ class CudaEngine:
         self.sweep("displace", z=z, offset=there, lift=0.0)
         self.transform.forward(self.w)
         return 0.5 * float(self.sweep("energy")[0])
-
-
-_NONE = np.empty(0)
-"""The sums of a kernel that makes none."""
-_NAMED = {
-    name: kernel
-    for module in (points, spectra, walls, pressing)
-    for name, kernel in vars(module).items()
-    if isinstance(kernel, Kernel)
-}

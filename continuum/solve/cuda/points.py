@@ -9,34 +9,34 @@ from __future__ import annotations
 import math
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Sums, cuda, kernel
+from continuum.solve.cuda.device import Kernel, Sums, cuda
 
 
-@kernel
-def put(values: Real, at_first: float) -> None:
+@Kernel
+def _put(values: Real, at_first: float) -> None:
     """One number, in the first place of an array."""
     if cuda.grid(1) == 0:
         values[0, 0] = at_first
 
 
-@kernel
-def fill(values: Real, number: float) -> None:
+@Kernel
+def _fill(values: Real, number: float) -> None:
     """The same number everywhere."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] = number
 
 
-@kernel
-def shift(values: Real, by: float) -> None:
+@Kernel
+def _shift(values: Real, by: float) -> None:
     """Add a number."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] += by
 
 
-@kernel
-def total(values: Real, sums: Sums) -> None:
+@Kernel
+def _total(values: Real, sums: Sums) -> None:
     """sums: of the finite values; of how many are not."""
     points = lost = 0.0
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
@@ -50,8 +50,8 @@ def total(values: Real, sums: Sums) -> None:
     sums[1, cuda.grid(1)] = lost
 
 
-@kernel
-def copy(work: Real, values: Real, scale: float, sums: Sums) -> None:
+@Kernel
+def _copy(work: Real, values: Real, scale: float, sums: Sums) -> None:
     """Values, times scale, into work.  sums: of them."""
     total = 0.0
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
@@ -61,16 +61,16 @@ def copy(work: Real, values: Real, scale: float, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def keep(values: Real, work: Real) -> None:
+@Kernel
+def _keep(values: Real, work: Real) -> None:
     """The field in work."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] = work[i, j]
 
 
-@kernel
-def displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums: Sums) -> None:
+@Kernel
+def _displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums: Sums) -> None:
     """Displacement u = offset + lift - z, times scale, into work.  sums: of u."""
     displaced = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -81,32 +81,32 @@ def displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums:
     sums[0, cuda.grid(1)] = displaced
 
 
-@kernel
-def lay(z: Real, work: Real, offset: Real, lift: float) -> None:
+@Kernel
+def _lay(z: Real, work: Real, offset: Real, lift: float) -> None:
     """Gap z = offset + lift - u, u in work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = offset[i, j] + lift - work[i, j]
 
 
-@kernel
-def above(z: Real, offset: Real, lift: float) -> None:
+@Kernel
+def _above(z: Real, offset: Real, lift: float) -> None:
     """The same where z holds u."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = offset[i, j] - z[i, j] + lift
 
 
-@kernel
-def every_second(z: Real, fine: Real) -> None:
+@Kernel
+def _every_second(z: Real, fine: Real) -> None:
     """Values of every second point of a finer grid."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = fine[2 * i, 2 * j]
 
 
-@kernel
-def moved(work: Real, fine: Real, z: Real, scale: float) -> None:
+@Kernel
+def _moved(work: Real, fine: Real, z: Real, scale: float) -> None:
     """How far a coarse grid has displaced the surface: (every second of the fine gap) - z, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):

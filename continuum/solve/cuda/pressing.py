@@ -8,29 +8,29 @@ preconditioned field of ones, both zero off the contact, ``mask``.  ``work`` is 
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Mask, Sums, cuda, kernel
+from continuum.solve.cuda.device import Kernel, Mask, Sums, cuda
 
 # --- where it starts -------------------------------------------------------------------------------------------
 
 
-@kernel
-def mark(mask: Mask, number: int) -> None:
+@Kernel
+def _mark(mask: Mask, number: int) -> None:
     """The same mark everywhere."""
     for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
             mask[i, j] = number
 
 
-@kernel
-def scale(values: Real, factor: float) -> None:
+@Kernel
+def _scale(values: Real, factor: float) -> None:
     """All values times a number."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] *= factor
 
 
-@kernel
-def lowest(z: Real, sums: Sums) -> None:
+@Kernel
+def _lowest(z: Real, sums: Sums) -> None:
     """Of the first sum the largest part is minus the smallest value."""
     largest = -float("inf")
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -39,8 +39,8 @@ def lowest(z: Real, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = largest
 
 
-@kernel
-def wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
+@Kernel
+def _wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
     """Where the gap is at least its mean; sums: of the field in work, and how many points."""
     total = count = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -52,8 +52,8 @@ def wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
     sums[1, cuda.grid(1)] = count
 
 
-@kernel
-def guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: float) -> None:
+@Kernel
+def _guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: float) -> None:
     """Pressure of a start: where the traction in work, and ``more``, pushes and it nearly touches."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -61,8 +61,8 @@ def guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: flo
             p[i, j] = max(here, 0.0) if here > stiffest * (z[i, j] - least) else 0.0
 
 
-@kernel
-def spread(fine: Real, coarse: Real, sums: Sums) -> None:
+@Kernel
+def _spread(fine: Real, coarse: Real, sums: Sums) -> None:
     """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
     rows, columns = coarse.shape
     total = 0.0
@@ -82,8 +82,8 @@ def spread(fine: Real, coarse: Real, sums: Sums) -> None:
 # --- the preconditioner ----------------------------------------------------------------------------------------
 
 
-@kernel
-def kernel_q(work: Real, K: Real) -> None:
+@Kernel
+def _kernel_q(work: Real, K: Real) -> None:
     """Spectrum work <- K without its mean: that has its own way, and a stiff one would smear over the longest waves."""
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
@@ -91,8 +91,8 @@ def kernel_q(work: Real, K: Real) -> None:
             work[i, 2 * j + 1] = 0.0
 
 
-@kernel
-def window(work: Real, columns: int, part: float, scale: float) -> None:
+@Kernel
+def _window(work: Real, columns: int, part: float, scale: float) -> None:
     """The field in work, times scale, cut off by a triangular window, this part of the period wide."""
     rows = work.shape[0]
     for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
@@ -102,16 +102,16 @@ def window(work: Real, columns: int, part: float, scale: float) -> None:
             work[i, j] *= scale * x * y
 
 
-@kernel
-def positive(values_q: Real, work: Real) -> None:
+@Kernel
+def _positive(values_q: Real, work: Real) -> None:
     """Real part of the spectrum in work, where it is positive."""
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
             values_q[i, j] = max(work[i, 2 * j], 0.0)
 
 
-@kernel
-def multiply(work: Real, values_q: Real, factor: float) -> None:
+@Kernel
+def _multiply(work: Real, values_q: Real, factor: float) -> None:
     """Spectrum in work, times values for each mode and a number."""
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
@@ -120,8 +120,8 @@ def multiply(work: Real, values_q: Real, factor: float) -> None:
             work[i, 2 * j + 1] *= here
 
 
-@kernel
-def level(p: Real, z: Real, m: Real, sums: Sums) -> None:
+@Kernel
+def _level(p: Real, z: Real, m: Real, sums: Sums) -> None:
     """Where p presses; sums: of m z, of m."""
     mz = in_m = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -133,8 +133,8 @@ def level(p: Real, z: Real, m: Real, sums: Sums) -> None:
     sums[1, cuda.grid(1)] = in_m
 
 
-@kernel
-def select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> None:
+@Kernel
+def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> None:
     """Contact: the points that press or overlap.  sums: of those, how many; new or gone; of m z, of m."""
     mz = in_m = count = changed = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -156,24 +156,24 @@ def select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> N
     sums[3, slot] = in_m
 
 
-@kernel
-def ones(m: Real, mask: Mask) -> None:
+@Kernel
+def _ones(m: Real, mask: Mask) -> None:
     """Set m <- 1 on the contact, 0 off it."""
     for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
             m[i, j] = 1.0 if mask[i, j] else 0.0
 
 
-@kernel
-def contact(work: Real, mask: Mask, z: Real, shift: float, scale: float) -> None:
+@Kernel
+def _contact(work: Real, mask: Mask, z: Real, shift: float, scale: float) -> None:
     """Z + shift on the contact, 0 off it, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             work[i, j] = scale * (z[i, j] + shift) if mask[i, j] else 0.0
 
 
-@kernel
-def narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
+@Kernel
+def _narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
     """The field in work on the contact, 0 off it; sums: of it."""
     total = 0.0
     for i in range(cuda.blockIdx.x, out.shape[0], cuda.gridDim.x):
@@ -184,8 +184,8 @@ def narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float, sums: Sums) -> None:
+@Kernel
+def _correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float, sums: Sums) -> None:
     """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
     ss = zs = ys = in_t = zt = zm = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -213,8 +213,8 @@ def correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight
 # --- a step ----------------------------------------------------------------------------------------------------
 
 
-@kernel
-def turn_on_contact(
+@Kernel
+def _turn_on_contact(
     work: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, scale: float
 ) -> None:
     """Direction t <- s + beta (t - weight m); times scale into work."""
@@ -227,8 +227,8 @@ def turn_on_contact(
             work[i, j] = scale * here
 
 
-@kernel
-def compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
+@Kernel
+def _compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
     """Spectrum work <- work/K, zero where K is; sums: <work, work/K> as a mean over the grid."""
     total = 0.0
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
@@ -243,8 +243,8 @@ def compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
+@Kernel
+def _trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
     """Pressure out <- p - step t, cut at 0; sums: of what was cut (negative), of p - step t, of out."""
     below = before = after = 0.0
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
@@ -262,8 +262,8 @@ def trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
     sums[2, slot] = after
 
 
-@kernel
-def advance(z: Real, out: Real, work: Real, step: float) -> None:
+@Kernel
+def _advance(z: Real, out: Real, work: Real, step: float) -> None:
     """After a free step, work holding G t: out <- -step G t, the change of z; z <- z + out."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -272,8 +272,8 @@ def advance(z: Real, out: Real, work: Real, step: float) -> None:
             z[i, j] += by
 
 
-@kernel
-def arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
+@Kernel
+def _arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
     """Gap out <- work + offset, work holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
     energy = size = 0.0
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
@@ -287,8 +287,8 @@ def arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
     sums[1, cuda.grid(1)] = size
 
 
-@kernel
-def accept(z: Real, new: Real) -> None:
+@Kernel
+def _accept(z: Real, new: Real) -> None:
     """Set z <- new and new <- the change of z."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -300,8 +300,8 @@ def accept(z: Real, new: Real) -> None:
 # --- the outcome -----------------------------------------------------------------------------------------------
 
 
-@kernel
-def misses(work: Real, p: Real, z: Real, shift: float, scale: float, sums: Sums) -> None:
+@Kernel
+def _misses(work: Real, p: Real, z: Real, shift: float, scale: float, sums: Sums) -> None:
     """What closing the contact and lifting the overlaps adds to u, times scale, into work; its largest size."""
     largest = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -313,8 +313,8 @@ def misses(work: Real, p: Real, z: Real, shift: float, scale: float, sums: Sums)
     sums[0, cuda.grid(1)] = largest
 
 
-@kernel
-def certificate(p: Real, z: Real, sums: Sums) -> None:
+@Kernel
+def _certificate(p: Real, z: Real, sums: Sums) -> None:
     """sums: p z, p, and of the third the largest part: minus the smallest z."""
     pz = total = 0.0
     depth = -float("inf")
@@ -328,8 +328,8 @@ def certificate(p: Real, z: Real, sums: Sums) -> None:
     sums[2, cuda.grid(1)] = depth
 
 
-@kernel
-def square(work: Real, K: Real, single: int, sums: Sums) -> None:
+@Kernel
+def _square(work: Real, K: Real, single: int, sums: Sums) -> None:
     """sums: |K e|², the spectrum of e in work."""
     total = 0.0
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
@@ -339,8 +339,8 @@ def square(work: Real, K: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def finish(p: Real, z: Real, by: float, smallest: float) -> None:
+@Kernel
+def _finish(p: Real, z: Real, by: float, smallest: float) -> None:
     """Gap z <- z + by, exactly zero where p presses and positive elsewhere."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):

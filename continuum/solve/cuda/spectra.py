@@ -11,7 +11,7 @@ rows in all.
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Sums, cuda, device_function, kernel
+from continuum.solve.cuda.device import Kernel, Sums, cuda, device_function
 
 
 @device_function
@@ -26,8 +26,8 @@ def _low_row(r: int, low_rows: int, rows: int) -> int:
     return r if r < low_rows else rows - 2 * low_rows + 1 + r
 
 
-@kernel
-def gradient(
+@Kernel
+def _gradient(
     g: Real, d: Real, work: Real, K: Real, c0: float, alpha: float, beta: float, low_rows: int, low_columns: int,
     single: int, held: int, sums: Sums,
 ) -> None:  # fmt: skip
@@ -87,8 +87,8 @@ def gradient(
     sums[5, slot] = sd
 
 
-@kernel
-def low_modes(
+@Kernel
+def _low_modes(
     g: Real, d: Real, work: Real, K: Real, e: Real, c0: float, low_rows: int, low_columns: int, single: int,
     sums: Sums,
 ) -> None:  # fmt: skip
@@ -117,8 +117,8 @@ def low_modes(
     sums[5, slot] = sd
 
 
-@kernel
-def low_gradient(
+@Kernel
+def _low_gradient(
     g: Real, work: Real, K: Real, c0: float, low_rows: int, low_columns: int, single: int, sums: Sums
 ) -> None:
     """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 4."""
@@ -141,8 +141,8 @@ def low_gradient(
     sums[4, slot] = ss
 
 
-@kernel
-def low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: float) -> None:
+@Kernel
+def _low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: float) -> None:
     """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
         i = _low_row(r, low_rows, d.shape[0])
@@ -150,8 +150,8 @@ def low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: fl
             d[i, c] = beta * d[i, c] - work[i, c]
 
 
-@kernel
-def elastic(g: Real, work: Real, K: Real, force: float) -> None:
+@Kernel
+def _elastic(g: Real, work: Real, K: Real, force: float) -> None:
     """Gradient without the traction of the wall: g <- K u - F, the spectrum of u in work."""
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
@@ -160,8 +160,8 @@ def elastic(g: Real, work: Real, K: Real, force: float) -> None:
             g[i, 2 * j + 1] = K[i, j] * work[i, 2 * j + 1]
 
 
-@kernel
-def add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
+@Kernel
+def _add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
     """Set g <- g + work; sums: |g|²."""
     gg = 0.0
     for i in range(cuda.blockIdx.x, g.shape[0], cuda.gridDim.x):
@@ -172,8 +172,8 @@ def add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = gg
 
 
-@kernel
-def energy(work: Real, K: Real, single: int, sums: Sums) -> None:
+@Kernel
+def _energy(work: Real, K: Real, single: int, sums: Sums) -> None:
     """sums: <u,Ku> without the mean; the spectrum of u in work."""
     total = 0.0
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
@@ -184,8 +184,8 @@ def energy(work: Real, K: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def restrict(coarse: Real, fine: Real) -> None:
+@Kernel
+def _restrict(coarse: Real, fine: Real) -> None:
     """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
     low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
     for i in range(cuda.blockIdx.x, coarse.shape[0], cuda.gridDim.x):
@@ -194,8 +194,8 @@ def restrict(coarse: Real, fine: Real) -> None:
             coarse[i, c] = 0.0 if i == low_rows or c >= last else fine[source, c]
 
 
-@kernel
-def prolong(fine: Real, coarse: Real) -> None:
+@Kernel
+def _prolong(fine: Real, coarse: Real) -> None:
     """Half spectrum on a finer grid of the same period: zero beyond the modes of the coarse one."""
     low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
     rows = fine.shape[0]

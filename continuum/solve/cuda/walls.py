@@ -10,7 +10,7 @@ from __future__ import annotations
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import EXPONENTIAL, INVERSE_POWERS, SPLINE
-from continuum.solve.cuda.device import Parameters, Sums, cuda, device_function, kernel
+from continuum.solve.cuda.device import Kernel, Parameters, Sums, cuda, device_function
 
 _spline = device_function(laws.spline)
 _inverse_powers = device_function(laws.inverse_powers)
@@ -19,7 +19,7 @@ _table = device_function(laws.table)
 
 
 @device_function
-def respond(kind: int, z: float, parameters: Parameters) -> tuple[float, float, float]:
+def _respond(kind: int, z: float, parameters: Parameters) -> tuple[float, float, float]:
     """Energy, traction and stiffness per area at one gap."""
     if kind == SPLINE:
         return _spline(z, parameters)
@@ -30,20 +30,20 @@ def respond(kind: int, z: float, parameters: Parameters) -> tuple[float, float, 
     return _table(z, parameters)
 
 
-@kernel
-def press(work: Real, z: Real, kind: int, parameters: Parameters, reach: float, scale: float) -> None:
+@Kernel
+def _press(work: Real, z: Real, kind: int, parameters: Parameters, reach: float, scale: float) -> None:
     """Traction, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j]
             traction = 0.0
             if not gap >= reach:
-                traction = respond(kind, gap, parameters)[1]
+                traction = _respond(kind, gap, parameters)[1]
             work[i, j] = scale * traction
 
 
-@kernel
-def turn(
+@Kernel
+def _turn(
     d: Real, work: Real, z: Real, beta: float, kind: int, parameters: Parameters, reach: float, sums: Sums
 ) -> None:
     """New direction, d <- beta d - s, s in work.  sums: of stiffness d²."""
@@ -54,12 +54,12 @@ def turn(
             d[i, j] = e
             gap = z[i, j]
             if not gap >= reach:
-                curvature += respond(kind, gap, parameters)[2] * e * e
+                curvature += _respond(kind, gap, parameters)[2] * e * e
     sums[0, cuda.grid(1)] = curvature
 
 
-@kernel
-def line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reach: float, sums: Sums) -> None:
+@Kernel
+def _line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reach: float, sums: Sums) -> None:
     """At z - alpha d.  sums: of (change of traction) d; of stiffness d²."""
     slope = curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -67,8 +67,8 @@ def line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reac
             gap, e = z[i, j], d[i, j]
             trial = gap - alpha * e
             if not gap >= reach or not trial >= reach:
-                here = respond(kind, gap, parameters)
-                there = respond(kind, trial, parameters)
+                here = _respond(kind, gap, parameters)
+                there = _respond(kind, trial, parameters)
                 slope += (there[1] - here[1]) * e
                 curvature += there[2] * e * e
     slot = cuda.grid(1)
@@ -76,8 +76,8 @@ def line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reac
     sums[1, slot] = curvature
 
 
-@kernel
-def move(
+@Kernel
+def _move(
     work: Real,
     z: Real,
     d: Real,
@@ -103,8 +103,8 @@ def move(
             old = gap + alpha * e
             change = 0.0
             if not gap >= reach or not old >= reach:
-                here = respond(kind, old, parameters)
-                there = respond(kind, gap, parameters)
+                here = _respond(kind, old, parameters)
+                there = _respond(kind, gap, parameters)
                 change = there[1] - here[1]
                 slope += change * e
                 second += there[0] - here[0] - alpha * here[1] * e
