@@ -172,11 +172,8 @@ class Engine(Protocol):
     def sweep(self, name: str, **given: Any) -> Real:
         """A kernel over the points without a transform; returns its sums."""
 
-    def forward(self, field: Array) -> None:
-        """Transform a whole field into ``w``; not counted, as the next one."""
-
     def inverse(self, field: Array) -> None:
-        """Transform ``w`` back into a field."""
+        """Transform ``w`` back into a field; not counted."""
 
     def elastic_energy(self, offset: Real, gap: Real, one: Array, other: Array) -> float:
         """½ <u K u> of u = offset - gap without its mean; in the memory of two arrays that are not in use."""
@@ -231,6 +228,6 @@ class BoundEngine(Engine, Protocol):
         """As :meth:`continuum.solve.bound_grid.BoundGrid.duality_gap`, in the memory of two fields."""
 
 
-def lent(whole: Array, *shape: int) -> Array:
+def reused(whole: Array, *shape: int) -> Array:
     """Memory that is not in use, as an array of this shape."""
     return whole.ravel()[: prod(shape)].reshape(shape)

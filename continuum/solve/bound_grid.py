@@ -6,7 +6,7 @@ import numpy as np
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
-from continuum.solve.backend import Array, BackEnd, BoundEngine, lent
+from continuum.solve.backend import Array, BackEnd, BoundEngine, reused
 from continuum.solve.solution import Work
 
 SMALLEST_GAP = float(np.finfo(np.float64).tiny)
@@ -41,7 +41,7 @@ class BoundGrid:
         self.grid, self.size, self._surface = grid, grid.size, (back_end, stiffness_q, threads)
         self.engine: BoundEngine = back_end.bound_engine(grid, stiffness_q, threads, finer.engine if finer else None)
         engine = self.engine
-        self.offset = lent(engine.rows(), *grid.shape)
+        self.offset = reused(engine.rows(), *grid.shape)
         self.t, self.s, self.m, self.change = (engine.field() for _ in range(4))
         self.mask = engine.mask()
         if engine.KEEPS_FIELDS:
@@ -54,7 +54,7 @@ class BoundGrid:
 
     # --- the problem ---------------------------------------------------------------------------------------
 
-    def pose(self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float) -> bool:
+    def set_problem(self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float) -> bool:
         """Take a problem, with p = 0, and forget the last one; False if it is not finite.
 
         The offset is ``offset + lift - sink``, the arrays of shape ``grid.shape``; ``mean_stiffness`` is K at q = 0,
@@ -82,7 +82,7 @@ class BoundGrid:
         self.engine.clear_mask(self.mask)
         self.engine.fill(self.p, 0.0)
 
-    def pose_coarser(self) -> BoundGrid | None:
+    def set_coarser_problem(self) -> BoundGrid | None:
         """The grid of every second point, with its part of the problem; None if there is none.
 
         It is made for each cold start and not kept: these are rare on a path.

@@ -65,7 +65,7 @@ def constrain(
     """
     began = time.perf_counter()
     sink = pressure / mean_stiffness if 0 < mean_stiffness < np.inf else 0.0
-    if not grid.pose(offset, start, lift=lift, sink=sink, mean_stiffness=mean_stiffness):
+    if not grid.set_problem(offset, start, lift=lift, sink=sink, mean_stiffness=mean_stiffness):
         points = offset if start is None else start
         return Solution(points, Status.NON_FINITE, np.inf, 0, pressure=np.broadcast_to(0.0, points.shape))
     if mean_stiffness == 0 and not pressure >= 0:
@@ -134,7 +134,7 @@ class _Dual:
 
     def cascade(self, settings: Settings, factors: tuple[float, ...]) -> tuple[Work, ...]:
         """Pressure from coarser grids, each started by the next; returns their work."""
-        coarse = self.grid.pose_coarser() if factors else None
+        coarse = self.grid.set_coarser_problem() if factors else None
         if coarse is None:
             self._carry_the_load(0.0)
             return ()

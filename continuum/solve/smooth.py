@@ -63,7 +63,7 @@ def minimise(
     ``levels`` is the number of grids that a step uses; the rest as for :meth:`continuum.solve.solver.Solver.minimise`.
     """
     began = time.perf_counter()
-    if not grid.pose(law, offset, start, lift=lift, pressure=pressure, mean_stiffness=mean_stiffness):
+    if not grid.set_problem(law, offset, start, lift=lift, pressure=pressure, mean_stiffness=mean_stiffness):
         return Solution(offset if start is None else start, Status.NON_FINITE, np.inf, 0, law=law)
     history: list[Iteration] = []
     status = _solve(grid, levels, settings, 0, history, started=start is not None)
@@ -93,18 +93,18 @@ def _solve(
         tolerance, iterations = tolerance * COARSE_TOLERANCES[depth - 1], min(iterations, COARSE_LIMIT)
     coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
     if started:
-        grid.place()
+        grid.go_to_start()
         status = _descend(grid, levels, settings.shift, tolerance, 0 if coarse else iterations, history)
         if coarse is None or status is not Status.ITERATION_LIMIT:
             return status
         if history.pop().residual <= CLOSE * tolerance:
             return _descend(grid, levels, settings.shift, tolerance, iterations, history, complete=True)
     if coarse is None:
-        grid.rest()
+        grid.go_to_zero()
     else:
-        grid.pose_coarser(started=started)
+        grid.set_coarser_problem(started=started)
         _solve(coarse, levels, settings, depth + 1, [], started=started)
-        grid.prolong()
+        grid.go_to_coarser()
     return _descend(grid, levels, settings.shift, tolerance, iterations, history)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import Array, BackEnd, Engine, lent
+from continuum.solve.backend import Array, BackEnd, Engine, reused
 from continuum.solve.solution import Work
 
 
@@ -65,7 +65,7 @@ class SmoothGrid:
         """What was done for the problem at hand."""
         return self.engine.work
 
-    def pose(
+    def set_problem(
         self, law: Law, offset: Real, start: Real | None, *, lift: float, pressure: float, mean_stiffness: float
     ) -> bool:
         """Take a problem, here and on all coarser grids, and forget the last one; False if it is not finite.
@@ -104,10 +104,10 @@ class SmoothGrid:
 
     # --- where it starts -----------------------------------------------------------------------------------
 
-    def pose_coarser(self, *, started: bool) -> None:
-        """Give the coarser grid its part of the offset and, after :meth:`place`, of the displacement as its start.
+    def set_coarser_problem(self, *, started: bool) -> None:
+        """Give the coarser grid its part of the offset and, after :meth:`go_to_start`, of the displacement.
 
-        The offset lies in the memory of d, which is lost.
+        The latter is its start; the offset lies in the memory of d, which is lost.
         """
         below = self._below
         if started:
@@ -116,12 +116,12 @@ class SmoothGrid:
         self.engine.spectral(forward=True)
         self.engine.set_mean(mean)
         self.engine.restrict(self.engine.w, below.engine, below.engine.w)
-        below.offset = lent(self.direction, *below.grid.shape)
+        below.offset = reused(self.direction, *below.grid.shape)
         below.engine.inverse(below.offset)
         if started:
             below.engine.reflect(below.z, below.offset, self.lift)
 
-    def place(self) -> None:
+    def go_to_start(self) -> None:
         """Go to the start, which lies in z: where the mean of u is held z is shifted to it; g without the wall."""
         mean = self._displace()
         if self.held:
@@ -131,7 +131,7 @@ class SmoothGrid:
         self._elastic()
         self._press()
 
-    def rest(self) -> None:
+    def go_to_zero(self) -> None:
         """Go to u = 0: z, and g without the wall."""
         self.engine.fill(self.z, 0.0)
         self.engine.reflect(self.z, self.offset, self.lift)
@@ -139,7 +139,7 @@ class SmoothGrid:
         self._elastic()
         self._press()
 
-    def prolong(self) -> None:
+    def go_to_coarser(self) -> None:
         """Go to the displacement of the coarser grid, no waves beyond; to u = 0 where that is not finite."""
         below = self._below
         # A coarse grid that failed is no start: this one begins from rest.
@@ -171,8 +171,8 @@ class SmoothGrid:
         """Finish the last step, of length ``alpha`` along a direction that kept ``beta`` of the one before.
 
         g <- g + y, and s = M g is the new step; returns the sums.  With ``coarse`` the modes of the coarser grid take
-        no part in any sum but <g g>.  g that is not ``complete`` lacks the traction of z, as after :meth:`place`,
-        :meth:`rest` and :meth:`prolong`, or that of the last step; g that is stays what it is.
+        no part in any sum but <g g>.  g that is not ``complete`` lacks the traction of z, as after :meth:`go_to_start`,
+        :meth:`go_to_zero` and :meth:`go_to_coarser`, or that of the last step; g that is stays what it is.
         """
         if complete:
             self.engine.fill(self.engine.w, 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
@@ -34,8 +36,6 @@ class Solver:
         self._back_end = back_end(device)
         self._surface = grid, stiffness_q, threads
         self._mean_stiffness = float(stiffness_q[0, 0])
-        self._smooth: SmoothGrid | None = None
-        self._bound: BoundGrid | None = None
 
     @property
     def smallest(self) -> int:
@@ -67,7 +67,7 @@ class Solver:
         """
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
         posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
-        return minimise(self._smooth_grid(), self._back_end.LEVELS, law, offset, start, settings, **posed)
+        return minimise(self._smooth, self._back_end.LEVELS, law, offset, start, settings, **posed)
 
     def constrain(
         self,
@@ -102,20 +102,20 @@ class Solver:
         ValueError
             If no state exists: F < 0 without mean stiffness (a hard wall cannot pull), or a held mean that overlaps.
         """
-        if self._bound is None:
-            self._back_end.reserve(self._surface[0].size, BoundGrid.FIELDS)
-            self._bound = BoundGrid(self._back_end, *self._surface)
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
         return constrain(self._bound, offset, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
 
     def elastic_energy(self, offset: Real, gap: Real) -> float:
         """½ <u, K u> of u = offset - gap without its mean, in E* a0, in the arrays that are there."""
-        if self._bound is not None:
-            return self._bound.elastic_energy(offset, gap)
-        return self._smooth_grid().elastic_energy(offset, gap)
+        grid = self._bound if "_bound" in vars(self) else self._smooth
+        return grid.elastic_energy(offset, gap)
 
-    def _smooth_grid(self) -> SmoothGrid:
-        if self._smooth is None:
-            self._back_end.reserve(self._surface[0].size, SmoothGrid.FIELDS)
-            self._smooth = SmoothGrid(self._back_end, *self._surface, coarser=len(COARSE_TOLERANCES))
-        return self._smooth
+    @cached_property
+    def _smooth(self) -> SmoothGrid:
+        self._back_end.reserve(self._surface[0].size, SmoothGrid.FIELDS)
+        return SmoothGrid(self._back_end, *self._surface, coarser=len(COARSE_TOLERANCES))
+
+    @cached_property
+    def _bound(self) -> BoundGrid:
+        self._back_end.reserve(self._surface[0].size, BoundGrid.FIELDS)
+        return BoundGrid(self._back_end, *self._surface)

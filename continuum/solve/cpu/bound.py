@@ -9,7 +9,7 @@ import numpy as np
 
 from continuum.model.fourier import Real, padded, rows_forward, rows_inverse
 from continuum.model.grid import Grid
-from continuum.solve.backend import lent
+from continuum.solve.backend import reused
 from continuum.solve.cpu.compiled import Mask
 from continuum.solve.cpu.engine import KERNELS, CpuEngine, memory, whole
 
@@ -121,11 +121,11 @@ class CpuBoundEngine(CpuEngine):
         self.into("misses", p=p, z=z, shift=level, out=error)
         self.spectral(forward=True)
         self.work_q *= self.K
-        square = float(self.power(*(lent(memory(each), *self.grid.shape_q) for each in spare)).sum())
+        square = float(self.power(*(reused(memory(each), *self.grid.shape_q) for each in spare)).sum())
         return float(np.sqrt(square)), abs(float(np.maximum(error.max(), -error.min())))
 
     def duality_gap(self, p: Real, z: Real, spare: tuple[Real, Real]) -> tuple[float, float]:
-        product, softness = spare[0], lent(memory(spare[1]), *self.grid.shape_q)
+        product, softness = spare[0], reused(memory(spare[1]), *self.grid.shape_q)
         np.subtract(z, z.min(), out=product)
         product *= p
         np.multiply(self.G, self.G, out=softness)

@@ -31,7 +31,7 @@ from continuum.model.fourier import (
 )
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import lent
+from continuum.solve.backend import reused
 from continuum.solve.cpu import pressing, sweeps, tractions
 from continuum.solve.cpu.compiled import SUMS, TILE
 from continuum.solve.solution import Work
@@ -294,10 +294,10 @@ class CpuEngine:
         self.over(task, edges)
 
     def elastic_energy(self, offset: Real, gap: Real, one: Real, other: Real) -> float:
-        field = lent(whole(one), *self.grid.shape)
+        field = reused(whole(one), *self.grid.shape)
         np.subtract(offset, gap, out=field)
         self.forward(field)
-        power = self.power(*(lent(whole(each), *self.grid.shape_q) for each in (other, one)))
+        power = self.power(*(reused(whole(each), *self.grid.shape_q) for each in (other, one)))
         power *= self.K
         power[0, 0] = 0.0
         return 0.5 * float(power.sum())

@@ -136,6 +136,13 @@ def device_function(function: _Function) -> _Function:
     return compiled
 
 
+@device_function
+def leave(sums: Sums, slot: int, parts: tuple[float, ...]) -> None:
+    """Leave the parts of a thread, the number ``slot`` of all."""
+    for k in range(len(parts)):
+        sums[k, slot] = parts[k]
+
+
 @Kernel
 def collect(parts: Sums, count: int, largest: int, totals: Sums) -> None:
     """Add the first ``count`` parts of every sum; of the sum of that number take the largest part instead.

@@ -9,7 +9,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import lent
+from continuum.solve.backend import reused
 from continuum.solve.cuda import device, points, pressing, spectra, walls
 from continuum.solve.cuda.device import Array, Kernel, Reduction, empty, to_device
 from continuum.solve.cuda.transforms import Transforms
@@ -164,19 +164,15 @@ class CudaEngine:
 
     # --- whole fields --------------------------------------------------------------------------------------
 
-    def forward(self, field: Array) -> None:
-        self.sweep("copy", values=field)
-        self.transform.forward(self.w)
-
     def inverse(self, field: Array) -> None:
         self.transform.inverse(self.w)
         self.sweep("keep", values=field)
 
     def elastic_energy(self, offset: Real, gap: Real, one: Array, other: Array) -> float:
-        z, there = lent(one, *self.grid.shape), self._there
+        z, there = reused(one, *self.grid.shape), self._there
         self.upload(z, gap)
         if offset is not self._known:
-            there = lent(other, *self.grid.shape)
+            there = reused(other, *self.grid.shape)
             self.upload(there, offset)
         self.sweep("displace", z=z, offset=there, lift=0.0)
         self.transform.forward(self.w)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Sums, cuda
+from continuum.solve.cuda.device import Kernel, Sums, cuda, leave
 
 
 @Kernel
@@ -46,13 +46,11 @@ def _total(values: Real, sums: Sums) -> None:
                 points += value
             else:
                 lost += 1.0
-    sums[0, cuda.grid(1)] = points
-    sums[1, cuda.grid(1)] = lost
+    leave(sums, cuda.grid(1), (points, lost))
 
 
 @Kernel
 def _copy(work: Real, values: Real, scale: float, sums: Sums) -> None:
-    """Values, times scale, into work.  sums: of them."""
     total = 0.0
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
@@ -71,7 +69,6 @@ def _keep(values: Real, work: Real) -> None:
 
 @Kernel
 def _displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums: Sums) -> None:
-    """Displacement u = offset + lift - z, times scale, into work.  sums: of u."""
     displaced = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -83,7 +80,6 @@ def _displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums
 
 @Kernel
 def _lay(z: Real, work: Real, offset: Real, lift: float) -> None:
-    """Gap z = offset + lift - u, u in work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = offset[i, j] + lift - work[i, j]
@@ -99,7 +95,6 @@ def _above(z: Real, offset: Real, lift: float) -> None:
 
 @Kernel
 def _every_second(z: Real, fine: Real) -> None:
-    """Values of every second point of a finer grid."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = fine[2 * i, 2 * j]
@@ -107,7 +102,6 @@ def _every_second(z: Real, fine: Real) -> None:
 
 @Kernel
 def _moved(work: Real, fine: Real, z: Real, scale: float) -> None:
-    """How far a coarse grid has displaced the surface: (every second of the fine gap) - z, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             work[i, j] = scale * (fine[2 * i, 2 * j] - z[i, j])

@@ -1,14 +1,12 @@
-"""Kernels of the bound-constrained solver.
+"""Kernels of the bound-constrained solver; what they do is said in :mod:`continuum.solve.cpu.pressing`.
 
-p is the pressure, z the gap up to its level ``shift``, t the direction; s is the preconditioned gap and m the
-preconditioned field of ones, both zero off the contact, ``mask``.  ``work`` is as in
-:mod:`continuum.solve.cuda.points` and :mod:`continuum.solve.cuda.spectra`.
+``work`` is as in :mod:`continuum.solve.cuda.points` and :mod:`continuum.solve.cuda.spectra`.
 """
 
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Mask, Sums, cuda
+from continuum.solve.cuda.device import Kernel, Mask, Sums, cuda, leave
 
 # --- where it starts -------------------------------------------------------------------------------------------
 
@@ -48,8 +46,7 @@ def _wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
             if z[i, j] >= mean:
                 total += work[i, j]
                 count += 1.0
-    sums[0, cuda.grid(1)] = total
-    sums[1, cuda.grid(1)] = count
+    leave(sums, cuda.grid(1), (total, count))
 
 
 @Kernel
@@ -63,7 +60,6 @@ def _guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: fl
 
 @Kernel
 def _spread(fine: Real, coarse: Real, sums: Sums) -> None:
-    """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
     rows, columns = coarse.shape
     total = 0.0
     for i in range(cuda.blockIdx.x, fine.shape[0], cuda.gridDim.x):
@@ -112,7 +108,6 @@ def _positive(values_q: Real, work: Real) -> None:
 
 @Kernel
 def _multiply(work: Real, values_q: Real, factor: float) -> None:
-    """Spectrum in work, times values for each mode and a number."""
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
             here = factor * values_q[i, j]
@@ -122,20 +117,17 @@ def _multiply(work: Real, values_q: Real, factor: float) -> None:
 
 @Kernel
 def _level(p: Real, z: Real, m: Real, sums: Sums) -> None:
-    """Where p presses; sums: of m z, of m."""
     mz = in_m = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             if p[i, j] > 0.0:
                 mz += m[i, j] * z[i, j]
                 in_m += m[i, j]
-    sums[0, cuda.grid(1)] = mz
-    sums[1, cuda.grid(1)] = in_m
+    leave(sums, cuda.grid(1), (mz, in_m))
 
 
 @Kernel
 def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> None:
-    """Contact: the points that press or overlap.  sums: of those, how many; new or gone; of m z, of m."""
     mz = in_m = count = changed = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -149,16 +141,11 @@ def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> 
                 in_m += m[i, j]
             else:
                 m[i, j] = 0.0
-    slot = cuda.grid(1)
-    sums[0, slot] = count
-    sums[1, slot] = changed
-    sums[2, slot] = mz
-    sums[3, slot] = in_m
+    leave(sums, cuda.grid(1), (count, changed, mz, in_m))
 
 
 @Kernel
 def _ones(m: Real, mask: Mask) -> None:
-    """Set m <- 1 on the contact, 0 off it."""
     for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
             m[i, j] = 1.0 if mask[i, j] else 0.0
@@ -166,7 +153,6 @@ def _ones(m: Real, mask: Mask) -> None:
 
 @Kernel
 def _contact(work: Real, mask: Mask, z: Real, shift: float, scale: float) -> None:
-    """Z + shift on the contact, 0 off it, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             work[i, j] = scale * (z[i, j] + shift) if mask[i, j] else 0.0
@@ -174,7 +160,6 @@ def _contact(work: Real, mask: Mask, z: Real, shift: float, scale: float) -> Non
 
 @Kernel
 def _narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
-    """The field in work on the contact, 0 off it; sums: of it."""
     total = 0.0
     for i in range(cuda.blockIdx.x, out.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, out.shape[1], cuda.blockDim.x):
@@ -186,7 +171,6 @@ def _narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
 
 @Kernel
 def _correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float, sums: Sums) -> None:
-    """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
     ss = zs = ys = in_t = zt = zm = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -201,13 +185,7 @@ def _correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weigh
                 zm += z[i, j] * m[i, j]
             else:
                 t[i, j] = 0.0
-    slot = cuda.grid(1)
-    sums[0, slot] = ss
-    sums[1, slot] = zs
-    sums[2, slot] = ys
-    sums[3, slot] = in_t
-    sums[4, slot] = zt
-    sums[5, slot] = zm
+    leave(sums, cuda.grid(1), (ss, zs, ys, in_t, zt, zm))
 
 
 # --- a step ----------------------------------------------------------------------------------------------------
@@ -217,7 +195,6 @@ def _correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weigh
 def _turn_on_contact(
     work: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, scale: float
 ) -> None:
-    """Direction t <- s + beta (t - weight m); times scale into work."""
     for i in range(cuda.blockIdx.x, t.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, t.shape[1], cuda.blockDim.x):
             here = t[i, j]
@@ -245,7 +222,6 @@ def _compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
 
 @Kernel
 def _trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
-    """Pressure out <- p - step t, cut at 0; sums: of what was cut (negative), of p - step t, of out."""
     below = before = after = 0.0
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
@@ -256,15 +232,11 @@ def _trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
                 new = 0.0
             after += new
             out[i, j] = new
-    slot = cuda.grid(1)
-    sums[0, slot] = below
-    sums[1, slot] = before
-    sums[2, slot] = after
+    leave(sums, cuda.grid(1), (below, before, after))
 
 
 @Kernel
 def _advance(z: Real, out: Real, work: Real, step: float) -> None:
-    """After a free step, work holding G t: out <- -step G t, the change of z; z <- z + out."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             by = -step * work[i, j]
@@ -274,7 +246,6 @@ def _advance(z: Real, out: Real, work: Real, step: float) -> None:
 
 @Kernel
 def _arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
-    """Gap out <- work + offset, work holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
     energy = size = 0.0
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
@@ -283,13 +254,11 @@ def _arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
             out[i, j] = gap
             energy += 0.5 * p[i, j] * (gap + rest)
             size += p[i, j] * (abs(gap) + abs(rest))
-    sums[0, cuda.grid(1)] = energy
-    sums[1, cuda.grid(1)] = size
+    leave(sums, cuda.grid(1), (energy, size))
 
 
 @Kernel
 def _accept(z: Real, new: Real) -> None:
-    """Set z <- new and new <- the change of z."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             here = new[i, j]
@@ -302,7 +271,6 @@ def _accept(z: Real, new: Real) -> None:
 
 @Kernel
 def _misses(work: Real, p: Real, z: Real, shift: float, scale: float, sums: Sums) -> None:
-    """What closing the contact and lifting the overlaps adds to u, times scale, into work; its largest size."""
     largest = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -323,9 +291,7 @@ def _certificate(p: Real, z: Real, sums: Sums) -> None:
             pz += p[i, j] * z[i, j]
             total += p[i, j]
             depth = max(depth, -z[i, j])
-    sums[0, cuda.grid(1)] = pz
-    sums[1, cuda.grid(1)] = total
-    sums[2, cuda.grid(1)] = depth
+    leave(sums, cuda.grid(1), (pz, total, depth))
 
 
 @Kernel
@@ -341,7 +307,6 @@ def _square(work: Real, K: Real, single: int, sums: Sums) -> None:
 
 @Kernel
 def _finish(p: Real, z: Real, by: float, smallest: float) -> None:
-    """Gap z <- z + by, exactly zero where p presses and positive elsewhere."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = 0.0 if p[i, j] > 0.0 else max(z[i, j] + by, smallest)

@@ -3,6 +3,7 @@
 The formulas are those of :mod:`continuum.model.laws`, compiled anew: one source for both devices.  Points beyond the
 reach of the law are not computed; points that are not numbers are, so that they are not lost.  ``work`` is the memory
 of a half spectrum, of whose rows ``z.shape[1]`` numbers are the field; what is to be transformed is scaled by 1/N.
+What they do is said in :mod:`continuum.solve.cpu.tractions`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 from continuum.model import laws
 from continuum.model.fourier import Real
 from continuum.model.laws import EXPONENTIAL, INVERSE_POWERS, SPLINE
-from continuum.solve.cuda.device import Kernel, Parameters, Sums, cuda, device_function
+from continuum.solve.cuda.device import Kernel, Parameters, Sums, cuda, device_function, leave
 
 _spline = device_function(laws.spline)
 _inverse_powers = device_function(laws.inverse_powers)
@@ -32,7 +33,6 @@ def _respond(kind: int, z: float, parameters: Parameters) -> tuple[float, float,
 
 @Kernel
 def _press(work: Real, z: Real, kind: int, parameters: Parameters, reach: float, scale: float) -> None:
-    """Traction, times scale, into work."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j]
@@ -46,7 +46,6 @@ def _press(work: Real, z: Real, kind: int, parameters: Parameters, reach: float,
 def _turn(
     d: Real, work: Real, z: Real, beta: float, kind: int, parameters: Parameters, reach: float, sums: Sums
 ) -> None:
-    """New direction, d <- beta d - s, s in work.  sums: of stiffness d²."""
     curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -60,7 +59,6 @@ def _turn(
 
 @Kernel
 def _line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reach: float, sums: Sums) -> None:
-    """At z - alpha d.  sums: of (change of traction) d; of stiffness d²."""
     slope = curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -71,9 +69,7 @@ def _line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, rea
                 there = _respond(kind, trial, parameters)
                 slope += (there[1] - here[1]) * e
                 curvature += there[2] * e * e
-    slot = cuda.grid(1)
-    sums[0, slot] = slope
-    sums[1, slot] = curvature
+    leave(sums, cuda.grid(1), (slope, curvature))
 
 
 @Kernel
@@ -89,11 +85,6 @@ def _move(
     scale: float,
     sums: Sums,
 ) -> None:
-    """Step z <- z - step d, the last of several that add up to alpha.
-
-    The change of the traction since alpha = 0, times scale, goes into work.
-    sums: of that change times d; of what the energy changes beyond first order; of |energy|.
-    """
     slope = second = size = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -110,7 +101,4 @@ def _move(
                 second += there[0] - here[0] - alpha * here[1] * e
                 size += abs(there[0])
             work[i, j] = scale * change
-    slot = cuda.grid(1)
-    sums[0, slot] = slope
-    sums[1, slot] = second
-    sums[2, slot] = size
+    leave(sums, cuda.grid(1), (slope, second, size))

@@ -55,30 +55,30 @@ class PlainSmoothGrid(Grid_):
     def chain(self):
         return [self, *(self.coarser.chain if self.coarser else [])]
 
-    def pose(self, law, offset, start, *, lift, pressure, mean_stiffness):
+    def set_problem(self, law, offset, start, *, lift, pressure, mean_stiffness):
         self.law, self.offset, self.start, self.pressure = law, offset + lift, start, pressure
         self.held = np.isinf(mean_stiffness)
         self.K[0, 0] = 0.0 if self.held else mean_stiffness
         self.d = np.zeros(self.grid.shape)
         if self.coarser is not None:
             part = np.zeros(self.coarser.grid.shape)
-            self.coarser.pose(law, part, None, lift=0.0, pressure=pressure, mean_stiffness=mean_stiffness)
+            self.coarser.set_problem(law, part, None, lift=0.0, pressure=pressure, mean_stiffness=mean_stiffness)
         return bool(np.isfinite(self.offset).all() and (start is None or np.isfinite(start).all()))
 
-    def pose_coarser(self, *, started):
+    def set_coarser_problem(self, *, started):
         self.coarser.offset = self.coarser.inverse(self.below(self.forward(self.offset)))
         if started:
             u = self.coarser.inverse(self.below(self.forward(self.offset - self.z)))
             self.coarser.start = self.coarser.offset - u
 
-    def place(self):
+    def go_to_start(self):
         u = self.offset - self.start
         self._go_to(u - u.mean() if self.held else u)
 
-    def rest(self):
+    def go_to_zero(self):
         self._go_to(np.zeros(self.grid.shape))
 
-    def prolong(self):
+    def go_to_coarser(self):
         self._go_to(self.inverse(self.above(self.coarser.forward(self.coarser.offset - self.coarser.z))))
 
     def _go_to(self, u):
@@ -152,21 +152,21 @@ class PlainSmoothGrid(Grid_):
 
 
 class PlainBoundGrid(Grid_):
-    def pose(self, offset, start, *, lift, sink, mean_stiffness):
+    def set_problem(self, offset, start, *, lift, sink, mean_stiffness):
         self.offset, self.start, self.mean_stiffness = offset + lift - sink, start, mean_stiffness
         self.K[0, 0] = mean_stiffness if np.isfinite(mean_stiffness) else 0.0
         self.G = np.divide(1.0, self.K, out=np.zeros_like(self.K), where=self.K > 0)
         self.mask, self.p = np.zeros(self.grid.shape, dtype=bool), np.zeros(self.grid.shape)
         return bool(np.isfinite(self.offset).all() and (start is None or np.isfinite(start).all()))
 
-    def pose_coarser(self):
+    def set_coarser_problem(self):
         if self.grid.coarser is None or min(self.grid.shape) <= SMALLEST:
             return None
         coarser = self.grid.coarser
         self.coarse = PlainBoundGrid(coarser, cut(self.K, coarser.shape_q))
         every = self.offset[::2, ::2]
         sink = every.mean() - self.offset.mean()
-        self.coarse.pose(every, None, lift=0.0, sink=sink, mean_stiffness=self.mean_stiffness)
+        self.coarse.set_problem(every, None, lift=0.0, sink=sink, mean_stiffness=self.mean_stiffness)
         return self.coarse
 
     def mean_offset(self):
