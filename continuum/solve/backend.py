@@ -212,8 +212,13 @@ class BoundEngine(Engine, Protocol):
     def comply(self) -> float:
         """Multiply the spectrum by G = 1/K, zero where K is; returns <f G f> of the field f that was transformed."""
 
-    def guess(self, p: Array, start: Array, offset: Array, pressure: float | None, traction: Array) -> None:
-        """Set p as :meth:`continuum.solve.bound_grid.BoundGrid.guess` says; ``traction`` is memory for a field."""
+    def guess(
+        self, p: Array, start: Array, offset: Array, traction: Array, pressure: float | None, wide: float, least: float
+    ) -> None:
+        """Set p as :meth:`continuum.solve.bound_grid.BoundGrid.guess` says; ``traction`` is memory for a field.
+
+        A gap of ``wide`` and more is wide, and of the start ``least`` is the smallest one.
+        """
 
     def cut_kernel(self, window: float, kernel: Array) -> None:
         """Make the values of the kernel ``multiply``: K without its mean, its kernel in real space cut off.
@@ -222,10 +227,10 @@ class BoundEngine(Engine, Protocol):
         """
 
     def misses(self, p: Array, z: Array, level: float, error: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
-        """As :meth:`continuum.solve.bound_grid.BoundGrid.misses`, in the memory of three fields."""
+        """The same as :meth:`continuum.solve.bound_grid.BoundGrid.misses`, in the memory of three fields."""
 
     def duality_gap(self, p: Array, z: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
-        """As :meth:`continuum.solve.bound_grid.BoundGrid.duality_gap`, in the memory of two fields."""
+        """The same as :meth:`continuum.solve.bound_grid.BoundGrid.duality_gap`, in the memory of two fields."""
 
 
 def reused(whole: Array, *shape: int) -> Array:

@@ -32,6 +32,8 @@ class BoundGrid:
     """Memory held on a device that keeps its arrays, in fields."""
     below: BoundGrid | None = None
     mean_stiffness = 0.0
+    _wide = _least = 0.0
+    """Mean of the start, and its smallest gap, at least zero."""
     p: Array = None
     z: Array = None
 
@@ -55,7 +57,7 @@ class BoundGrid:
     # --- the problem ---------------------------------------------------------------------------------------
 
     def set_problem(self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float) -> bool:
-        """Take a problem, with p = 0, and forget the last one; False if it is not finite.
+        """Set the problem, with p = 0; False if it is not finite.
 
         The offset is ``offset + lift - sink``, the arrays of shape ``grid.shape``; ``mean_stiffness`` is K at q = 0,
         infinite where the mean of u is held at zero.  The start lies in z.
@@ -63,8 +65,10 @@ class BoundGrid:
         self._hold(mean_stiffness)
         if not self.engine.upload(self.offset, offset):
             return False
-        if start is not None and not self.engine.upload(self.z, start):
-            return False
+        if start is not None:
+            if not self.engine.upload(self.z, start):
+                return False
+            self._wide, self._least = self.grid.mean(start), max(float(start.min()), 0.0)
         self.engine.shift(self.offset, lift)
         self.engine.shift(self.offset, -sink)
         self.engine.forget_work()
@@ -114,7 +118,7 @@ class BoundGrid:
 
         Of that traction the mean is ``pressure``, or, with None, such that there is none where the gap is wide.
         """
-        self.engine.guess(self.p, self.z, self.offset, pressure, self.change)
+        self.engine.guess(self.p, self.z, self.offset, self.change, pressure, self._wide, self._least)
 
     def spread(self) -> float:
         """Set p from that of the coarser grid, bilinearly; returns its sum.  That grid is not asked again."""
@@ -204,7 +208,7 @@ class BoundGrid:
         return float(cut_off), float(before), float(after)
 
     def advance(self, step: float) -> None:
-        """Take a trial that was not cut, the first after :meth:`curvature`: p, and z with it."""
+        """Accept a trial that was not cut, the first after :meth:`curvature`: p, and z with it."""
         self.engine.spectral(inverse=True)
         self.engine.out_of("advance", z=self.z, step=step, out=self.change)
         self.p, self.s = self.s, self.p
@@ -216,7 +220,7 @@ class BoundGrid:
         return self._gap(self.s, self.change)
 
     def accept(self) -> None:
-        """Take the trial that :meth:`arrive` has looked at: p and z."""
+        """Accept the trial whose gap :meth:`arrive` has found: p and z."""
         self.engine.sweep("accept", z=self.z, new=self.change)
         self.p, self.s = self.s, self.p
 
@@ -236,7 +240,7 @@ class BoundGrid:
         return float(energy), float(size)
 
     def misses(self, level: float) -> tuple[float, float]:
-        """Of e, what closing the contact and lifting the overlaps adds to u: root mean square of K e, largest e.
+        """Root mean square of K e, and largest e: what closing the contact and lifting the overlaps adds to u.
 
         s, t and the last change of z are lost.
         """

@@ -32,13 +32,13 @@ from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.solution import Iteration, Settings, Solution, Status, Work
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
-"""Of the start on the grids of n/2, n/4, ... points, in units of the tolerance asked for."""
+"""Tolerances of the start on the grids of n/2, n/4, ... points, in units of the tolerance asked for."""
 WINDOW = 0.25
 """Reach of the window of the preconditioner's kernel, in parts of the period."""
 STALE = 0.1
 """Change of the contact, in parts of its points, after which M 1 is computed anew."""
 COARSE_ITERATIONS = 400
-"""Of one coarse grid at most."""
+"""Largest number of iterations on a coarser grid."""
 SAFETY = 0.7
 """Part of the tolerance aimed at when the residual computed afresh exceeded it."""
 HALVINGS = 30
@@ -235,7 +235,7 @@ class _Dual:
         return total / whole if self.bordered and whole > 0 else 0.0
 
     def _step(self, slope: float) -> float:
-        """Go along -t to the minimum, or as far as the bound lets the energy fall; returns the length, NaN for none."""
+        """Step along -t to the minimum, or as far as the bound lets the energy fall; returns its length, NaN for none."""
         grid = self.grid
         curvature = grid.curvature()
         step = slope / curvature if curvature > 0 else np.nan

@@ -32,7 +32,7 @@ from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
-"""Of a cold start on the grids of n/2, n/4, ... points, in units of the tolerance asked for; measured optimum."""
+"""Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for; measured optimum."""
 CLOSE = 1e3
 """A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer."""
 COARSE_LIMIT = 400

@@ -68,7 +68,7 @@ class SmoothGrid:
     def set_problem(
         self, law: Law, offset: Real, start: Real | None, *, lift: float, pressure: float, mean_stiffness: float
     ) -> bool:
-        """Take a problem, here and on all coarser grids, and forget the last one; False if it is not finite.
+        """Set the problem of the grid and of all coarser ones; False if it is not finite.
 
         ``offset`` and ``start``, shape ``grid.shape``, in a0, are not changed; ``mean_stiffness`` is K at q = 0,
         infinite where the mean of u is held at zero.
@@ -122,7 +122,7 @@ class SmoothGrid:
             below.engine.reflect(below.z, below.offset, self.lift)
 
     def go_to_start(self) -> None:
-        """Go to the start, which lies in z: where the mean of u is held z is shifted to it; g without the wall."""
+        """Begin at the start, which lies in z: where the mean of u is held z is shifted to it; g without the wall."""
         mean = self._displace()
         if self.held:
             self.engine.shift(self.z, mean)
@@ -132,7 +132,7 @@ class SmoothGrid:
         self._press()
 
     def go_to_zero(self) -> None:
-        """Go to u = 0: z, and g without the wall."""
+        """Begin at u = 0: z, and g without the wall."""
         self.engine.fill(self.z, 0.0)
         self.engine.reflect(self.z, self.offset, self.lift)
         self.engine.fill(self.engine.w, 0.0)
@@ -140,7 +140,7 @@ class SmoothGrid:
         self._press()
 
     def go_to_coarser(self) -> None:
-        """Go to the displacement of the coarser grid, no waves beyond; to u = 0 where that is not finite."""
+        """Begin at the displacement of the coarser grid, without shorter waves; at u = 0 if that is not finite."""
         below = self._below
         # A coarse grid that failed is no start: this one begins from rest.
         if not np.isfinite(below._displace()):

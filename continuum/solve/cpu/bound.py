@@ -90,20 +90,22 @@ class CpuBoundEngine(CpuEngine):
 
     # --- what is asked at once -----------------------------------------------------------------------------
 
-    def guess(self, p: Real, start: Real, offset: Real, pressure: float | None, traction: Real) -> None:
+    def guess(
+        self, p: Real, start: Real, offset: Real, traction: Real, pressure: float | None, wide: float, least: float
+    ) -> None:
         np.subtract(offset, start, out=traction)
         self.forward(traction)
         self.work_q *= -self.K
         self.inverse(traction)
         self.transforms += 2
         if pressure is None:
-            traction -= traction[start >= self.mean(start)].mean()
+            traction -= traction[start >= wide].mean()
         else:
             traction += pressure
-        lowest, stiffest = max(float(start.min()), 0.0), self.K.max()
+        stiffest = self.K.max()
         for a, b in pairwise(self.row_edges):
             here = traction[a:b]
-            p[a:b] = np.where(here > stiffest * (start[a:b] - lowest), np.maximum(here, 0.0), 0.0)
+            p[a:b] = np.where(here > stiffest * (start[a:b] - least), np.maximum(here, 0.0), 0.0)
 
     def cut_kernel(self, window: float, kernel: Real) -> None:
         self.work_q[...] = self.K

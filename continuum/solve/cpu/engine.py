@@ -46,7 +46,7 @@ KERNELS: dict[str, tuple[Callable[..., None], tuple[str, ...]]] = {
 }
 """Each compiled sweep and the names of its parameters: the block, its sums, and what the sweep asks for."""
 Task = Callable[[int, int, Real], float | None]
-"""Of a block, ``first:last``: writes its sums, returns the seconds it took in transforms."""
+"""A function of the block ``first:last``: writes its sums, returns the seconds it took in transforms."""
 _WORTH_THREADS = 2**17  # points; smaller grids are not worth the start of threads
 
 

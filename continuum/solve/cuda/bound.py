@@ -61,16 +61,16 @@ class CudaBoundEngine(CudaEngine):
 
     # --- what is asked at once -----------------------------------------------------------------------------
 
-    def guess(self, p: Array, start: Array, offset: Array, pressure: float | None, traction: Array) -> None:
-        mean = self.mean(start)
-        least = max(-float(self.sweep("lowest", largest=0, z=start)[0]), 0.0)
+    def guess(
+        self, p: Array, start: Array, offset: Array, traction: Array, pressure: float | None, wide: float, least: float
+    ) -> None:
         self.into("displace", z=start, offset=offset, lift=0.0)
         self.transform.forward(self.w)
         self.sweep("multiply", values_q=self.K, factor=-1.0)
         self.transforms += 1
         self.transform.inverse(self.w)
         if pressure is None:
-            total, count = self.sweep("wide", z=start, mean=mean)[:2]
+            total, count = self.sweep("wide", z=start, mean=wide)[:2]
             pressure = -float(total / count)
         stiffest = max(float(self._stiffness_q.ravel()[1:].max()), self._mean_stiffness)
         self.sweep("guess", p=p, z=start, more=pressure, stiffest=stiffest, least=least)

@@ -27,7 +27,7 @@ from continuum.errors import InputError, StickinessError
 from continuum.model.fourier import Real
 
 cuda: Any = numba.cuda
-"""As kernels use it; what it has depends on whether there is a simulator, and no types are known."""
+"""The module that kernels use, of the device or of the simulator; no types are known."""
 SIMULATED = bool(vars(config)["ENABLE_CUDASIM"])
 """Whether kernels run in numba's simulator."""
 BLOCKS, THREADS = (3, 2) if SIMULATED else (1024, 128)
@@ -42,7 +42,7 @@ Array = Any
 Mask = NDArray[np.uint8]
 """Which points are in contact: 0 or 1."""
 Parameters = Real
-"""Of a law; one-dimensional."""
+"""Parameters of a law; one-dimensional."""
 Sums = Real
 """Parts of up to ``SUMS`` sums, a row each, of every thread."""
 _Function = TypeVar("_Function", bound=Callable[..., Any])

@@ -28,16 +28,6 @@ def _scale(values: Real, factor: float) -> None:
 
 
 @Kernel
-def _lowest(z: Real, sums: Sums) -> None:
-    """Of the first sum the largest part is minus the smallest value."""
-    largest = -float("inf")
-    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            largest = max(largest, -z[i, j])
-    sums[0, cuda.grid(1)] = largest
-
-
-@Kernel
 def _wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
     """Where the gap is at least its mean; sums: of the field in work, and how many points."""
     total = count = 0.0

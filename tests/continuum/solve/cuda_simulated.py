@@ -282,7 +282,6 @@ def test_pressing_starts(case: Case) -> None:
     rows, n, z, work, p = case.rows, case.columns, case.field(), case.spectrum(), case.field()
     check(start(KERNELS["mark"], rows, case.mask, 1)[0][0], 1)
     check(start(KERNELS["scale"], rows, z, 3.0)[0][0], 3 * z)
-    check(start(KERNELS["lowest"], rows, z, summed=True, largest=0)[1][0], -z.min())
     field = work[:, :n]
     wide = z >= z.mean()
     check(start(KERNELS["wide"], rows, work, z, z.mean(), summed=True)[1][:2], (field[wide].sum(), wide.sum()))
