@@ -120,7 +120,7 @@ class Solution:
     duality_gap: float = np.nan
     """Under a bound: what the energy of any state of this load is lower at most, per area, in E* a0; else NaN."""
     lowest_eigenvalue: float = np.nan
-    """Lowest eigenvalue of the Hessian, in E*/a0, if asked for (:mod:`continuum.solve.stability`); negative at a saddle."""
+    """Lowest eigenvalue of the Hessian, in E*/a0, if asked for (see `stability`); negative at a saddle."""
 
     @property
     def traction(self) -> Real:
