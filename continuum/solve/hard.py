@@ -235,7 +235,7 @@ class _Dual:
         return total / whole if self.bordered and whole > 0 else 0.0
 
     def _step(self, slope: float) -> float:
-        """Step along -t to the minimum, or as far as the bound allows; returns the length, NaN if none lowers the energy."""
+        """Step along -t to the minimum, or as far as the bound allows; returns the length, NaN for no step down."""
         grid = self.grid
         curvature = grid.curvature()
         step = slope / curvature if curvature > 0 else np.nan
