@@ -145,7 +145,7 @@ def test_every_room_says_what_lives_there_and_there_are_at_most_ten(package: str
         ("ducc0", {"continuum.model.fourier"}),
         ("numba", {"continuum.model.laws", "continuum.solve.cpu.compiled", "continuum.solve.cuda.device"}),
         ("nvmath", {"continuum.solve.cuda.device", "continuum.solve.cuda.transforms"}),
-        ("threading", {"continuum.solve.cpu.levels", "continuum.runs.workers"}),
+        ("threading", {"continuum.solve.cpu.engine", "continuum.runs.workers"}),
         ("ase", {"atomistic.crystal.crystal"}),
         ("subprocess", {"atomistic.lammps.engine", "continuum.files.provenance", "continuum.runs.workers"}),
     ],

@@ -170,8 +170,9 @@ def state_of(
     A bare gap is taken for that of a converged state.  Under a hard wall its loads are unknown: NaN.
     """
     if not isinstance(solution, Solution):
-        solution = Solution(solution, Status.CONVERGED, 0.0, 0, by=problem.wall.law)
-    totals = totals_of(problem.grid, problem.wall, solution.gap, solution.bound_traction)
+        solution = Solution(solution, Status.CONVERGED, 0.0, 0, law=problem.wall.law)
+    traction = solution.traction if solution.law is None else None
+    totals = totals_of(problem.grid, problem.wall, solution.gap, traction)
     mean_gap = problem.grid.mean(solution.gap)
     separation = target
     if control != "separation":
@@ -183,7 +184,7 @@ def state_of(
 def kept(state: PathState) -> PathState:
     """What a path keeps of a state: its numbers, and of its fields the gap only."""
     found = state.solution
-    solution = Solution(found.gap, found.status, found.residual, found.iterations, by=found.kept_by)
+    solution = Solution(found.gap, found.status, found.residual, found.iterations, law=found.law)
     return replace(state, solution=solution, outcome=None, beyond=None, events=())
 
 

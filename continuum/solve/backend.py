@@ -1,25 +1,27 @@
-"""The seam between mathematics and machine: what a solver asks of one grid, and the back ends that offer it.
+"""The seam between mathematics and machine: what the grids of the solvers ask of a device, and the devices.
 
-The solvers, :mod:`continuum.solve.smooth` and :mod:`continuum.solve.hard`, see scalars only.  A grid of a solve - a
-:class:`Level` or a :class:`Face` - owns the fields: where they lie, how they are padded and transformed, in how many
-threads or on what device.  It is made once for a path and then takes one problem after the other.  Each operation
-below may be one launch on a device, its sums reduced there and read once.
+The solvers, :mod:`continuum.solve.smooth` and :mod:`continuum.solve.hard`, see scalars only.  A grid of a solve,
+:mod:`continuum.solve.smooth_grid` or :mod:`continuum.solve.bound_grid`, names the fields and the order of the
+operations.  An :class:`Engine` owns the memory: where fields lie, how they are padded and transformed, in how many
+threads or on what device.  It is made once for a path and then takes one problem after the other.
 
-Fields cross the seam in four places: ``pose`` takes an offset and a start, ``take_gap`` and ``take`` hand out what was
-found, ``touch`` what needs no solving.  These are host arrays; a back end may recognise what it was given before.
-
-A back end is a module with the names of :class:`BackEnd`, and one line in :data:`BACK_ENDS`.
+A back end is a subclass of :class:`BackEnd`, and one line in :data:`BACK_ENDS`.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from importlib import import_module
-from typing import TYPE_CHECKING, Protocol, cast
+from math import prod
+from typing import Any, Protocol
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.solution import Work
+
+Array = Any
+"""An array of an engine, which nobody else looks into."""
 
 BACK_ENDS = {
     "cpu": "continuum.solve.cpu",
@@ -41,235 +43,196 @@ def back_end(device: str) -> BackEnd:
     if device not in BACK_ENDS:
         msg = f"there is no device {device!r}: there is {', '.join(BACK_ENDS)}"
         raise ValueError(msg)
-    found = cast("BackEnd", import_module(BACK_ENDS[device]))
+    found: BackEnd = import_module(BACK_ENDS[device]).BACK_END
     found.require()
     return found
 
 
-class BackEnd(Protocol):
-    """What the module of a back end offers."""
+class BackEnd(ABC):
+    """A kind of device; its module has one as ``BACK_END``."""
 
     SMALLEST: int
     """Grids of no more points along a side have no coarser one."""
-    LEVELS: int
+    LEVELS = 3
     """Grids that a step of the smooth solver uses, at most."""
-    CAUTION: str
+    CAUTION = ""
     """What its user has to know before relying on it; empty for nothing."""
 
-    def require(self) -> None:
+    def require(self) -> None:  # noqa: B027
         """Raise :class:`continuum.errors.InputError`, with what to install, where this machine cannot run it."""
 
     def machine(self) -> str:
         """Name of what it runs on, beyond the name of the device; empty for nothing."""
+        return ""
 
     def devices(self) -> tuple[str, ...]:
         """Names of those that processes should not share; empty where they may."""
+        return ()
 
-    def level(self, grid: Grid, stiffness_q: Real, threads: int, coarser: int) -> Level:
-        """A grid of the smooth solver, with up to so many coarser ones.
+    def reserve(self, points: int, fields: float) -> None:  # noqa: B027
+        """Raise MemoryError if so many fields of so many points do not fit on the device."""
 
-        ``stiffness_q`` is K in E*/a0, shape ``grid.shape_q``; at q = 0 that of each problem counts.
+    @abstractmethod
+    def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> Engine:
+        """The arrays of a grid, on which the sweeps go; a coarser grid's may use memory of the finer one's.
+
+        K in E*/a0, shape ``grid.shape_q``, is not changed; the modes of ``below``, the next coarser grid if there is
+        one, are swept apart.  An engine works with those of its own kind only: hence the loose types.
         """
 
-    def face(self, grid: Grid, stiffness_q: Real, threads: int) -> Face:
-        """A grid of the solver under a bound."""
+    @abstractmethod
+    def bound_engine(self, grid: Grid, K: Real, threads: int, finer: Any) -> BoundEngine:
+        """The same for the bound-constrained solver."""
 
 
-class Level(Protocol):
-    """A grid of the smooth solver: gap z, gradient g, direction d, in the words of :mod:`continuum.solve.smooth`.
+class Engine(Protocol):
+    """The arrays of one grid on one device, and sweeps of named kernels over them.
 
-    g lies in Fourier space.  <a b> is the mean of a product over the points, an equal sum over the modes; sums that
-    are an array are six: <g g>, <g s>, <y s>, <y M y>, <s K s>, <s K d>.
+    A kernel gets by their names what is given, and what the engine has: K, the spectrum ``work``, the wall law, the
+    scale of the transforms.  Sums are an array of six numbers.  A transform goes by way of one spectrum, ``w``: a
+    field is made by :meth:`into` (half a transform), :meth:`spectral` goes over the modes (the other halves),
+    :meth:`out_of` uses the field that was transformed back.  What an engine does when is its own: on processor cores
+    each half is done block by block with its sweep, on a device :meth:`spectral` and :meth:`out_of` begin with the
+    whole transform.
     """
 
-    @property
-    def coarser(self) -> Level | None:
-        """The grid of every second point; None if there is none."""
+    KEEPS_FIELDS: bool
+    """Whether fields in real space are made once; else anew for each problem, and what is handed out is that memory."""
+    w: Array
+    """The spectrum that is transformed, real and imaginary parts in turn."""
+    trials: int
+    """Evaluations of the line search."""
 
     @property
     def work(self) -> Work:
         """What was done for the problem at hand."""
 
-    def pose(
-        self, law: Law, offset: Real, start: Real | None, *, lift: float, pressure: float, mean_stiffness: float
-    ) -> bool:
-        """Take a problem, here and on all coarser grids, and forget the last one; False if it is not finite.
+    def forget_work(self) -> None:
+        """Count from zero."""
 
-        ``offset`` and ``start``, shape ``grid.shape``, in a0, are not changed; ``mean_stiffness`` is K at q = 0,
-        infinite where the mean of u is held at zero.
+    def set_law(self, law: Law) -> None:
+        """The wall law that kernels ask."""
+
+    def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
+        """Set K at q = 0; where the mean is held, its mode vanishes after each forward transform in a sweep."""
+
+    def rows(self) -> Array:
+        """Memory of a field, with padded rows where that is faster."""
+
+    def spectrum(self) -> Array:
+        """Memory of a half spectrum."""
+
+    def hold(self, values: Real, kept: Array) -> Array | None:
+        """An array of the host, in the memory ``kept`` of a device that keeps its fields; None if it is not finite."""
+
+    def upload(self, field: Array, values: Real) -> bool:
+        """Copy an array of the host into a field; returns whether it is finite."""
+
+    def download(self, field: Array) -> Real:
+        """A field as an array of the host, shape ``grid.shape``."""
+
+    def fill(self, values: Array, number: float) -> None:
+        """The same number everywhere in a field or spectrum."""
+
+    def shift(self, field: Array, by: float) -> None:
+        """Add a number to a field."""
+
+    def reflect(self, field: Array, offset: Array, lift: float) -> None:
+        """Set field <- offset - field + lift: a gap of a displacement."""
+
+    def set_mean(self, mean: float) -> None:
+        """Set the mode q = 0 of ``w``."""
+
+    def sample(self, fine: Array, coarse: Array) -> None:
+        """Set a field of this grid to every second point of that of the finer one."""
+
+    def restrict(self, spectrum: Array, below: Any, coarse: Array) -> None:
+        """Set a spectrum of the coarser engine to the modes that it carries of this one's, without Nyquist modes."""
+
+    def prolong(self, below: Any) -> None:
+        """Set ``w`` to that of the coarser engine, zero beyond its modes."""
+
+    def into(self, name: str, **given: Any) -> Real:
+        """A kernel makes a field that is going to be transformed; returns its sums."""
+
+    def spectral(
+        self, name: str = "", *, forward: bool = False, inverse: bool = False, keep_low: bool = False, **given: Any
+    ) -> Real:
+        """A kernel over the modes, after a forward transform of ``w`` and before an inverse one; returns its sums.
+
+        With ``keep_low`` the modes of the coarser grid are not transformed back yet: :meth:`low` does so.
         """
 
-    def pose_coarser(self, *, started: bool) -> None:
-        """Give the coarser grid its part of offset and, after :meth:`place`, of the displacement as its start.
+    def low(self, name: str, *, inverse: bool = False, **given: Any) -> Real:
+        """A kernel over the modes of the coarser grid; returns its sums."""
 
-        d is lost.
-        """
+    def out_of(self, name: str, **given: Any) -> Real:
+        """A kernel uses the field that was transformed back; returns its sums."""
 
-    def place(self) -> None:
-        """Go to the start: z, where the mean of u is held moved to that, and g."""
+    def sweep(self, name: str, **given: Any) -> Real:
+        """A kernel over the points without a transform; returns its sums."""
 
-    def rest(self) -> None:
-        """Go to u = 0: z and g."""
+    def inverse(self, field: Array) -> None:
+        """Transform ``w`` back into a field; not counted."""
 
-    def prolong(self) -> None:
-        """Go to the displacement of the coarser grid, no waves beyond: z and g; to u = 0 where that is not finite."""
-
-    def gradient(self, shift: float, alpha: float, beta: float, *, coarse: bool, complete: bool) -> Real:
-        """Finish the last step, of length ``alpha`` along a direction that kept ``beta`` of the one before.
-
-        With y the change of the gradient by that step, g <- g + y, and s = M g with M = 1/(K + shift) is the new step;
-        returns the sums.  With ``coarse`` the modes of the coarser grid take no part in any sum but <g g>.  g that is
-        not ``complete`` lacks the traction of z, as after :meth:`place`, :meth:`rest` and :meth:`prolong`, or that of
-        the last step; g that is stays what it is.
-        """
-
-    def restrict(self) -> None:
-        """Let the coarser grid begin from here: at every second z, with its part of g."""
-
-    def low_modes(self, shift: float) -> Real:
-        """The modes of the coarser grid: there s is minus how far that has displaced the surface.  Their sums."""
-
-    def low_gradient(self, shift: float) -> Real:
-        """The same modes with s = M g after all: of their sums <g s> and <s K s>."""
-
-    def turn(self, beta: float, *, coarse: bool) -> float:
-        """Set d <- beta d - s; returns <φ'' d d> over the points near the wall."""
-
-    def line(self, alpha: float) -> tuple[float, float]:
-        """At z - alpha d, over the points near the wall: <(change of p) d> and <φ'' d d>."""
-
-    def move(self, step: float, alpha: float) -> tuple[float, float, float]:
-        """Set z <- z - step d, the last of several that add up to alpha.
-
-        Returns, of all of these, <(change of p) d>; what φ changes beyond first order, and its size, as means.
-        """
-
-    def clear(self) -> None:
-        """Forget d, which may not be finite."""
-
-    def residual(self) -> float:
-        """Root-mean-square gradient at z, all of it computed afresh; g is this from then on."""
-
-    def take_gap(self) -> Real:
-        """Hand z out as an array of the host that nobody else uses, shape ``grid.shape``, in a0."""
-
-    def elastic_energy(self, offset: Real, gap: Real) -> float:
-        """½ <u K u> of u = offset - gap without its mean, in E* a0, between two problems."""
+    def elastic_energy(self, offset: Real, gap: Real, one: Array, other: Array) -> float:
+        """½ <u K u> of u = offset - gap without its mean; in the memory of two arrays that are not in use."""
 
 
-class Face(Protocol):
-    """A grid of the solver under a bound: pressure p, gap z, direction t, in the words of :mod:`continuum.solve.hard`.
+class BoundEngine(Engine, Protocol):
+    """What the bound-constrained solver asks for beyond :class:`Engine`.
 
-    z is held without its level, a number.  s = M z and m, about M 1, vanish off the contact; a trial is a pressure
-    that may become p.  Sums are over the points.
+    The kernels that make and use a transformed field are given the field ``out``, through which it may go.
     """
 
-    size: int
-    """Number of points."""
+    def field(self) -> Array:
+        """Memory of a field, whose rows may be padded."""
 
-    @property
-    def work(self) -> Work:
-        """What was done for the problem at hand."""
+    def mask(self) -> Array:
+        """Memory of the marks of the points in contact."""
 
-    def pose(self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float) -> bool:
-        """Take a problem, with p = 0, and forget the last one; False if it is not finite.
+    def clear_mask(self, mask: Array) -> None:
+        """Mark none."""
 
-        The offset is ``offset + lift - sink``, the arrays of shape ``grid.shape``; ``mean_stiffness`` is K at q = 0,
-        infinite where the mean of u is held at zero.
+    def scale(self, field: Array, factor: float) -> None:
+        """Multiply a field by a number."""
+
+    def total(self, field: Array) -> float:
+        """Sum over the points."""
+
+    def mean(self, field: Array) -> float:
+        """Mean over the points."""
+
+    def coarsen(self, fine: Array, below: Any, coarse: Array) -> None:
+        """Set a field of the coarser engine to every second point of this one's, shifted to the same mean."""
+
+    def load(self, field: Array) -> None:
+        """Begin to transform a field as it is."""
+
+    def comply(self) -> float:
+        """Multiply the spectrum by G = 1/K, zero where K is; returns <f G f> of the field f that was transformed."""
+
+    def guess(
+        self, p: Array, start: Array, offset: Array, traction: Array, pressure: float | None, wide: float, least: float
+    ) -> None:
+        """Set p as :meth:`continuum.solve.bound_grid.BoundGrid.guess` says; ``traction`` is memory for a field.
+
+        A gap of ``wide`` and more is wide, and of the start ``least`` is the smallest one.
         """
 
-    def pose_coarser(self) -> Face | None:
-        """The grid of every second point, with its part of the problem; None if there is none."""
+    def cut_kernel(self, window: float, kernel: Array) -> None:
+        """Make the values of the kernel ``multiply``: K without its mean, its kernel in real space cut off.
 
-    def mean_offset(self) -> float:
-        """Mean of the offset."""
-
-    def touch(self) -> Real:
-        """Gap of the undeformed surface at first touch, positive, as an array of the host."""
-
-    def guess(self, pressure: float | None) -> None:
-        """Set p from the start: where the traction that holds it pushes, and it nearly touches.
-
-        Of that traction the mean is ``pressure``, or, with None, such that there is none where the gap is wide.
+        ``window`` is the part of the period where a triangular window ends; ``kernel`` is memory for a field.
         """
 
-    def spread(self) -> float:
-        """Set p from that of the coarser grid, bilinearly; returns its sum.  That grid is not asked again."""
+    def misses(self, p: Array, z: Array, level: float, error: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
+        """The same as :meth:`continuum.solve.bound_grid.BoundGrid.misses`, in the memory of three fields."""
 
-    def fill(self, pressure: float) -> None:
-        """Set p to a number."""
-
-    def scale(self, factor: float) -> None:
-        """Set p <- factor p."""
-
-    def total(self) -> float:
-        """Sum of p."""
-
-    def open(self, window: float) -> None:
-        """Make M: K with its kernel in real space cut off by a triangular window, this part of the period wide.
-
-        m = 1.
-        """
-
-    def displace(self) -> tuple[float, float]:
-        """Set z <- G p + offset; returns the energy of the dual, per point, and the size of what it is the sum of."""
-
-    def clear(self) -> None:
-        """Forget t, and the last change of z."""
-
-    def level(self) -> tuple[float, float]:
-        """Where p presses: sums of m z and of m."""
-
-    def select(self, level: float) -> tuple[float, float, float, float]:
-        """Find the contact: the points that press or overlap.
-
-        Returns how many there are, how many are new or gone, and their sums of m z and of m.
-        """
-
-    def renew(self) -> None:
-        """Set m <- M 1 on the contact, or 1 if the sum of that is not positive."""
-
-    def precondition(self, level: float) -> float:
-        """Set s <- M (z + level) on the contact; returns its sum."""
-
-    def correct(self, weight: float) -> Real:
-        """Set s <- s - weight m, t <- 0 off the contact; sums of s s, z s, (last change of z) s, t, z t, z m."""
-
-    def turn(self, beta: float, weight: float) -> None:
-        """Set t <- s + beta (t - weight m)."""
-
-    def curvature(self) -> float:
-        """<t G t>."""
-
-    def trial(self, step: float) -> tuple[float, float, float]:
-        """Try p - step t, cut at zero; sums of what was cut, negative, of p - step t, and of the trial."""
-
-    def advance(self, step: float) -> None:
-        """Take a trial that was not cut, the first after :meth:`curvature`: p, and z with it."""
-
-    def arrive(self, factor: float) -> tuple[float, float]:
-        """Scale the trial, and find its gap; returns the energy of the dual as :meth:`displace` does."""
-
-    def accept(self) -> None:
-        """Take the trial that :meth:`arrive` has looked at: p and z."""
-
-    def misses(self, level: float) -> tuple[float, float]:
-        """Of e, what closing the contact and lifting the overlaps adds to u: root mean square of K e, largest e.
-
-        s, t and the last change of z are lost.
-        """
-
-    def duality_gap(self) -> tuple[float, float]:
-        """<p (z - min z)>, and 2 <p> sqrt(Σ 1/K²) over q ≠ 0: what it is at most, for a residual of one."""
-
-    def take(self, level: float) -> tuple[Real, Real]:
-        """Hand out the gap, zero where p presses and positive elsewhere, and p: arrays of the host, in a0 and E*."""
-
-    def elastic_energy(self, offset: Real, gap: Real) -> float:
-        """As :meth:`Level.elastic_energy`."""
+    def duality_gap(self, p: Array, z: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
+        """The same as :meth:`continuum.solve.bound_grid.BoundGrid.duality_gap`, in the memory of two fields."""
 
 
-if TYPE_CHECKING:
-    from continuum.solve import cpu, cuda
-
-    _COMPLETE: tuple[BackEnd, ...] = (cpu, cuda)
+def reused(whole: Array, *shape: int) -> Array:
+    """Memory that is not in use, as an array of this shape."""
+    return whole.ravel()[: prod(shape)].reshape(shape)

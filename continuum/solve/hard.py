@@ -17,7 +17,7 @@ and Morrison, whose limit of no mean stiffness is a given mean pressure.  An ite
 two and a half if its step was cut.
 
 No contact mechanics here beyond the bound: K and the offset are all that it knows.  No field either: those belong to
-the grids, whose operations (:class:`continuum.solve.backend.Face`) return scalars.
+the grids, whose operations (:class:`continuum.solve.bound_grid.BoundGrid`) return scalars.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from typing import NamedTuple
 import numpy as np
 
 from continuum.model.fourier import Real
-from continuum.solve.backend import Face
+from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.solution import Iteration, Settings, Solution, Status, Work
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
-"""Of the start on the grids of n/2, n/4, ... points, in units of the tolerance asked for."""
+"""Tolerances of the start on the grids of n/2, n/4, ... points, in units of the tolerance asked for."""
 WINDOW = 0.25
 """Reach of the window of the preconditioner's kernel, in parts of the period."""
 STALE = 0.1
 """Change of the contact, in parts of its points, after which M 1 is computed anew."""
 COARSE_ITERATIONS = 400
-"""Of one coarse grid at most."""
+"""Largest number of iterations on a coarser grid."""
 SAFETY = 0.7
 """Part of the tolerance aimed at when the residual computed afresh exceeded it."""
 HALVINGS = 30
@@ -50,7 +50,7 @@ ROUNDING = 1e-13
 
 
 def constrain(
-    face: Face,
+    grid: BoundGrid,
     offset: Real,
     start: Real | None,
     settings: Settings,
@@ -59,36 +59,36 @@ def constrain(
     lift: float,
     mean_stiffness: float,
 ) -> Solution:
-    """Minimise ½ <u, K u> - F <u> over u with z = offset + lift - u >= 0 at each point, on a face that knows K.
+    """Minimise ½ <u, K u> - F <u> over u with z = offset + lift - u >= 0 at each point, on a grid that knows K.
 
     The rest, and what is raised, as for :meth:`continuum.solve.solver.Solver.constrain`.
     """
     began = time.perf_counter()
     sink = pressure / mean_stiffness if 0 < mean_stiffness < np.inf else 0.0
-    if not face.pose(offset, start, lift=lift, sink=sink, mean_stiffness=mean_stiffness):
+    if not grid.set_problem(offset, start, lift=lift, sink=sink, mean_stiffness=mean_stiffness):
         points = offset if start is None else start
-        return Solution(points, Status.NON_FINITE, np.inf, 0, by=np.broadcast_to(0.0, points.shape))
+        return Solution(points, Status.NON_FINITE, np.inf, 0, pressure=np.broadcast_to(0.0, points.shape))
     if mean_stiffness == 0 and not pressure >= 0:
         msg = f"a hard wall only pushes: give a mean pressure of zero or more, not {pressure:g}"
         raise ValueError(msg)
     if mean_stiffness == 0 and pressure == 0:
-        return Solution(face.touch(), Status.CONVERGED, 0.0, 0, by=np.broadcast_to(0.0, offset.shape))
-    if np.isinf(mean_stiffness) and not face.mean_offset() > 0:
-        msg = f"a hard wall leaves no surface at a mean gap of {face.mean_offset():g} a0: it has to be positive"
+        return Solution(grid.touch(), Status.CONVERGED, 0.0, 0, pressure=np.broadcast_to(0.0, offset.shape))
+    if np.isinf(mean_stiffness) and not grid.mean_offset() > 0:
+        msg = f"a hard wall leaves no surface at a mean gap of {grid.mean_offset():g} a0: it has to be positive"
         raise ValueError(msg)
-    dual = _Dual(face, pressure, mean_stiffness)
+    dual = _Dual(grid, pressure, mean_stiffness)
     coarse = dual.cascade(settings, COARSE_TOLERANCES) if start is None else dual.guess()
     status, outcome = dual.solve(settings)
-    gap, traction = face.take(dual.level)
+    gap, traction = grid.hand_out(dual.level)
     return Solution(
         gap,
         status,
         outcome.residual,
         max(len(dual.history) - 1, 0),
-        (face.work, *coarse),
+        (grid.work, *coarse),
         time.perf_counter() - began,
         tuple(dual.history),
-        by=traction,
+        pressure=traction,
         gap_error=outcome.gap_error,
         duality_gap=outcome.duality_gap,
     )
@@ -115,8 +115,8 @@ class _Dual:
     The mean mode is bordered: it enters by the rank-one formula, unless the mean is held.
     """
 
-    def __init__(self, face: Face, pressure: float, mean_stiffness: float) -> None:
-        self.face, self.pressure, self.mean_stiffness = face, pressure, mean_stiffness
+    def __init__(self, grid: BoundGrid, pressure: float, mean_stiffness: float) -> None:
+        self.grid, self.pressure, self.mean_stiffness = grid, pressure, mean_stiffness
         self.bordered = bool(np.isfinite(mean_stiffness))
         self.loaded = mean_stiffness == 0
         self.level = self.energy = self.in_m = 0.0
@@ -128,29 +128,29 @@ class _Dual:
     def guess(self) -> tuple[Work, ...]:
         """Pressure from a gap near the solution; no work on coarser grids."""
         # A mean that is held is so by an unknown pressure.
-        self.face.guess((self.pressure if self.loaded else 0.0) if self.bordered else None)
-        self._carry_the_load(self.face.total())
+        self.grid.guess((self.pressure if self.loaded else 0.0) if self.bordered else None)
+        self._carry_the_load(self.grid.total())
         return ()
 
     def cascade(self, settings: Settings, factors: tuple[float, ...]) -> tuple[Work, ...]:
         """Pressure from coarser grids, each started by the next; returns their work."""
-        coarse = self.face.pose_coarser() if factors else None
+        coarse = self.grid.set_coarser_problem() if factors else None
         if coarse is None:
             self._carry_the_load(0.0)
             return ()
         below = _Dual(coarse, self.pressure, self.mean_stiffness)
         work = below.cascade(settings, factors[1:])
         below.descend(settings.tolerance * factors[0], COARSE_ITERATIONS)
-        self._carry_the_load(self.face.spread())
+        self._carry_the_load(self.grid.spread())
         return coarse.work, *work
 
     def _carry_the_load(self, total: float) -> None:
         """Scale p to the mean pressure, if that is given; where there is no p, that of flat surfaces."""
         if not np.isfinite(total) or (self.bordered and total <= 0):
-            mean = self.pressure if self.loaded else max(0.0, -self.mean_stiffness * self.face.mean_offset())
-            self.face.fill(mean)
+            mean = self.pressure if self.loaded else max(0.0, -self.mean_stiffness * self.grid.mean_offset())
+            self.grid.fill(mean)
         elif self.loaded:
-            self.face.scale(self.pressure * self.face.size / total)
+            self.grid.scale(self.pressure * self.grid.size / total)
 
     # --- the iteration -------------------------------------------------------------------------------------
 
@@ -168,15 +168,15 @@ class _Dual:
 
     def descend(self, bound: float, limit: int) -> Status:
         """Conjugate gradients on the contact, which is found anew in each iteration."""
-        face = self.face
+        grid = self.grid
         if not self.history:
-            face.open(WINDOW)
-        self.energy, _ = face.displace()
-        face.clear()
+            grid.make_preconditioner(WINDOW)
+        self.energy, _ = grid.displace()
+        grid.clear()
         beta = zs_before = step = 0.0
         while True:
             sums = self._precondition()
-            residual = float(np.sqrt(sums[0] / face.size))
+            residual = float(np.sqrt(sums[0] / grid.size))
             zs, ys, in_t, zt, zm = sums[1:6]
             self.history.append(Iteration(residual, self.energy, step))
             if not np.isfinite(residual):
@@ -192,65 +192,65 @@ class _Dual:
             if not slope > 0:
                 beta, slope = 0.0, zs
             zs_before = zs
-            face.turn(beta, weight)
-            step = self._step(slope / face.size)
+            grid.turn(beta, weight)
+            step = self._step(slope / grid.size)
             if not np.isfinite(step):
                 if beta == 0:
                     return Status.LINE_SEARCH
                 # Steepest descent from the same state.
-                face.clear()
+                grid.clear()
                 zs_before = step = 0.0
 
     def _precondition(self) -> Real:
-        """The contact, s = M z on it, and the sums of :meth:`continuum.solve.backend.Face.correct`.
+        """The contact, s = M z on it, and the sums of :meth:`continuum.solve.bound_grid.BoundGrid.correct`.
 
         With m about M 1 on the contact, N points, D = N K_0 + sum(m) and Q = 1 - m 1^T/D it is
         s = Q M Q^T z + m (m^T z) N K_0/D²: symmetric and positive whatever m, and Sherman and Morrison's for m = M 1.
         """
-        face, level = self.face, self._level()
-        count, changed, mz, self.in_m = face.select(level)
+        grid, level = self.grid, self._level()
+        count, changed, mz, self.in_m = grid.select(level)
         self.changed += changed
         if self.bordered and self.changed > STALE * count:
             self.changed = 0.0
-            face.renew()
-            _, _, mz, self.in_m = face.select(level)
+            grid.renew()
+            _, _, mz, self.in_m = grid.select(level)
         off = self._share(mz)
-        weight = self._share(face.precondition(-off))
+        weight = self._share(grid.precondition(-off))
         if self.bordered:
-            weight -= self._share(off) * self.mean_stiffness * face.size
-        return face.correct(weight)
+            weight -= self._share(off) * self.mean_stiffness * grid.size
+        return grid.correct(weight)
 
     def _level(self) -> float:
         """What the mean mode will add to the gap: it makes the contact close on average, weighted by m.
 
         Under a given load the gap has no level but this one.
         """
-        mz, m = self.face.level() if self.bordered else (0.0, 0.0)
-        whole = self.mean_stiffness * self.face.size + m
+        mz, m = self.grid.level() if self.bordered else (0.0, 0.0)
+        whole = self.mean_stiffness * self.grid.size + m
         return float(-mz / whole) if self.bordered and whole > 0 else 0.0
 
     def _share(self, total: float) -> float:
         """What a field of this sum loses to the mean mode, in parts of m."""
-        whole = self.mean_stiffness * self.face.size + self.in_m
+        whole = self.mean_stiffness * self.grid.size + self.in_m
         return total / whole if self.bordered and whole > 0 else 0.0
 
     def _step(self, slope: float) -> float:
-        """Go along -t to the minimum, or as far as the bound lets the energy fall; returns the length, NaN for none."""
-        face = self.face
-        curvature = face.curvature()
+        """Step along -t to the minimum, or as far as the bound allows; returns the length, NaN for no step down."""
+        grid = self.grid
+        curvature = grid.curvature()
         step = slope / curvature if curvature > 0 else np.nan
         for halving in range(HALVINGS):
-            cut, before, after = face.trial(step)
+            cut, before, after = grid.trial(step)
             if not np.isfinite(after):
                 break
             if cut == 0 and halving == 0:
-                face.advance(step)
+                grid.advance(step)
                 self.energy -= 0.5 * step * slope
                 return step
             # The cut adds pressure; the mean stays what it was, since a soft mean mode would not forgive it.
-            energy, size = face.arrive(before / after if self.bordered and 0 < before < after else 1.0)
+            energy, size = grid.arrive(before / after if self.bordered and 0 < before < after else 1.0)
             if energy <= self.energy + ROUNDING * size:
-                face.accept()
+                grid.accept()
                 self.energy = energy
                 return step
             step /= 2
@@ -263,8 +263,8 @@ class _Dual:
         max over p' of <(p - p') z> = <p (z - min z)>, per area: the gap between primal and dual.
         """
         if self.loaded:
-            self._carry_the_load(self.face.total())
-        self.energy, _ = self.face.displace()
+            self._carry_the_load(self.grid.total())
+        self.energy, _ = self.grid.displace()
         self.level = self._level() if self.loaded else 0.0
-        residual, error = self.face.misses(self.level)
-        return _Outcome(residual, error, *self.face.duality_gap())
+        residual, error = self.grid.misses(self.level)
+        return _Outcome(residual, error, *self.grid.duality_gap())

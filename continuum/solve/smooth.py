@@ -16,7 +16,7 @@ and rims close to snapping, which make M g slow, are found there at a fraction o
 direction only: line search and gradient are those of the fine grid.
 
 No contact mechanics here: K, the offset and a law of the gap are all that it knows.  No field either: those belong to
-the grids, whose operations (:class:`continuum.solve.backend.Level`) return scalars.
+the grids, whose operations (:class:`continuum.solve.smooth_grid.SmoothGrid`) return scalars.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
-from continuum.solve.backend import Level
+from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
-"""Of a cold start on the grids of n/2, n/4, ... points, in units of the tolerance asked for; measured optimum."""
+"""Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for; measured optimum."""
 CLOSE = 1e3
 """A start whose residual is at most so many tolerances is not taken to coarser grids: these bring it no closer."""
 COARSE_LIMIT = 400
@@ -47,7 +47,7 @@ LARGEST_RISE = 1e-12
 
 
 def minimise(
-    level: Level,
+    grid: SmoothGrid,
     levels: int,
     law: Law,
     offset: Real,
@@ -63,31 +63,26 @@ def minimise(
     ``levels`` is the number of grids that a step uses; the rest as for :meth:`continuum.solve.solver.Solver.minimise`.
     """
     began = time.perf_counter()
-    if not level.pose(law, offset, start, lift=lift, pressure=pressure, mean_stiffness=mean_stiffness):
-        return Solution(offset if start is None else start, Status.NON_FINITE, np.inf, 0, by=law)
+    if not grid.set_problem(law, offset, start, lift=lift, pressure=pressure, mean_stiffness=mean_stiffness):
+        return Solution(offset if start is None else start, Status.NON_FINITE, np.inf, 0, law=law)
     history: list[Iteration] = []
-    status = _solve(level, levels, settings, 0, history, started=start is not None)
+    status = _solve(grid, levels, settings, 0, history, started=start is not None)
 
     # The gradient afresh, from z alone: g has gathered rounding errors on the way.
-    residual = level.residual()
+    residual = grid.residual()
     if status is Status.CONVERGED and not residual <= 2 * settings.tolerance:
         status = Status.LINE_SEARCH
     # Near the end of its range the energy of a law is the difference of far larger numbers: by their rounding the last
     # step of a solve may seem to rise.
     if status is Status.ENERGY_ROSE and residual <= settings.tolerance:
         status = Status.CONVERGED
-    work = tuple(each.work for each in _chain(level) if each.work.fft_pairs)
+    work = tuple(each.work for each in grid.chain if each.work.fft_pairs)
     seconds = time.perf_counter() - began
-    return Solution(level.take_gap(), status, residual, len(history) - 1, work, seconds, tuple(history), by=law)
-
-
-def _chain(level: Level) -> list[Level]:
-    """A level and all coarser ones."""
-    return [level, *(_chain(level.coarser) if level.coarser else [])]
+    return Solution(grid.hand_out(), status, residual, len(history) - 1, work, seconds, tuple(history), law=law)
 
 
 def _solve(
-    level: Level, levels: int, settings: Settings, depth: int, history: list[Iteration], *, started: bool
+    grid: SmoothGrid, levels: int, settings: Settings, depth: int, history: list[Iteration], *, started: bool
 ) -> Status:
     """Minimise on one level, from the solution on the next coarser grid, that one's from the next, and so on.
 
@@ -96,21 +91,21 @@ def _solve(
     tolerance, iterations = settings.tolerance, settings.max_iterations
     if depth:
         tolerance, iterations = tolerance * COARSE_TOLERANCES[depth - 1], min(iterations, COARSE_LIMIT)
-    coarse = level.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
+    coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
     if started:
-        level.place()
-        status = _descend(level, levels, settings.shift, tolerance, 0 if coarse else iterations, history)
+        grid.go_to_start()
+        status = _descend(grid, levels, settings.shift, tolerance, 0 if coarse else iterations, history)
         if coarse is None or status is not Status.ITERATION_LIMIT:
             return status
         if history.pop().residual <= CLOSE * tolerance:
-            return _descend(level, levels, settings.shift, tolerance, iterations, history, complete=True)
+            return _descend(grid, levels, settings.shift, tolerance, iterations, history, complete=True)
     if coarse is None:
-        level.rest()
+        grid.go_to_zero()
     else:
-        level.pose_coarser(started=started)
+        grid.set_coarser_problem(started=started)
         _solve(coarse, levels, settings, depth + 1, [], started=started)
-        level.prolong()
-    return _descend(level, levels, settings.shift, tolerance, iterations, history)
+        grid.go_to_coarser()
+    return _descend(grid, levels, settings.shift, tolerance, iterations, history)
 
 
 class _Line(NamedTuple):
@@ -139,7 +134,7 @@ class _Step(NamedTuple):
 
 
 def _descend(
-    level: Level,
+    grid: SmoothGrid,
     levels: int,
     shift: float,
     bound: float,
@@ -152,19 +147,19 @@ def _descend(
 
     Without a history the bound is relative to the first residual, as for a step for a finer grid.
     """
-    coarse = level.coarser if levels > 1 else None
+    coarse = grid.coarser if levels > 1 else None
     line, step = _Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
     energy = 0.0
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
-        sums = level.gradient(shift, step.length, line.beta, coarse=coarse is not None, complete=known)
+        sums = grid.gradient(shift, step.length, line.beta, coarse=coarse is not None, complete=known)
         residual = float(np.sqrt(sums[0]))
         if history is not None:
             history.append(Iteration(residual, energy, step.length))
         elif iteration == 0:
             bound *= residual
         if not np.isfinite(residual):
-            level.clear()
+            grid.clear()
             return Status.NON_FINITE
         if residual <= bound:
             return Status.CONVERGED
@@ -172,9 +167,9 @@ def _descend(
             return Status.ITERATION_LIMIT
         conjugate = True
         if coarse is not None:
-            sums, conjugate = _coarse_step(level, coarse, levels, shift, sums)
+            sums, conjugate = _coarse_step(grid, coarse, levels, shift, sums)
         line = _conjugate(sums, line, step.slope, conjugate=conjugate)
-        step = _step(level, line, level.turn(line.beta, coarse=coarse is not None), newton=step.newton)
+        step = _step(grid, line, grid.turn(line.beta, coarse=coarse is not None), newton=step.newton)
         if not np.isfinite(step.length):
             return Status.LINE_SEARCH
         if history is not None and step.rise > LARGEST_RISE * step.size_of_energy:
@@ -184,15 +179,15 @@ def _descend(
     return Status.ITERATION_LIMIT
 
 
-def _coarse_step(level: Level, coarse: Level, levels: int, shift: float, sums: Real) -> tuple[Real, bool]:
+def _coarse_step(grid: SmoothGrid, coarse: SmoothGrid, levels: int, shift: float, sums: Real) -> tuple[Real, bool]:
     """Let the coarser grid take its step; returns the sums over all modes, and whether that step descends."""
-    level.restrict()
+    grid.restrict()
     _descend(coarse, levels - 1, shift, COARSE_REDUCTION, COARSE_ITERATIONS, complete=True)
-    both = sums + level.low_modes(shift)
+    both = sums + grid.low_modes(shift)
     if np.isfinite(both).all() and both[1] > 0:
         return both, True
     # It does not: the gradient's own does.
-    return sums + level.low_gradient(shift), False
+    return sums + grid.low_gradient(shift), False
 
 
 def _conjugate(sums: Real, last: _Line, after: float, *, conjugate: bool) -> _Line:
@@ -209,7 +204,7 @@ def _conjugate(sums: Real, last: _Line, after: float, *, conjugate: bool) -> _Li
     return _Line(beta, beta * dg - gs, ss - 2 * beta * sd + beta * beta * dd)
 
 
-def _step(level: Level, line: _Line, stiffness: float, *, newton: bool) -> _Step:
+def _step(grid: SmoothGrid, line: _Line, stiffness: float, *, newton: bool) -> _Step:
     """Step along d: Newton's; where the wall softens, of the substrate alone.
 
     It is made at once if the last one was good, since it then mostly is again; else the points near the wall are asked
@@ -219,11 +214,11 @@ def _step(level: Level, line: _Line, stiffness: float, *, newton: bool) -> _Step
     first = curvature + max(stiffness, 0.0)
     alpha = first = -slope / first if first > 0 else 1.0
     if not newton:
-        alpha = _line_search(level, line, first, 0.0, slope)
+        alpha = _line_search(grid, line, first, 0.0, slope)
     step = alpha
     low, high = 0.0, np.inf
     for trial in range(60):
-        f, second, size_of_energy = level.move(step, alpha)
+        f, second, size_of_energy = grid.move(step, alpha)
         after = slope + alpha * curvature + f
         surprised = trial > 0 or not newton
         if abs(after) <= (SLOPE_ACCEPTED if surprised else SLOPE_REDUCTION) * abs(slope):
@@ -235,19 +230,19 @@ def _step(level: Level, line: _Line, stiffness: float, *, newton: bool) -> _Step
             target = (low + high) / 2 if np.isfinite(high) else 2 * alpha
         else:
             secant = alpha * min(slope / (slope - after), 4.0) if after > slope else 4 * alpha
-            target = _line_search(level, line, secant, alpha, after)
+            target = _line_search(grid, line, secant, alpha, after)
         step, alpha = target - alpha, target
     return _Step(np.nan, 0.0, 0.0, 0.0, newton=False)
 
 
-def _line_search(level: Level, line: _Line, alpha: float, here: float, after: float) -> float:
+def _line_search(grid: SmoothGrid, line: _Line, alpha: float, here: float, after: float) -> float:
     """Step length at which the slope, ``after`` where the gap is ``here``, has fallen to a part of the first.
 
     Newton's method from alpha, inside a bracket, over the points near the wall.
     """
     low, high = (here, np.inf) if after < 0 else (0.0, here)
     for _ in range(40):
-        f, c = level.line(alpha - here)
+        f, c = grid.line(alpha - here)
         f, c = after + (alpha - here) * line.curvature + f, line.curvature + c
         if not np.isfinite(f) or abs(f) <= SLOPE_REDUCTION * abs(line.slope):
             break

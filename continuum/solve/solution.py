@@ -111,31 +111,26 @@ class Solution:
     """On each grid, the finest first."""
     seconds: float = field(default=0.0, compare=False)
     history: tuple[Iteration, ...] = field(repr=False, default=())
-    by: Law | Real | None = field(repr=False, default=None)
-    """What presses: a law, from which the traction follows at each gap, or the traction itself; None if not known."""
+    law: Law | None = field(repr=False, default=None)
+    """Law of the wall, from which the traction follows at each gap; None under a bound."""
+    pressure: Real | None = field(repr=False, default=None)
+    """Traction under a bound, where no law gives it, in E*; None if it is not known."""
     gap_error: float = 0.0
     """Largest amount by which the gap had to be mended to fulfil its bound exactly, in a0."""
     duality_gap: float = np.nan
     """Under a bound: what the energy of any state of this load is lower at most, per area, in E* a0; else NaN."""
     lowest_eigenvalue: float = np.nan
-    """Of the Hessian, in E*/a0, where it was asked for (:mod:`continuum.solve.stability`); negative at a saddle."""
+    """Lowest eigenvalue of the Hessian, in E*/a0, if asked for (see `stability`); negative at a saddle."""
 
     @property
     def traction(self) -> Real:
-        """Of the wall on the surface, in E*, compression positive; NaN if unknown.  A law's is made anew each time."""
-        if isinstance(self.by, Law):
-            return evaluate(self.by, self.gap)[1]
-        return np.broadcast_to(np.nan, self.gap.shape) if self.by is None else self.by
+        """Traction of the wall on the surface, in E*, compression positive; NaN if unknown.
 
-    @property
-    def bound_traction(self) -> Real | None:
-        """The traction where it does not follow from the gap by a law; else None."""
-        return None if isinstance(self.by, Law) else self.traction
-
-    @property
-    def kept_by(self) -> Law | None:
-        """What presses, as long as that is no field."""
-        return self.by if isinstance(self.by, Law) else None
+        Where a law gives it, it is made anew each time.
+        """
+        if self.law is not None:
+            return evaluate(self.law, self.gap)[1]
+        return np.broadcast_to(np.nan, self.gap.shape) if self.pressure is None else self.pressure
 
     @property
     def fft_pairs(self) -> float:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import Face, Level, back_end
+from continuum.solve.backend import back_end
+from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.hard import constrain
 from continuum.solve.smooth import COARSE_TOLERANCES, minimise
+from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Settings, Solution
 
 
@@ -32,8 +36,6 @@ class Solver:
         self._back_end = back_end(device)
         self._surface = grid, stiffness_q, threads
         self._mean_stiffness = float(stiffness_q[0, 0])
-        self._level: Level | None = None
-        self._face: Face | None = None
 
     @property
     def smallest(self) -> int:
@@ -63,11 +65,9 @@ class Solver:
         pressure : F, a uniform pressure along u, in E*; of no effect where the mean of u is held.
         mean_stiffness : K at q = 0 instead of that of ``stiffness_q``; infinite holds the mean of u at zero.
         """
-        if self._level is None:
-            self._level = self._back_end.level(*self._surface, len(COARSE_TOLERANCES))
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
         posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
-        return minimise(self._level, self._back_end.LEVELS, law, offset, start, settings, **posed)
+        return minimise(self._smooth, self._back_end.LEVELS, law, offset, start, settings, **posed)
 
     def constrain(
         self,
@@ -102,15 +102,20 @@ class Solver:
         ValueError
             If no state exists: F < 0 without mean stiffness (a hard wall cannot pull), or a held mean that overlaps.
         """
-        if self._face is None:
-            self._face = self._back_end.face(*self._surface)
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
-        return constrain(self._face, offset, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
+        return constrain(self._bound, offset, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
 
     def elastic_energy(self, offset: Real, gap: Real) -> float:
         """½ <u, K u> of u = offset - gap without its mean, in E* a0, in the arrays that are there."""
-        if self._face is not None:
-            return self._face.elastic_energy(offset, gap)
-        if self._level is None:
-            self._level = self._back_end.level(*self._surface, len(COARSE_TOLERANCES))
-        return self._level.elastic_energy(offset, gap)
+        grid = self._bound if "_bound" in vars(self) else self._smooth
+        return grid.elastic_energy(offset, gap)
+
+    @cached_property
+    def _smooth(self) -> SmoothGrid:
+        self._back_end.reserve(self._surface[0].size, SmoothGrid.FIELDS)
+        return SmoothGrid(self._back_end, *self._surface, coarser=len(COARSE_TOLERANCES))
+
+    @cached_property
+    def _bound(self) -> BoundGrid:
+        self._back_end.reserve(self._surface[0].size, BoundGrid.FIELDS)
+        return BoundGrid(self._back_end, *self._surface)

@@ -20,7 +20,7 @@ from continuum.model.grid import Grid
 from continuum.model.laws import Law, evaluate
 
 ITERATIONS = 60
-"""At most; a negative eigenvalue mostly shows in the first few."""
+"""Largest number of iterations; a negative eigenvalue mostly shows in the first few."""
 ACCURACY = 1e-3
 """Residual of the eigenvector at which to stop, relative to the largest softening of the law, or to K of long waves."""
 _FIELDS = 3
@@ -30,7 +30,7 @@ class Stability(NamedTuple):
     """Lowest eigenvalue of the Hessian of an equilibrium, with its error."""
 
     eigenvalue: float
-    """In E*/a0.  It is a Rayleigh quotient, so the exact one is no higher."""
+    """Rayleigh quotient in E*/a0, so that the exact eigenvalue is no higher."""
     error: float
     """The Hessian has an eigenvalue within so much of it, in E*/a0."""
     mode: Real

@@ -94,17 +94,17 @@ def points(problem: ContactProblem, mean_gap: float, device: str, threads: int) 
 
 def iteration(problem: ContactProblem, mean_gap: float, start: Real) -> float:
     """Milliseconds of an iteration on one grid: iterations 10 to 40 on the way to a state 0.1 a0 closer."""
-    from continuum.solve import cuda
+    from continuum.solve.cuda import BACK_END
 
     def seconds(iterations: int) -> float:
         settings = Settings(1e-30, max_iterations=iterations, warm_grids=0, device="cuda")
         return solve(problem, "mean-gap", mean_gap - 0.1, settings, start).solution.seconds
 
-    grids, cuda.LEVELS = cuda.LEVELS, 1
+    grids, BACK_END.LEVELS = BACK_END.LEVELS, 1
     try:
         return 1e3 * (seconds(40) - seconds(10)) / 30
     finally:
-        cuda.LEVELS = grids
+        BACK_END.LEVELS = grids
 
 
 def told(device: str, threads: int, found: list[tuple[PathState, float]]) -> str:

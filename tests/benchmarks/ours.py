@@ -22,8 +22,7 @@ from continuum.path.loading import solve
 from continuum.path.state import PathState
 from continuum.solve import cpu
 from continuum.solve.cpu.compiled import TILE
-from continuum.solve.cpu.levels import NEAR
-from continuum.solve.cpu.passes import Passes
+from continuum.solve.cpu.engine import NEAR, CpuEngine
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, coarse, rough
@@ -212,7 +211,7 @@ def _stream(size: int) -> float:
 
 def _pair(grid: Grid) -> tuple[float, float]:
     """CPU seconds of an FFT pair on padded arrays: ducc0's own, and the package's over fixed blocks."""
-    passes, field = Passes(grid, np.ones(grid.shape_q), 1), padded(grid.shape)
+    passes, field = CpuEngine(grid, np.ones(grid.shape_q), 1), padded(grid.shape)
     spectrum = passes.work_q
     field[...] = np.random.default_rng(1).standard_normal(grid.shape)
 
@@ -254,7 +253,7 @@ def iteration(n: int, seed: int, adhesion_length: float, mean_gap: float) -> dic
     state, whole = _timed(lambda: solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE)))
     all_pairs = state.solution.require().fft_pairs
 
-    cpu.LEVELS = 1
+    cpu.BACK_END.LEVELS = 1
 
     def run(iterations: int) -> Solution:
         settings = Settings(1e-30, max_iterations=iterations, warm_grids=0)

@@ -12,7 +12,7 @@ from continuum.solve.cpu.compiled import Mask, compiled
 
 
 @compiled
-def level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real) -> None:
+def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real) -> None:
     """Where p presses; sums: of m z, of m."""
     mz = in_m = 0.0
     for i in range(start, stop):
@@ -25,7 +25,7 @@ def level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real) -> None:
 
 
 @compiled
-def select(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, mask: Mask, m: Real) -> None:
+def _select(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, mask: Mask, m: Real) -> None:
     """Contact: the points that press or overlap.  sums: of those, how many are new; that are gone; of m z, of m."""
     entered = left = mz = in_m = count = 0.0
     for i in range(start, stop):
@@ -49,7 +49,7 @@ def select(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, ma
 
 
 @compiled
-def contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: float, out: Real) -> None:
+def _contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: float, out: Real) -> None:
     """Set out <- z + shift on the contact, 0 off it."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
@@ -57,7 +57,24 @@ def contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: float
 
 
 @compiled
-def narrow(start: int, stop: int, sums: Real, mask: Mask, out: Real) -> None:
+def _ones(start: int, stop: int, sums: Real, mask: Mask, m: Real) -> None:
+    """Set m <- 1 on the contact, 0 off it."""
+    for i in range(start, stop):
+        for j in range(m.shape[1]):
+            m[i, j] = 1.0 if mask[i, j] else 0.0
+
+
+@compiled
+def _multiply(first: int, last: int, sums: Real, work: Real, values_q: Real) -> None:
+    """Spectrum in work, times values for each mode."""
+    for i in range(values_q.shape[0]):
+        for j in range(first, last):
+            work[i, 2 * j] *= values_q[i, j]
+            work[i, 2 * j + 1] *= values_q[i, j]
+
+
+@compiled
+def _narrow(start: int, stop: int, sums: Real, mask: Mask, out: Real) -> None:
     """Set out <- 0 off the contact; sums: of out."""
     total = 0.0
     for i in range(start, stop):
@@ -70,7 +87,7 @@ def narrow(start: int, stop: int, sums: Real, mask: Mask, out: Real) -> None:
 
 
 @compiled
-def correct(
+def _correct(
     start: int, stop: int, sums: Real, mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float
 ) -> None:
     """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
@@ -97,19 +114,19 @@ def correct(
 
 
 @compiled
-def turn(
-    start: int, stop: int, sums: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, work: Real
+def _turn_on_contact(
+    start: int, stop: int, sums: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, out: Real
 ) -> None:
-    """Direction t <- s + beta (t - weight m), copied into work."""
+    """Direction t <- s + beta (t - weight m), copied into out."""
     for i in range(start, stop):
         for j in range(t.shape[1]):
             if mask[i, j]:
                 t[i, j] = s[i, j] + beta * (t[i, j] - weight * m[i, j])
-            work[i, j] = t[i, j]
+            out[i, j] = t[i, j]
 
 
 @compiled
-def compliance(start: int, stop: int, sums: Real, work: Real, G: Real, single: int) -> None:
+def _compliance(start: int, stop: int, sums: Real, work: Real, G: Real, single: int) -> None:
     """Spectrum work <- G work; sums: <work, G work> as a mean over the grid.
 
     ``single`` is the index of the last column if it counts once, else -1.
@@ -133,7 +150,7 @@ def compliance(start: int, stop: int, sums: Real, work: Real, G: Real, single: i
 
 
 @compiled
-def trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real) -> None:
+def _trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real) -> None:
     """Pressure out <- p - step t, cut at 0; sums: of what was cut (negative), of p - step t, of out."""
     below = before = after = 0.0
     for i in range(start, stop):
@@ -150,22 +167,22 @@ def trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out:
 
 
 @compiled
-def advance(start: int, stop: int, sums: Real, z: Real, step: float, change: Real) -> None:
-    """After a free step, change holding G t: change <- -step change; z <- z + change."""
+def _advance(start: int, stop: int, sums: Real, z: Real, step: float, out: Real) -> None:
+    """After a free step, out holding G t: out <- -step G t, the change of z; z <- z + out."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
-            change[i, j] *= -step
-            z[i, j] += change[i, j]
+            out[i, j] *= -step
+            z[i, j] += out[i, j]
 
 
 @compiled
-def arrive(start: int, stop: int, sums: Real, p: Real, offset: Real, work: Real) -> None:
-    """Gap work <- work + offset, work holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
+def _arrive(start: int, stop: int, sums: Real, p: Real, offset: Real, out: Real) -> None:
+    """Gap out <- out + offset, out holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
     energy = size = 0.0
     for i in range(start, stop):
         for j in range(p.shape[1]):
-            gap = work[i, j] + offset[i, j]
-            work[i, j] = gap
+            gap = out[i, j] + offset[i, j]
+            out[i, j] = gap
             energy += 0.5 * p[i, j] * (gap + offset[i, j])
             size += p[i, j] * (abs(gap) + abs(offset[i, j]))
     sums[0] = energy
@@ -173,7 +190,7 @@ def arrive(start: int, stop: int, sums: Real, p: Real, offset: Real, work: Real)
 
 
 @compiled
-def accept(start: int, stop: int, sums: Real, z: Real, new: Real) -> None:
+def _accept(start: int, stop: int, sums: Real, z: Real, new: Real) -> None:
     """Set z <- new and new <- the change of z."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
@@ -183,16 +200,26 @@ def accept(start: int, stop: int, sums: Real, z: Real, new: Real) -> None:
 
 
 @compiled
-def misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, error: Real) -> None:
-    """Set error <- what closing the contact and lifting the overlaps adds to u."""
+def _misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, out: Real) -> None:
+    """Set out <- what closing the contact and lifting the overlaps adds to u."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
             gap = z[i, j] + shift
-            error[i, j] = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
+            out[i, j] = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
 
 
 @compiled
-def spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real) -> None:
+def _finish(start: int, stop: int, sums: Real, p: Real, z: Real, by: float, smallest: float) -> None:
+    """Gap z <- z + by, exactly zero where p presses and positive elsewhere."""
+    for i in range(start, stop):
+        for j in range(z.shape[1]):
+            gap = z[i, j] + by
+            gap = smallest if gap < smallest else gap
+            z[i, j] = 0.0 if p[i, j] > 0.0 else gap
+
+
+@compiled
+def _spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real) -> None:
     """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
     rows, columns = coarse.shape
     for i in range(start, stop):

@@ -14,7 +14,7 @@ from continuum.solve.cpu.compiled import TILE, Mask, compiled, inlined
 
 
 @compiled
-def gradient(
+def _gradient(
     first: int,
     last: int,
     sums: Real,
@@ -133,7 +133,7 @@ def _precondition(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, c0: floa
 
 
 @compiled
-def low_modes(
+def _low_modes(
     first: int,
     last: int,
     sums: Real,
@@ -183,7 +183,7 @@ def low_modes(
 
 
 @compiled
-def low_gradient(
+def _low_gradient(
     first: int,
     last: int,
     sums: Real,
@@ -210,7 +210,7 @@ def low_gradient(
 
 
 @compiled
-def low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_rows: int, beta: float) -> None:
+def _low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_rows: int, beta: float) -> None:
     """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
     rows = d.shape[0]
     for i in range(rows):
@@ -223,8 +223,22 @@ def low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_ro
 
 
 @compiled
-def square(first: int, last: int, sums: Real, g: Real, weights: Real) -> None:
-    """sums: |g|²."""
+def _elastic(first: int, last: int, sums: Real, g: Real, work: Real, K: Real, force: float) -> None:
+    """Gradient without the traction of the wall: g <- K u - F, the spectrum of u in work."""
+    for i in range(K.shape[0]):
+        for j in range(first, last):
+            g[i, 2 * j] = K[i, j] * work[i, 2 * j]
+            g[i, 2 * j + 1] = K[i, j] * work[i, 2 * j + 1]
+    if first == 0:
+        g[0, 0] -= force
+
+
+@compiled
+def _add_square(first: int, last: int, sums: Real, g: Real, work: Real, weights: Real) -> None:
+    """Set g <- g + work; sums: |g|²."""
+    for i in range(g.shape[0]):
+        for c in range(2 * first, 2 * last):
+            g[i, c] += work[i, c]
     for i in range(g.shape[0]):
         for j in range(first, last):
             sums[0] += weights[j] * (g[i, 2 * j] * g[i, 2 * j] + g[i, 2 * j + 1] * g[i, 2 * j + 1])
@@ -234,7 +248,7 @@ def square(first: int, last: int, sums: Real, g: Real, weights: Real) -> None:
 
 
 @compiled
-def every_second(first: int, last: int, sums: Real, fine: Real, z: Real, n: int, near_gap: float, near: Mask) -> None:
+def _every_second(first: int, last: int, sums: Real, fine: Real, z: Real, n: int, near_gap: float, near: Mask) -> None:
     """Gap of a coarse grid: z <- every second of the fine one's.  Marks the tiles."""
     for i in range(first, last):
         for t in range(near.shape[1]):
@@ -246,7 +260,7 @@ def every_second(first: int, last: int, sums: Real, fine: Real, z: Real, n: int,
 
 
 @compiled
-def moved(first: int, last: int, sums: Real, out: Real, fine: Real, z: Real, n: int) -> None:
+def _moved(first: int, last: int, sums: Real, out: Real, fine: Real, z: Real, n: int) -> None:
     """How far the coarse grid has displaced the surface: ``out`` <- (every second of the fine gap) - z."""
     for i in range(first, last):
         for j in range(n):
@@ -254,7 +268,7 @@ def moved(first: int, last: int, sums: Real, out: Real, fine: Real, z: Real, n: 
 
 
 @compiled
-def displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+def _displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
     """Displacement u = offset + lift - z into ``out``.  sums: of u."""
     for i in range(first, last):
         for j in range(n):
@@ -264,7 +278,7 @@ def displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offs
 
 
 @compiled
-def lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+def _lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
     """Gap z = offset + lift - u."""
     for i in range(first, last):
         for j in range(n):
@@ -272,7 +286,7 @@ def lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Rea
 
 
 @compiled
-def copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
+def _copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
     """The values themselves into ``out``.  sums: of them."""
     for i in range(first, last):
         for j in range(n):

@@ -16,7 +16,7 @@ from continuum.solve.cpu.compiled import TILE, Mask, compiled
 
 
 @compiled
-def press(
+def _press(
     first: int,
     last: int,
     sums: Real,
@@ -24,7 +24,7 @@ def press(
     z: Real,
     n: int,
     kind: int,
-    p: Real,
+    parameters: Real,
     reach: float,
     near_gap: float,
     near: Mask,
@@ -41,7 +41,7 @@ def press(
                 touching += not gap[j] >= reach
             near[i, t] = close > 0
             if touching:
-                respond(kind, gap, p, here)
+                respond(kind, gap, parameters, here)
                 for j in range(gap.size):
                     traction[j] = here[1, j]
             else:
@@ -50,7 +50,7 @@ def press(
 
 
 @compiled
-def turn(
+def _turn(
     first: int,
     last: int,
     sums: Real,
@@ -60,7 +60,7 @@ def turn(
     beta: float,
     z: Real,
     kind: int,
-    p: Real,
+    parameters: Real,
     near: Mask,
 ) -> None:
     """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""
@@ -74,14 +74,14 @@ def turn(
             if near[i, t]:
                 gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
                 e = d[i, t * TILE : min(n, (t + 1) * TILE)]
-                respond(kind, gap, p, here)
+                respond(kind, gap, parameters, here)
                 for j in range(gap.size):
                     curvature += here[2, j] * e[j] * e[j]
     sums[0] = curvature
 
 
 @compiled
-def line(
+def _line(
     first: int,
     last: int,
     sums: Real,
@@ -90,7 +90,7 @@ def line(
     n: int,
     alpha: float,
     kind: int,
-    p: Real,
+    parameters: Real,
     near: Mask,
 ) -> None:
     """At z - alpha d.  sums, over the marked tiles: of (change of traction) d; of stiffness d²."""
@@ -103,8 +103,8 @@ def line(
                 e = d[i, t * TILE : min(n, (t + 1) * TILE)]
                 for j in range(gap.size):
                     trial[j] = gap[j] - alpha * e[j]
-                respond(kind, gap, p, here)
-                respond(kind, trial[: gap.size], p, there)
+                respond(kind, gap, parameters, here)
+                respond(kind, trial[: gap.size], parameters, there)
                 for j in range(gap.size):
                     slope += (there[1, j] - here[1, j]) * e[j]
                     curvature += there[2, j] * e[j] * e[j]
@@ -113,7 +113,7 @@ def line(
 
 
 @compiled
-def move(
+def _move(
     first: int,
     last: int,
     sums: Real,
@@ -124,7 +124,7 @@ def move(
     step: float,
     alpha: float,
     kind: int,
-    p: Real,
+    parameters: Real,
     reach: float,
     near_gap: float,
     near: Mask,
@@ -151,8 +151,8 @@ def move(
                 touching += not lower >= reach
             near[i, t] = close > 0
             if touching:
-                respond(kind, old[: gap.size], p, here)
-                respond(kind, gap, p, there)
+                respond(kind, old[: gap.size], parameters, here)
+                respond(kind, gap, parameters, there)
                 for j in range(gap.size):
                     change[j] = there[1, j] - here[1, j]
                     slope += change[j] * e[j]

@@ -1,42 +1,45 @@
 """The back end of NVIDIA GPUs, experimental: short kernels compiled by numba, transforms by cuFFT, fields that stay.
 
-Its results were checked in numba's simulator, its speed on no GPU yet.  What the operations do for the solvers is said
-in :mod:`continuum.solve.backend`.
+Its results were checked in numba's simulator, its speed on no GPU yet.
 """
 
-import numpy as np
+from typing import Any
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.solve.backend import BackEnd
+from continuum.solve.cuda.bound import CudaBoundEngine
 from continuum.solve.cuda.device import device_name, refuse_without_gpu, refuse_without_memory, visible_devices
-from continuum.solve.cuda.faces import Face
-from continuum.solve.cuda.levels import Level
-
-CAUTION = (
-    'device = "cuda" is experimental: its results were checked in a simulator, its speed on no GPU yet; compare a '
-    "point with the CPU's before you rely on it"
-)
-"""What its user has to know."""
-SMALLEST = 512
-"""Grids of no more points along a side have no coarser one: a launch costs as much as a sweep over them."""
-LEVELS = 3
-"""Grids that a step uses, at most."""
-
-LEVEL_FIELDS, FACE_FIELDS = 9.6, 10.2
-"""Memory of a smooth solve and of one under a bound, in fields: 8.6 and 9.2 counted, and the work area of cuFFT."""
-
-require = refuse_without_gpu
-machine = device_name
-devices = visible_devices
+from continuum.solve.cuda.engine import CudaEngine
 
 
-def level(grid: Grid, stiffness_q: Real, threads: int, coarser: int) -> Level:
-    """The arrays of a smooth solve; threads of the CPU have no part in it."""
-    refuse_without_memory(grid.shape[0] * grid.shape[1], LEVEL_FIELDS)
-    return Level(grid, np.asarray(stiffness_q), coarser, SMALLEST)
+class CudaBackEnd(BackEnd):
+    """NVIDIA GPUs; threads of the CPU have no part in it."""
+
+    CAUTION = (
+        'device = "cuda" is experimental: its results were checked in a simulator, its speed on no GPU yet; compare a '
+        "point with the CPU's before you rely on it"
+    )
+    SMALLEST = 512
+    """On smaller grids a launch costs as much as a sweep."""
+
+    def require(self) -> None:
+        refuse_without_gpu()
+
+    def machine(self) -> str:
+        return device_name()
+
+    def devices(self) -> tuple[str, ...]:
+        return visible_devices()
+
+    def reserve(self, points: int, fields: float) -> None:
+        refuse_without_memory(points, fields + 1)  # the work area of cuFFT is a field
+
+    def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> CudaEngine:
+        return CudaEngine(grid, K, below, finer)
+
+    def bound_engine(self, grid: Grid, K: Real, threads: int, finer: Any) -> CudaBoundEngine:
+        return CudaBoundEngine(grid, K, finer)
 
 
-def face(grid: Grid, stiffness_q: Real, threads: int) -> Face:
-    """The arrays of a solve under a bound."""
-    refuse_without_memory(grid.shape[0] * grid.shape[1], FACE_FIELDS)
-    return Face(grid, np.asarray(stiffness_q), SMALLEST)
+BACK_END = CudaBackEnd()

@@ -27,10 +27,9 @@ from continuum.errors import InputError, StickinessError
 from continuum.model.fourier import Real
 
 cuda: Any = numba.cuda
-"""As kernels use it; what it has depends on whether there is a simulator, and no types are known."""
+"""The module that kernels use, of the device or of the simulator; no types are known."""
 SIMULATED = bool(vars(config)["ENABLE_CUDASIM"])
 """Whether kernels run in numba's simulator."""
-vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0  # launches over few rows are meant
 BLOCKS, THREADS = (3, 2) if SIMULATED else (1024, 128)
 """Blocks of a launch, at most, and threads of each."""
 COLLECTORS = 2 if SIMULATED else 512
@@ -43,7 +42,7 @@ Array = Any
 Mask = NDArray[np.uint8]
 """Which points are in contact: 0 or 1."""
 Parameters = Real
-"""Of a law; one-dimensional."""
+"""Parameters of a law; one-dimensional."""
 Sums = Real
 """Parts of up to ``SUMS`` sums, a row each, of every thread."""
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -60,7 +59,7 @@ _TYPES: dict[str, types.Type] = {
 
 
 def refuse_without_gpu() -> None:
-    """Say what is missing.
+    """Say what is missing; where nothing is, numba no longer warns of launches over few rows.
 
     Raises
     ------
@@ -79,6 +78,7 @@ def refuse_without_gpu() -> None:
     if not cuda.is_available():
         msg = f"there is no GPU here that can be used: {advice}"
         raise InputError(msg)
+    vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0  # launches over few rows are meant
 
 
 def device_name() -> str:
@@ -106,6 +106,16 @@ class Kernel:
     def __init__(self, function: Callable[..., None]) -> None:
         self.function, self.__doc__, self.__name__ = function, function.__doc__, function.__name__
 
+    @cached_property
+    def needs(self) -> tuple[str, ...]:
+        """Names of its arguments, without the sums."""
+        return tuple(name for name in inspect.signature(self.function).parameters if name != "sums")
+
+    @cached_property
+    def summed(self) -> bool:
+        """Whether it leaves parts of sums."""
+        return "sums" in inspect.signature(self.function).parameters
+
     @property
     def signature(self) -> Any:
         """Types of its arguments, as numba has them."""
@@ -120,24 +130,20 @@ class Kernel:
         self._compiled[min(rows, BLOCKS), threads or THREADS](*arguments)
 
 
-KERNELS: dict[str, Kernel] = {}
-"""All of them, by module and name."""
-
-
-def kernel(function: Callable[..., None]) -> Kernel:
-    """Make a kernel of a function."""
-    made = Kernel(function)
-    KERNELS[f"{function.__module__.rpartition('.')[2]}.{function.__name__}"] = made
-    return made
-
-
 def device_function(function: _Function) -> _Function:
     """A function that kernels call; of a function compiled for the CPU the same source is taken."""
     compiled: _Function = cuda.jit(device=True)(getattr(function, "py_func", function))
     return compiled
 
 
-@kernel
+@device_function
+def leave(sums: Sums, slot: int, parts: tuple[float, ...]) -> None:
+    """Leave the parts of a thread, the number ``slot`` of all."""
+    for k in range(len(parts)):
+        sums[k, slot] = parts[k]
+
+
+@Kernel
 def collect(parts: Sums, count: int, largest: int, totals: Sums) -> None:
     """Add the first ``count`` parts of every sum; of the sum of that number take the largest part instead.
 

@@ -9,34 +9,34 @@ from __future__ import annotations
 import math
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Sums, cuda, kernel
+from continuum.solve.cuda.device import Kernel, Sums, cuda, leave
 
 
-@kernel
-def put(values: Real, at_first: float) -> None:
+@Kernel
+def _put(values: Real, at_first: float) -> None:
     """One number, in the first place of an array."""
     if cuda.grid(1) == 0:
         values[0, 0] = at_first
 
 
-@kernel
-def fill(values: Real, number: float) -> None:
+@Kernel
+def _fill(values: Real, number: float) -> None:
     """The same number everywhere."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] = number
 
 
-@kernel
-def shift(values: Real, by: float) -> None:
+@Kernel
+def _shift(values: Real, by: float) -> None:
     """Add a number."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] += by
 
 
-@kernel
-def total(values: Real, sums: Sums) -> None:
+@Kernel
+def _total(values: Real, sums: Sums) -> None:
     """sums: of the finite values; of how many are not."""
     points = lost = 0.0
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
@@ -46,29 +46,29 @@ def total(values: Real, sums: Sums) -> None:
                 points += value
             else:
                 lost += 1.0
-    sums[0, cuda.grid(1)] = points
-    sums[1, cuda.grid(1)] = lost
+    leave(sums, cuda.grid(1), (points, lost))
 
 
-@kernel
-def into(work: Real, values: Real, scale: float) -> None:
-    """Values, times scale, into work."""
+@Kernel
+def _copy(work: Real, values: Real, scale: float, sums: Sums) -> None:
+    total = 0.0
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             work[i, j] = scale * values[i, j]
+            total += values[i, j]
+    sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def keep(values: Real, work: Real) -> None:
+@Kernel
+def _keep(values: Real, work: Real) -> None:
     """The field in work."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] = work[i, j]
 
 
-@kernel
-def displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums: Sums) -> None:
-    """Displacement u = offset + lift - z, times scale, into work.  sums: of u."""
+@Kernel
+def _displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums: Sums) -> None:
     displaced = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -78,33 +78,30 @@ def displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums:
     sums[0, cuda.grid(1)] = displaced
 
 
-@kernel
-def lay(z: Real, work: Real, offset: Real, lift: float) -> None:
-    """Gap z = offset + lift - u, u in work."""
+@Kernel
+def _lay(z: Real, work: Real, offset: Real, lift: float) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = offset[i, j] + lift - work[i, j]
 
 
-@kernel
-def above(z: Real, offset: Real, lift: float) -> None:
+@Kernel
+def _above(z: Real, offset: Real, lift: float) -> None:
     """The same where z holds u."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = offset[i, j] - z[i, j] + lift
 
 
-@kernel
-def every_second(z: Real, fine: Real) -> None:
-    """Values of every second point of a finer grid."""
+@Kernel
+def _every_second(z: Real, fine: Real) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = fine[2 * i, 2 * j]
 
 
-@kernel
-def moved(work: Real, fine: Real, z: Real, scale: float) -> None:
-    """How far a coarse grid has displaced the surface: (every second of the fine gap) - z, times scale, into work."""
+@Kernel
+def _moved(work: Real, fine: Real, z: Real, scale: float) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             work[i, j] = scale * (fine[2 * i, 2 * j] - z[i, j])

@@ -1,46 +1,34 @@
-"""Kernels of the bound-constrained solver.
+"""Kernels of the bound-constrained solver; what they do is said in :mod:`continuum.solve.cpu.pressing`.
 
-p is the pressure, z the gap up to its level ``shift``, t the direction; s is the preconditioned gap and m the
-preconditioned field of ones, both zero off the contact, ``mask``.  ``work`` is as in
-:mod:`continuum.solve.cuda.points` and :mod:`continuum.solve.cuda.spectra`.
+``work`` is as in :mod:`continuum.solve.cuda.points` and :mod:`continuum.solve.cuda.spectra`.
 """
 
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Mask, Sums, cuda, kernel
+from continuum.solve.cuda.device import Kernel, Mask, Sums, cuda, leave
 
 # --- where it starts -------------------------------------------------------------------------------------------
 
 
-@kernel
-def mark(mask: Mask, number: int) -> None:
+@Kernel
+def _mark(mask: Mask, number: int) -> None:
     """The same mark everywhere."""
     for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
             mask[i, j] = number
 
 
-@kernel
-def scale(values: Real, factor: float) -> None:
+@Kernel
+def _scale(values: Real, factor: float) -> None:
     """All values times a number."""
     for i in range(cuda.blockIdx.x, values.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             values[i, j] *= factor
 
 
-@kernel
-def lowest(z: Real, sums: Sums) -> None:
-    """Of the first sum the largest part is minus the smallest value."""
-    largest = -float("inf")
-    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            largest = max(largest, -z[i, j])
-    sums[0, cuda.grid(1)] = largest
-
-
-@kernel
-def wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
+@Kernel
+def _wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
     """Where the gap is at least its mean; sums: of the field in work, and how many points."""
     total = count = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
@@ -48,12 +36,11 @@ def wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
             if z[i, j] >= mean:
                 total += work[i, j]
                 count += 1.0
-    sums[0, cuda.grid(1)] = total
-    sums[1, cuda.grid(1)] = count
+    leave(sums, cuda.grid(1), (total, count))
 
 
-@kernel
-def guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: float) -> None:
+@Kernel
+def _guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: float) -> None:
     """Pressure of a start: where the traction in work, and ``more``, pushes and it nearly touches."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -61,9 +48,8 @@ def guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: flo
             p[i, j] = max(here, 0.0) if here > stiffest * (z[i, j] - least) else 0.0
 
 
-@kernel
-def spread(fine: Real, coarse: Real, sums: Sums) -> None:
-    """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
+@Kernel
+def _spread(fine: Real, coarse: Real, sums: Sums) -> None:
     rows, columns = coarse.shape
     total = 0.0
     for i in range(cuda.blockIdx.x, fine.shape[0], cuda.gridDim.x):
@@ -82,8 +68,8 @@ def spread(fine: Real, coarse: Real, sums: Sums) -> None:
 # --- the preconditioner ----------------------------------------------------------------------------------------
 
 
-@kernel
-def kernel_q(work: Real, K: Real) -> None:
+@Kernel
+def _kernel_q(work: Real, K: Real) -> None:
     """Spectrum work <- K without its mean: that has its own way, and a stiff one would smear over the longest waves."""
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
@@ -91,28 +77,27 @@ def kernel_q(work: Real, K: Real) -> None:
             work[i, 2 * j + 1] = 0.0
 
 
-@kernel
-def window(work: Real, columns: int, part: float, factor: float) -> None:
-    """The field in work, times factor, cut off by a triangular window, this part of the period wide."""
+@Kernel
+def _window(work: Real, columns: int, part: float, scale: float) -> None:
+    """The field in work, times scale, cut off by a triangular window, this part of the period wide."""
     rows = work.shape[0]
     for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
         x = max(0.0, 1.0 - min(i, rows - i) / (part * rows))
         for j in range(cuda.threadIdx.x, columns, cuda.blockDim.x):
             y = max(0.0, 1.0 - min(j, columns - j) / (part * columns))
-            work[i, j] *= factor * x * y
+            work[i, j] *= scale * x * y
 
 
-@kernel
-def positive(values_q: Real, work: Real) -> None:
+@Kernel
+def _positive(values_q: Real, work: Real) -> None:
     """Real part of the spectrum in work, where it is positive."""
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
             values_q[i, j] = max(work[i, 2 * j], 0.0)
 
 
-@kernel
-def multiply(work: Real, values_q: Real, factor: float) -> None:
-    """Spectrum in work, times values for each mode and a number."""
+@Kernel
+def _multiply(work: Real, values_q: Real, factor: float) -> None:
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
             here = factor * values_q[i, j]
@@ -120,22 +105,19 @@ def multiply(work: Real, values_q: Real, factor: float) -> None:
             work[i, 2 * j + 1] *= here
 
 
-@kernel
-def level(p: Real, z: Real, m: Real, sums: Sums) -> None:
-    """Where p presses; sums: of m z, of m."""
+@Kernel
+def _level(p: Real, z: Real, m: Real, sums: Sums) -> None:
     mz = in_m = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             if p[i, j] > 0.0:
                 mz += m[i, j] * z[i, j]
                 in_m += m[i, j]
-    sums[0, cuda.grid(1)] = mz
-    sums[1, cuda.grid(1)] = in_m
+    leave(sums, cuda.grid(1), (mz, in_m))
 
 
-@kernel
-def select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> None:
-    """Contact: the points that press or overlap.  sums: of those, how many; new or gone; of m z, of m."""
+@Kernel
+def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> None:
     mz = in_m = count = changed = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -149,40 +131,25 @@ def select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> N
                 in_m += m[i, j]
             else:
                 m[i, j] = 0.0
-    slot = cuda.grid(1)
-    sums[0, slot] = count
-    sums[1, slot] = changed
-    sums[2, slot] = mz
-    sums[3, slot] = in_m
+    leave(sums, cuda.grid(1), (count, changed, mz, in_m))
 
 
-@kernel
-def marked(work: Real, mask: Mask, factor: float) -> None:
-    """A number on the contact, 0 off it, into work."""
-    for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
-            work[i, j] = factor if mask[i, j] else 0.0
-
-
-@kernel
-def ones(m: Real, mask: Mask) -> None:
-    """Set m <- 1 on the contact, 0 off it."""
+@Kernel
+def _ones(m: Real, mask: Mask) -> None:
     for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
             m[i, j] = 1.0 if mask[i, j] else 0.0
 
 
-@kernel
-def contact(work: Real, mask: Mask, z: Real, shift: float, factor: float) -> None:
-    """Z + shift on the contact, 0 off it, times factor, into work."""
+@Kernel
+def _contact(work: Real, mask: Mask, z: Real, shift: float, scale: float) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            work[i, j] = factor * (z[i, j] + shift) if mask[i, j] else 0.0
+            work[i, j] = scale * (z[i, j] + shift) if mask[i, j] else 0.0
 
 
-@kernel
-def narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
-    """The field in work on the contact, 0 off it; sums: of it."""
+@Kernel
+def _narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
     total = 0.0
     for i in range(cuda.blockIdx.x, out.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, out.shape[1], cuda.blockDim.x):
@@ -192,9 +159,8 @@ def narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float, sums: Sums) -> None:
-    """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
+@Kernel
+def _correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float, sums: Sums) -> None:
     ss = zs = ys = in_t = zt = zm = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -209,32 +175,27 @@ def correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight
                 zm += z[i, j] * m[i, j]
             else:
                 t[i, j] = 0.0
-    slot = cuda.grid(1)
-    sums[0, slot] = ss
-    sums[1, slot] = zs
-    sums[2, slot] = ys
-    sums[3, slot] = in_t
-    sums[4, slot] = zt
-    sums[5, slot] = zm
+    leave(sums, cuda.grid(1), (ss, zs, ys, in_t, zt, zm))
 
 
 # --- a step ----------------------------------------------------------------------------------------------------
 
 
-@kernel
-def turn(work: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, factor: float) -> None:
-    """Direction t <- s + beta (t - weight m); times factor into work."""
+@Kernel
+def _turn_on_contact(
+    work: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, scale: float
+) -> None:
     for i in range(cuda.blockIdx.x, t.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, t.shape[1], cuda.blockDim.x):
             here = t[i, j]
             if mask[i, j]:
                 here = s[i, j] + beta * (here - weight * m[i, j])
                 t[i, j] = here
-            work[i, j] = factor * here
+            work[i, j] = scale * here
 
 
-@kernel
-def compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
+@Kernel
+def _compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
     """Spectrum work <- work/K, zero where K is; sums: <work, work/K> as a mean over the grid."""
     total = 0.0
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
@@ -249,9 +210,8 @@ def compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
-    """Pressure out <- p - step t, cut at 0; sums: of what was cut (negative), of p - step t, of out."""
+@Kernel
+def _trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
     below = before = after = 0.0
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
@@ -262,25 +222,20 @@ def trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
                 new = 0.0
             after += new
             out[i, j] = new
-    slot = cuda.grid(1)
-    sums[0, slot] = below
-    sums[1, slot] = before
-    sums[2, slot] = after
+    leave(sums, cuda.grid(1), (below, before, after))
 
 
-@kernel
-def advance(z: Real, change: Real, work: Real, step: float) -> None:
-    """After a free step, work holding G t: change <- -step G t; z <- z + change."""
+@Kernel
+def _advance(z: Real, out: Real, work: Real, step: float) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             by = -step * work[i, j]
-            change[i, j] = by
+            out[i, j] = by
             z[i, j] += by
 
 
-@kernel
-def arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
-    """Gap out <- work + offset, work holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
+@Kernel
+def _arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
     energy = size = 0.0
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
@@ -289,13 +244,11 @@ def arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
             out[i, j] = gap
             energy += 0.5 * p[i, j] * (gap + rest)
             size += p[i, j] * (abs(gap) + abs(rest))
-    sums[0, cuda.grid(1)] = energy
-    sums[1, cuda.grid(1)] = size
+    leave(sums, cuda.grid(1), (energy, size))
 
 
-@kernel
-def accept(z: Real, new: Real) -> None:
-    """Set z <- new and new <- the change of z."""
+@Kernel
+def _accept(z: Real, new: Real) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             here = new[i, j]
@@ -306,21 +259,20 @@ def accept(z: Real, new: Real) -> None:
 # --- the outcome -----------------------------------------------------------------------------------------------
 
 
-@kernel
-def misses(work: Real, p: Real, z: Real, shift: float, factor: float, sums: Sums) -> None:
-    """What closing the contact and lifting the overlaps adds to u, times factor, into work; its largest size."""
+@Kernel
+def _misses(work: Real, p: Real, z: Real, shift: float, scale: float, sums: Sums) -> None:
     largest = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j] + shift
             error = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
             largest = max(largest, abs(error))
-            work[i, j] = factor * error
+            work[i, j] = scale * error
     sums[0, cuda.grid(1)] = largest
 
 
-@kernel
-def certificate(p: Real, z: Real, sums: Sums) -> None:
+@Kernel
+def _certificate(p: Real, z: Real, sums: Sums) -> None:
     """sums: p z, p, and of the third the largest part: minus the smallest z."""
     pz = total = 0.0
     depth = -float("inf")
@@ -329,13 +281,11 @@ def certificate(p: Real, z: Real, sums: Sums) -> None:
             pz += p[i, j] * z[i, j]
             total += p[i, j]
             depth = max(depth, -z[i, j])
-    sums[0, cuda.grid(1)] = pz
-    sums[1, cuda.grid(1)] = total
-    sums[2, cuda.grid(1)] = depth
+    leave(sums, cuda.grid(1), (pz, total, depth))
 
 
-@kernel
-def square(work: Real, K: Real, single: int, sums: Sums) -> None:
+@Kernel
+def _square(work: Real, K: Real, single: int, sums: Sums) -> None:
     """sums: |K e|², the spectrum of e in work."""
     total = 0.0
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
@@ -345,9 +295,8 @@ def square(work: Real, K: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def finish(p: Real, z: Real, by: float, smallest: float) -> None:
-    """Gap z <- z + by, exactly zero where p presses and positive elsewhere."""
+@Kernel
+def _finish(p: Real, z: Real, by: float, smallest: float) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             z[i, j] = 0.0 if p[i, j] > 0.0 else max(z[i, j] + by, smallest)

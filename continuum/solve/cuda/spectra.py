@@ -1,4 +1,4 @@
-"""Kernels of the minimiser over its spectra.
+"""Kernels of the minimiser over its spectra; what they do is said in :mod:`continuum.solve.cpu.sweeps`.
 
 A half spectrum is a real array, real and imaginary parts in turn.  In a sum over all modes column 0 counts once, and so
 does ``single``, the last column of an even grid (-1 if there is none); all others count twice.  ``held`` is 1 where the
@@ -11,7 +11,7 @@ rows in all.
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Sums, cuda, device_function, kernel
+from continuum.solve.cuda.device import Kernel, Sums, cuda, device_function, leave
 
 
 @device_function
@@ -26,23 +26,11 @@ def _low_row(r: int, low_rows: int, rows: int) -> int:
     return r if r < low_rows else rows - 2 * low_rows + 1 + r
 
 
-@kernel
-def gradient(
+@Kernel
+def _gradient(
     g: Real, d: Real, work: Real, K: Real, c0: float, alpha: float, beta: float, low_rows: int, low_columns: int,
-    single: int, held: int, complete: int, sums: Sums,
+    single: int, held: int, sums: Sums,
 ) -> None:  # fmt: skip
-    """Finish the last step in Fourier space and precondition the new gradient.
-
-    On entry ``work`` holds the change of traction of that step (with ``complete`` there is none), alpha its length,
-    beta the weight of the direction before it::
-
-        d <- beta d - M g        (the direction of the step, M = 1/(K + c0))
-        y  = alpha K d + work
-        g <- g + y
-        work <- s = M g          modes of the coarse grid: y, and d is left as it is
-
-    sums: |g|², and without the coarse modes <g,s>, <y,s>, <y,My>, <s,Ks>, <s,Kd>.
-    """
     rows = K.shape[0]
     gg = gs = ys = ym = ss = sd = 0.0
     for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
@@ -53,7 +41,7 @@ def gradient(
             g0, g1 = g[i, 2 * j], g[i, 2 * j + 1]
             d0, d1 = d[i, 2 * j], d[i, 2 * j + 1]
             y0 = y1 = 0.0
-            if not complete and not (held and i == 0 and j == 0):
+            if not (held and i == 0 and j == 0):
                 y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
             low = low_row and j < low_columns
             m = 1.0 / (k + c0)
@@ -78,21 +66,14 @@ def gradient(
                 ym += weight * m * (y0 * y0 + y1 * y1)
                 ss += weight * k * (s0 * s0 + s1 * s1)
                 sd += weight * k * (s0 * d0 + s1 * d1)
-    slot = cuda.grid(1)
-    sums[0, slot] = gg
-    sums[1, slot] = gs
-    sums[2, slot] = ys
-    sums[3, slot] = ym
-    sums[4, slot] = ss
-    sums[5, slot] = sd
+    leave(sums, cuda.grid(1), (gg, gs, ys, ym, ss, sd))
 
 
-@kernel
-def low_modes(
-    g: Real, d: Real, work: Real, K: Real, e: Real, c0: float, low_rows: int, low_columns: int, single: int, held: int,
+@Kernel
+def _low_modes(
+    g: Real, d: Real, work: Real, K: Real, e: Real, c0: float, low_rows: int, low_columns: int, single: int,
     sums: Sums,
 ) -> None:  # fmt: skip
-    """The modes that the coarse grid has seen: work <- s = -e, and their share of the sums of `gradient`."""
     rows = K.shape[0]
     gs = ys = ym = ss = sd = 0.0
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
@@ -101,29 +82,20 @@ def low_modes(
             k = K[i, j]
             weight = _weight(j, single)
             y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
-            s0 = s1 = 0.0
-            if not (held and i == 0 and j == 0):
-                s0, s1 = -e[coarse, 2 * j], -e[coarse, 2 * j + 1]
+            s0, s1 = -e[coarse, 2 * j], -e[coarse, 2 * j + 1]
             work[i, 2 * j], work[i, 2 * j + 1] = s0, s1
             gs += weight * (g[i, 2 * j] * s0 + g[i, 2 * j + 1] * s1)
             ys += weight * (y0 * s0 + y1 * s1)
             ym += weight / (k + c0) * (y0 * y0 + y1 * y1)
             ss += weight * k * (s0 * s0 + s1 * s1)
             sd += weight * k * (s0 * d[i, 2 * j] + s1 * d[i, 2 * j + 1])
-    slot = cuda.grid(1)
-    sums[0, slot] = 0.0
-    sums[1, slot] = gs
-    sums[2, slot] = ys
-    sums[3, slot] = ym
-    sums[4, slot] = ss
-    sums[5, slot] = sd
+    leave(sums, cuda.grid(1), (0.0, gs, ys, ym, ss, sd))
 
 
-@kernel
-def low_gradient(
+@Kernel
+def _low_gradient(
     g: Real, work: Real, K: Real, c0: float, low_rows: int, low_columns: int, single: int, sums: Sums
 ) -> None:
-    """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 4."""
     rows = K.shape[0]
     gs = ss = 0.0
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
@@ -136,25 +108,19 @@ def low_gradient(
                 work[i, c] = s
                 gs += weight * g[i, c] * s
                 ss += weight * k * s * s
-    slot = cuda.grid(1)
-    for other in range(6):
-        sums[other, slot] = 0.0
-    sums[1, slot] = gs
-    sums[4, slot] = ss
+    leave(sums, cuda.grid(1), (0.0, gs, 0.0, 0.0, ss, 0.0))
 
 
-@kernel
-def low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: float) -> None:
-    """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
+@Kernel
+def _low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: float) -> None:
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
         i = _low_row(r, low_rows, d.shape[0])
         for c in range(cuda.threadIdx.x, 2 * low_columns, cuda.blockDim.x):
             d[i, c] = beta * d[i, c] - work[i, c]
 
 
-@kernel
-def elastic(g: Real, work: Real, K: Real, force: float) -> None:
-    """Gradient without the traction of the wall: g <- K u - F, the spectrum of u in work."""
+@Kernel
+def _elastic(g: Real, work: Real, K: Real, force: float) -> None:
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
             here = force if i == 0 and j == 0 else 0.0
@@ -162,9 +128,8 @@ def elastic(g: Real, work: Real, K: Real, force: float) -> None:
             g[i, 2 * j + 1] = K[i, j] * work[i, 2 * j + 1]
 
 
-@kernel
-def add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
-    """Set g <- g + work; sums: |g|²."""
+@Kernel
+def _add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
     gg = 0.0
     for i in range(cuda.blockIdx.x, g.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, g.shape[1] // 2, cuda.blockDim.x):
@@ -174,8 +139,8 @@ def add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = gg
 
 
-@kernel
-def energy(work: Real, K: Real, single: int, sums: Sums) -> None:
+@Kernel
+def _energy(work: Real, K: Real, single: int, sums: Sums) -> None:
     """sums: <u,Ku> without the mean; the spectrum of u in work."""
     total = 0.0
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
@@ -186,8 +151,8 @@ def energy(work: Real, K: Real, single: int, sums: Sums) -> None:
     sums[0, cuda.grid(1)] = total
 
 
-@kernel
-def restrict(coarse: Real, fine: Real) -> None:
+@Kernel
+def _restrict(coarse: Real, fine: Real) -> None:
     """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
     low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
     for i in range(cuda.blockIdx.x, coarse.shape[0], cuda.gridDim.x):
@@ -196,8 +161,8 @@ def restrict(coarse: Real, fine: Real) -> None:
             coarse[i, c] = 0.0 if i == low_rows or c >= last else fine[source, c]
 
 
-@kernel
-def prolong(fine: Real, coarse: Real) -> None:
+@Kernel
+def _prolong(fine: Real, coarse: Real) -> None:
     """Half spectrum on a finer grid of the same period: zero beyond the modes of the coarse one."""
     low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
     rows = fine.shape[0]

@@ -3,6 +3,7 @@
 The formulas are those of :mod:`continuum.model.laws`, compiled anew: one source for both devices.  Points beyond the
 reach of the law are not computed; points that are not numbers are, so that they are not lost.  ``work`` is the memory
 of a half spectrum, of whose rows ``z.shape[1]`` numbers are the field; what is to be transformed is scaled by 1/N.
+What they do is said in :mod:`continuum.solve.cpu.tractions`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable
 
 from continuum.model import laws
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Parameters, Sums, cuda, device_function, kernel
+from continuum.solve.cuda.device import Kernel, Parameters, Sums, cuda, device_function, leave
 
 Formula = Callable[[float, Real], tuple[float, float, float]]
 Response = Callable[[int, float, Real], tuple[float, float, float]]
@@ -33,26 +34,26 @@ def _or(kind: int, formula: Formula, others: Response) -> Response:
     return respond
 
 
-respond: Response = _no_law
+_respond: Response = _no_law
 for _kind, _formula in reversed(list(enumerate(laws.FORMULAS))):
-    respond = _or(_kind, device_function(_formula), respond)
+    _respond = _or(_kind, device_function(_formula), _respond)
 
 
-@kernel
-def press(work: Real, z: Real, kind: int, p: Parameters, reach: float, scale: float) -> None:
-    """Traction, times scale, into work."""
+@Kernel
+def _press(work: Real, z: Real, kind: int, parameters: Parameters, reach: float, scale: float) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j]
             traction = 0.0
             if not gap >= reach:
-                traction = respond(kind, gap, p)[1]
+                traction = _respond(kind, gap, parameters)[1]
             work[i, j] = scale * traction
 
 
-@kernel
-def turn(d: Real, work: Real, z: Real, beta: float, kind: int, p: Parameters, reach: float, sums: Sums) -> None:
-    """New direction, d <- beta d - s, s in work.  sums: of stiffness d²."""
+@Kernel
+def _turn(
+    d: Real, work: Real, z: Real, beta: float, kind: int, parameters: Parameters, reach: float, sums: Sums
+) -> None:
     curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -60,46 +61,38 @@ def turn(d: Real, work: Real, z: Real, beta: float, kind: int, p: Parameters, re
             d[i, j] = e
             gap = z[i, j]
             if not gap >= reach:
-                curvature += respond(kind, gap, p)[2] * e * e
+                curvature += _respond(kind, gap, parameters)[2] * e * e
     sums[0, cuda.grid(1)] = curvature
 
 
-@kernel
-def line(z: Real, d: Real, alpha: float, kind: int, p: Parameters, reach: float, sums: Sums) -> None:
-    """At z - alpha d.  sums: of (change of traction) d; of stiffness d²."""
+@Kernel
+def _line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reach: float, sums: Sums) -> None:
     slope = curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap, e = z[i, j], d[i, j]
             trial = gap - alpha * e
             if not gap >= reach or not trial >= reach:
-                here = respond(kind, gap, p)
-                there = respond(kind, trial, p)
+                here = _respond(kind, gap, parameters)
+                there = _respond(kind, trial, parameters)
                 slope += (there[1] - here[1]) * e
                 curvature += there[2] * e * e
-    slot = cuda.grid(1)
-    sums[0, slot] = slope
-    sums[1, slot] = curvature
+    leave(sums, cuda.grid(1), (slope, curvature))
 
 
-@kernel
-def move(
+@Kernel
+def _move(
     work: Real,
     z: Real,
     d: Real,
     step: float,
     alpha: float,
     kind: int,
-    p: Parameters,
+    parameters: Parameters,
     reach: float,
     scale: float,
     sums: Sums,
 ) -> None:
-    """Step z <- z - step d, the last of several that add up to alpha.
-
-    The change of the traction since alpha = 0, times scale, goes into work.
-    sums: of that change times d; of what the energy changes beyond first order; of |energy|.
-    """
     slope = second = size = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
@@ -109,14 +102,11 @@ def move(
             old = gap + alpha * e
             change = 0.0
             if not gap >= reach or not old >= reach:
-                here = respond(kind, old, p)
-                there = respond(kind, gap, p)
+                here = _respond(kind, old, parameters)
+                there = _respond(kind, gap, parameters)
                 change = there[1] - here[1]
                 slope += change * e
                 second += there[0] - here[0] - alpha * here[1] * e
                 size += abs(there[0])
             work[i, j] = scale * change
-    slot = cuda.grid(1)
-    sums[0, slot] = slope
-    sums[1, slot] = second
-    sums[2, slot] = size
+    leave(sums, cuda.grid(1), (slope, second, size))

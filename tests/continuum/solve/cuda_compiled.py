@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 import numba.cuda.dispatcher as dispatcher
 from numba import cuda
 
-from continuum.solve.cuda.device import KERNELS
+from continuum.solve.cuda.engine import KERNELS
 
 
 def ptx(kernel: Any, kind: tuple[int, int]) -> str:
@@ -38,7 +37,6 @@ def machine_code(program: str, kind: tuple[int, int], ptxas: str, folder: Path) 
 
 
 def main(major: str, minor: str, ptxas: str, folder: str) -> None:
-    import_module("continuum.solve.cuda")  # all kernels
     kind = int(major), int(minor)
     dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=kind)
     for name, kernel in sorted(KERNELS.items()):

@@ -27,10 +27,12 @@ from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.runs.result import Result
 from continuum.solve import backend, cpu, cuda
-from continuum.solve.cpu import pressing as cpu_pressing
-from continuum.solve.cpu import sweeps
+from continuum.solve.bound_grid import BoundGrid
+from continuum.solve.cpu.engine import KERNELS as SWEEPS
 from continuum.solve.cuda import device, points, pressing, spectra, transforms, walls
-from continuum.solve.cuda.device import KERNELS, Kernel, Reduction, to_device
+from continuum.solve.cuda.device import Kernel, Reduction, to_device
+from continuum.solve.cuda.engine import KERNELS
+from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 
@@ -55,7 +57,7 @@ def simulator() -> None:
 @pytest.fixture(autouse=True)
 def serial(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
     """The functions of the kernels themselves, one thread after the other, on the simulator's arrays."""
-    for end in (cpu, cuda):
+    for end in (cpu.BACK_END, cuda.BACK_END):
         monkeypatch.setattr(end, "SMALLEST", 8)
     if IN_SIMULATOR or "simulator" in request.fixturenames:
         return
@@ -134,24 +136,25 @@ def test_there_is_no_kernel_without_a_twin() -> None:
 def test_points(case: Case) -> None:
     z, offset, work, rows = case.field(), case.field(), case.spectrum(), case.rows
     n = case.columns
-    check(start(points.put, 1, z, 7.0)[0][0][0, :2], (7.0, z[0, 1]))
-    check(start(points.fill, rows, z, 7.0)[0][0], 7.0)
-    check(start(points.shift, rows, z, 7.0)[0][0], z + 7)
-    check(start(points.total, rows, z, summed=True)[1][:2], (z.sum(), 0))
+    check(start(KERNELS["put"], 1, z, 7.0)[0][0][0, :2], (7.0, z[0, 1]))
+    check(start(KERNELS["fill"], rows, z, 7.0)[0][0], 7.0)
+    check(start(KERNELS["shift"], rows, z, 7.0)[0][0], z + 7)
+    check(start(KERNELS["total"], rows, z, summed=True)[1][:2], (z.sum(), 0))
     lost = np.where(case.mask, np.nan, z)
     lost[0, 0] = np.inf
-    assert start(points.total, rows, lost, summed=True)[1][1] == np.count_nonzero(~np.isfinite(lost))
-    check(start(points.into, rows, work, z, 0.5)[0][0][:, :n], 0.5 * z)
-    check(start(points.keep, rows, z, work)[0][0], work[:, :n])
-    (out, *_), sums = start(points.displace, rows, work, z, offset, 2.0, 0.5, summed=True)
+    assert start(KERNELS["total"], rows, lost, summed=True)[1][1] == np.count_nonzero(~np.isfinite(lost))
+    check(start(KERNELS["copy"], rows, work, z, 0.5, summed=True)[0][0][:, :n], 0.5 * z)
+    check(start(KERNELS["copy"], rows, work, z, 0.5, summed=True)[1][0], z.sum())
+    check(start(KERNELS["keep"], rows, z, work)[0][0], work[:, :n])
+    (out, *_), sums = start(KERNELS["displace"], rows, work, z, offset, 2.0, 0.5, summed=True)
     u = offset + 2 - z
     check(out[:, :n], 0.5 * u)
     check(sums[0], u.sum())
-    check(start(points.lay, rows, z, work, offset, 2.0)[0][0], offset + 2 - work[:, :n])
-    check(start(points.above, rows, z, offset, 2.0)[0][0], u)
+    check(start(KERNELS["lay"], rows, z, work, offset, 2.0)[0][0], offset + 2 - work[:, :n])
+    check(start(KERNELS["above"], rows, z, offset, 2.0)[0][0], u)
     fine = case.rng.normal(size=(2 * rows, 2 * n))
-    check(start(points.every_second, rows, z, fine)[0][0], fine[::2, ::2])
-    check(start(points.moved, rows, work, fine, z, 0.5)[0][0][:, :n], 0.5 * (fine[::2, ::2] - z))
+    check(start(KERNELS["every_second"], rows, z, fine)[0][0], fine[::2, ::2])
+    check(start(KERNELS["moved"], rows, work, fine, z, 0.5)[0][0][:, :n], 0.5 * (fine[::2, ::2] - z))
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -161,15 +164,15 @@ def test_walls(case: Case, name: str) -> None:
     z, d, work = 1.2 + 0.5 * case.field(), case.field(), case.spectrum()
     z[0, 0] = 0.5  # below the core
     _, traction, stiffness = evaluate(law, z)
-    check(start(walls.press, rows, work, z, kind, p, reach, 0.5)[0][0][:, :n], 0.5 * traction)
-    (turned, *_), sums = start(walls.turn, rows, d, work, z, 0.3, kind, p, reach, summed=True)
+    check(start(KERNELS["press"], rows, work, z, kind, p, reach, 0.5)[0][0][:, :n], 0.5 * traction)
+    (turned, *_), sums = start(KERNELS["turn"], rows, d, work, z, 0.3, kind, p, reach, summed=True)
     new = 0.3 * d - work[:, :n]
     check(turned, new)
     check(sums[0], (stiffness * new**2).sum())
-    sums = start(walls.line, rows, z, d, 0.2, kind, p, reach, summed=True)[1]
+    sums = start(KERNELS["line"], rows, z, d, 0.2, kind, p, reach, summed=True)[1]
     there = evaluate(law, z - 0.2 * d)
     check(sums[:2], (((there[1] - traction) * d).sum(), (there[2] * d**2).sum()))
-    (out, moved, _, _), sums = start(walls.move, rows, work, z, d, 0.1, 0.3, kind, p, reach, 0.5, summed=True)
+    (out, moved, _, _), sums = start(KERNELS["move"], rows, work, z, d, 0.1, 0.3, kind, p, reach, 0.5, summed=True)
     now = z - 0.1 * d
     new, old = evaluate(law, now), evaluate(law, now + 0.3 * d)
     check(moved, now)
@@ -183,7 +186,7 @@ def test_points_that_are_no_numbers_are_not_lost() -> None:
     law, z = LAWS["spline"], np.full((4, 4), 9.0)
     z[1, 2] = np.nan
     work = np.zeros((4, 6))
-    (out, *_), _ = start(walls.press, 4, work, z, law.kind, law.parameters, law.reach, 1.0)
+    (out, *_), _ = start(KERNELS["press"], 4, work, z, law.kind, law.parameters, law.reach, 1.0)
     assert np.isnan(out[1, 2])
     assert np.isfinite(np.delete(out.ravel(), 8)).all()
 
@@ -197,18 +200,17 @@ def low(case: Case) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize("coarse", [False, True])
-@pytest.mark.parametrize("complete", [0, 1])
-def test_gradient(case: Case, coarse: bool, complete: int) -> None:
+def test_gradient(case: Case, coarse: bool) -> None:
     low_rows, low_columns = low(case) if coarse else (0, 0)
     g, d, work = case.spectrum(), case.spectrum(), case.spectrum()
-    mine = g.copy(), d.copy(), np.zeros_like(work) if complete else work.copy()
+    mine = g.copy(), d.copy(), work.copy()
     expected, last = np.zeros(6), case.K.shape[1]
     for a, b in ((0, low_columns), (low_columns, last)):
         if b > a:
-            sweeps.gradient(a, b, expected, *mine, case.K, 0.01, 0.7, 0.3, low_rows, low_columns, case.weights)
+            SWEEPS["gradient"][0](a, b, expected, *mine, case.K, 0.01, 0.7, 0.3, low_rows, low_columns, case.weights)
     (g, d, work, _), sums = start(
-        spectra.gradient, case.rows, g, d, work, case.K, 0.01, 0.7, 0.3, low_rows, low_columns, case.single, 0,
-        complete, summed=True,
+        KERNELS["gradient"], case.rows, g, d, work, case.K, 0.01, 0.7, 0.3, low_rows, low_columns, case.single, 0,
+        summed=True,
     )  # fmt: skip
     for found, wanted in zip((g, d, work), mine, strict=True):
         check(found, wanted)
@@ -225,36 +227,36 @@ def test_modes_of_the_coarser_grid(shape: tuple[int, int]) -> None:
     e = case.rng.normal(size=(below.shape[0], 2 * below.shape_q[1]))
     ordered, count = (case.K, 0.01, low_rows), 2 * low_rows - 1
     mine, expected = work.copy(), np.zeros(6)
-    sweeps.low_modes(0, low_columns, expected, g, d, mine, *ordered, case.weights, e)
+    SWEEPS["low_modes"][0](0, low_columns, expected, g, d, mine, *ordered, case.weights, e)
     (_, _, out, _, _), sums = start(
-        spectra.low_modes, count, g, d, work, case.K, e, 0.01, low_rows, low_columns, case.single, 0, summed=True
+        KERNELS["low_modes"], count, g, d, work, case.K, e, 0.01, low_rows, low_columns, case.single, summed=True
     )
     check(out, mine)
     check(sums, expected)
     mine, expected = work.copy(), np.zeros(6)
-    sweeps.low_gradient(0, low_columns, expected, g, mine, *ordered, case.weights)
+    SWEEPS["low_gradient"][0](0, low_columns, expected, g, mine, *ordered, case.weights)
     (_, out, _), sums = start(
-        spectra.low_gradient, count, g, work, case.K, 0.01, low_rows, low_columns, case.single, summed=True
+        KERNELS["low_gradient"], count, g, work, case.K, 0.01, low_rows, low_columns, case.single, summed=True
     )
     check(out, mine)
     check(sums, expected)
     mine = d.copy()
-    sweeps.low_direction(0, low_columns, expected, mine, work, low_rows, 0.3)
-    check(start(spectra.low_direction, count, d, work, low_rows, low_columns, 0.3)[0][0], mine)
+    SWEEPS["low_direction"][0](0, low_columns, expected, mine, work, low_rows, 0.3)
+    check(start(KERNELS["low_direction"], count, d, work, low_rows, low_columns, 0.3)[0][0], mine)
     fine_q, coarse_q = work.view(complex), e.view(complex)
     mine_q = coarse_q.copy()
     restrict(fine_q, mine_q)
-    check(start(spectra.restrict, below.shape[0], e, work)[0][0].view(complex), mine_q)
+    check(start(KERNELS["restrict"], below.shape[0], e, work)[0][0].view(complex), mine_q)
     mine_q = fine_q.copy()
     prolong(coarse_q, mine_q)
-    check(start(spectra.prolong, case.rows, work, e)[0][0].view(complex), mine_q)
+    check(start(KERNELS["prolong"], case.rows, work, e)[0][0].view(complex), mine_q)
 
 
 def test_a_mean_that_is_held_has_no_gradient(case: Case) -> None:
     g, d, work = case.spectrum(), case.spectrum(), case.spectrum()
     g[0, :2] = d[0, :2] = 0
     (g, d, out, _), _ = start(
-        spectra.gradient, case.rows, g, d, work, case.K, 0.01, 0.7, 0.3, 0, 0, case.single, 1, 0, summed=True
+        KERNELS["gradient"], case.rows, g, d, work, case.K, 0.01, 0.7, 0.3, 0, 0, case.single, 1, summed=True
     )
     check((g[0, :2], d[0, :2], out[0, :2]), 0.0)
 
@@ -264,13 +266,13 @@ def test_other_sums_over_modes(case: Case) -> None:
     w = work.view(complex)
     expected = case.K * w
     expected[0, 0] -= 0.5
-    check(start(spectra.elastic, case.rows, g, work, case.K, 0.5)[0][0].view(complex), expected)
-    (found, _), sums = start(spectra.add_square, case.rows, g, work, case.single, summed=True)
+    check(start(KERNELS["elastic"], case.rows, g, work, case.K, 0.5)[0][0].view(complex), expected)
+    (found, _), sums = start(KERNELS["add_square"], case.rows, g, work, case.single, summed=True)
     check(found, g + work)
     check(sums[0], (np.abs((g + work).view(complex)) ** 2 * case.weights).sum())
     power = np.abs(w) ** 2 * case.weights * case.K
     power[0, 0] = 0
-    check(start(spectra.energy, case.rows, work, case.K, case.single, summed=True)[1][0], power.sum())
+    check(start(KERNELS["energy"], case.rows, work, case.K, case.single, summed=True)[1][0], power.sum())
 
 
 # --- under a bound -----------------------------------------------------------------------------------------
@@ -278,18 +280,17 @@ def test_other_sums_over_modes(case: Case) -> None:
 
 def test_pressing_starts(case: Case) -> None:
     rows, n, z, work, p = case.rows, case.columns, case.field(), case.spectrum(), case.field()
-    check(start(pressing.mark, rows, case.mask, 1)[0][0], 1)
-    check(start(pressing.scale, rows, z, 3.0)[0][0], 3 * z)
-    check(start(pressing.lowest, rows, z, summed=True, largest=0)[1][0], -z.min())
+    check(start(KERNELS["mark"], rows, case.mask, 1)[0][0], 1)
+    check(start(KERNELS["scale"], rows, z, 3.0)[0][0], 3 * z)
     field = work[:, :n]
     wide = z >= z.mean()
-    check(start(pressing.wide, rows, work, z, z.mean(), summed=True)[1][:2], (field[wide].sum(), wide.sum()))
+    check(start(KERNELS["wide"], rows, work, z, z.mean(), summed=True)[1][:2], (field[wide].sum(), wide.sum()))
     here = field + 0.1
     expected = np.where(here > 0.2 * (z + 1.5), np.maximum(here, 0), 0)
-    check(start(pressing.guess, rows, p, work, z, 0.1, 0.2, -1.5)[0][0], expected)
+    check(start(KERNELS["guess"], rows, p, work, z, 0.1, 0.2, -1.5)[0][0], expected)
     coarse, fine, mine, sums = case.field(), np.zeros((2 * rows, 2 * n)), np.zeros((2 * rows, 2 * n)), np.zeros(6)
-    cpu_pressing.spread(0, 2 * rows, sums, coarse, mine)
-    (found, _), total = start(pressing.spread, 2 * rows, fine, coarse, summed=True)
+    SWEEPS["spread"][0](0, 2 * rows, sums, coarse, mine)
+    (found, _), total = start(KERNELS["spread"], 2 * rows, fine, coarse, summed=True)
     check(found, mine)
     check(total[0], sums[0])
 
@@ -299,23 +300,22 @@ def test_pressing_preconditions(case: Case) -> None:
     mask, p = case.mask, case.field()
     expected = case.K.astype(complex)
     expected[0, 0] = 0
-    check(start(pressing.kernel_q, rows, work, case.K)[0][0].view(complex), expected)
+    check(start(KERNELS["kernel_q"], rows, work, case.K)[0][0].view(complex), expected)
     reach = [np.maximum(0, 1 - np.minimum(np.arange(k), k - np.arange(k)) / (0.25 * k)) for k in (rows, n)]
-    check(start(pressing.window, rows, work, n, 0.25, 3.0)[0][0][:, :n], 3 * work[:, :n] * np.outer(*reach))
-    check(start(pressing.positive, rows, case.K, work)[0][0], np.maximum(work[:, ::2], 0))
-    check(start(pressing.multiply, rows, work, case.K, -1.0)[0][0].view(complex), -case.K * work.view(complex))
-    check(start(pressing.marked, rows, work, mask, 0.5)[0][0][:, :n], 0.5 * mask)
-    check(start(pressing.ones, rows, m, mask)[0][0], mask)
-    check(start(pressing.contact, rows, work, mask, z, 0.2, 0.5)[0][0][:, :n], 0.5 * (z + 0.2) * mask)
-    (out, *_), sums = start(pressing.narrow, rows, m, work, mask, summed=True)
+    check(start(KERNELS["window"], rows, work, n, 0.25, 3.0)[0][0][:, :n], 3 * work[:, :n] * np.outer(*reach))
+    check(start(KERNELS["positive"], rows, case.K, work)[0][0], np.maximum(work[:, ::2], 0))
+    check(start(KERNELS["multiply"], rows, work, case.K, -1.0)[0][0].view(complex), -case.K * work.view(complex))
+    check(start(KERNELS["ones"], rows, m, mask)[0][0], mask)
+    check(start(KERNELS["contact"], rows, work, mask, z, 0.2, 0.5)[0][0][:, :n], 0.5 * (z + 0.2) * mask)
+    (out, *_), sums = start(KERNELS["narrow"], rows, m, work, mask, summed=True)
     check(out, work[:, :n] * mask)
     check(sums[0], out.sum())
     sums = np.zeros(6)
-    cpu_pressing.level(0, rows, sums, p, z, m)
-    check(start(pressing.level, rows, p, z, m, summed=True)[1][:2], sums[:2])
+    SWEEPS["level"][0](0, rows, sums, p, z, m)
+    check(start(KERNELS["level"], rows, p, z, m, summed=True)[1][:2], sums[:2])
     mine = mask.astype(bool), m.copy()
-    cpu_pressing.select(0, rows, sums, p, z, 0.3, *mine)
-    (_, _, marks, masked), found = start(pressing.select, rows, p, z, 0.3, mask, m, summed=True)
+    SWEEPS["select"][0](0, rows, sums, p, z, 0.3, *mine)
+    (_, _, marks, masked), found = start(KERNELS["select"], rows, p, z, 0.3, mask, m, summed=True)
     check(marks, mine[0])
     check(masked, mine[1])
     check(found[:4], sums[:4])
@@ -326,27 +326,27 @@ def test_pressing_steps(case: Case) -> None:
     z, change, t, s, m, p = (case.field() for _ in range(6))
     contact, sums = mask.astype(bool), np.zeros(6)
     mine_s, mine_t = s.copy(), t.copy()
-    cpu_pressing.correct(0, rows, sums, contact, z, change, mine_t, mine_s, m, 0.3)
-    found, totals = start(pressing.correct, rows, mask, z, change, t, s, m, 0.3, summed=True)
+    SWEEPS["correct"][0](0, rows, sums, contact, z, change, mine_t, mine_s, m, 0.3)
+    found, totals = start(KERNELS["correct"], rows, mask, z, change, t, s, m, 0.3, summed=True)
     check(found[3:5], (mine_t, mine_s))
     check(totals, sums)
     mine_t, out = t.copy(), np.zeros_like(t)
-    cpu_pressing.turn(0, rows, sums, contact, mine_t, s, m, 0.4, 0.3, out)
-    found, _ = start(pressing.turn, rows, work, mask, t, s, m, 0.4, 0.3, 0.5)
+    SWEEPS["turn_on_contact"][0](0, rows, sums, contact, mine_t, s, m, 0.4, 0.3, out)
+    found, _ = start(KERNELS["turn_on_contact"], rows, work, mask, t, s, m, 0.4, 0.3, 0.5)
     check(found[0][:, :n], 0.5 * out)
     check(found[2], mine_t)
     K = np.where(np.arange(case.K.size).reshape(case.K.shape) % 5 == 0, 0.0, case.K)
     G = np.divide(1.0, K, out=np.zeros_like(K), where=K > 0)
     mine, sums = work.copy(), np.zeros(6)
-    cpu_pressing.compliance(0, rows, sums, mine, G, case.single)
-    (found_q, _), totals = start(pressing.compliance, rows, work, K, case.single, summed=True)
+    SWEEPS["compliance"][0](0, rows, sums, mine, G, case.single)
+    (found_q, _), totals = start(KERNELS["compliance"], rows, work, K, case.single, summed=True)
     check(found_q, mine)
     check(totals[0], sums[0])
     power = np.abs(case.K * work.view(complex)) ** 2 * case.weights
-    check(start(pressing.square, rows, work, case.K, case.single, summed=True)[1][0], power.sum())
+    check(start(KERNELS["square"], rows, work, case.K, case.single, summed=True)[1][0], power.sum())
     sums = np.zeros(6)
-    cpu_pressing.trial(0, rows, sums, p, t, 0.3, out)
-    (_, _, tried), totals = start(pressing.trial, rows, p, t, 0.3, s, summed=True)
+    SWEEPS["trial"][0](0, rows, sums, p, t, 0.3, out)
+    (_, _, tried), totals = start(KERNELS["trial"], rows, p, t, 0.3, s, summed=True)
     check(tried, out)
     check(totals[:3], sums[:3])
 
@@ -355,22 +355,22 @@ def test_pressing_arrives(case: Case) -> None:
     rows, n, work = case.rows, case.columns, case.spectrum()
     z, change, p, offset = (case.field() for _ in range(4))
     field = work[:, :n]
-    found, _ = start(pressing.advance, rows, z, change, work, 0.3)
+    found, _ = start(KERNELS["advance"], rows, z, change, work, 0.3)
     check(found[:2], (z - 0.3 * field, -0.3 * field))
     sums, mine = np.zeros(6), field.copy()
-    cpu_pressing.arrive(0, rows, sums, p, offset, mine)
-    (out, *_), totals = start(pressing.arrive, rows, change, p, offset, work, summed=True)
+    SWEEPS["arrive"][0](0, rows, sums, p, offset, mine)
+    (out, *_), totals = start(KERNELS["arrive"], rows, change, p, offset, work, summed=True)
     check(out, mine)
     check(totals[:2], sums[:2])
-    check(start(pressing.accept, rows, z, change)[0], (change, change - z))
+    check(start(KERNELS["accept"], rows, z, change)[0], (change, change - z))
     error = np.zeros_like(z)
-    cpu_pressing.misses(0, rows, sums, p, z, 0.2, error)
-    (out, *_), totals = start(pressing.misses, rows, work, p, z, 0.2, 0.5, summed=True, largest=0)
+    SWEEPS["misses"][0](0, rows, sums, p, z, 0.2, error)
+    (out, *_), totals = start(KERNELS["misses"], rows, work, p, z, 0.2, 0.5, summed=True, largest=0)
     check(out[:, :n], 0.5 * error)
     check(totals[0], np.abs(error).max())
-    totals = start(pressing.certificate, rows, p, z, summed=True, largest=2)[1]
+    totals = start(KERNELS["certificate"], rows, p, z, summed=True, largest=2)[1]
     check(totals[:3], np.array([(p * z).sum(), p.sum(), -z.min()]))
-    check(start(pressing.finish, rows, p, z, 0.2, 1e-9)[0][1], np.where(p > 0, 0, np.maximum(z + 0.2, 1e-9)))
+    check(start(KERNELS["finish"], rows, p, z, 0.2, 1e-9)[0][1], np.where(p > 0, 0, np.maximum(z + 0.2, 1e-9)))
 
 
 def test_transforms_have_the_convention_of_the_grid(case: Case) -> None:
@@ -495,6 +495,8 @@ def held(thing: Any, seen: set[int]) -> int:
         return sum(held(value, seen) for value in vars(thing).values())
     if isinstance(thing, (list, tuple)):
         return sum(held(value, seen) for value in thing)
+    if isinstance(thing, dict):
+        return sum(held(value, seen) for value in thing.values())
     return 0
 
 
@@ -502,12 +504,10 @@ def test_memory_is_what_is_said_before_a_grid_is_begun(monkeypatch: pytest.Monke
     grid = Grid.square(1024)
     stiffness = HalfSpace("clamped").stiffness(grid)
     field = grid.shape[0] * grid.shape[1] * 8
-    for made, said in (
-        (cuda.level(grid, stiffness, 1, 2), cuda.LEVEL_FIELDS),
-        (cuda.face(grid, stiffness, 1), cuda.FACE_FIELDS),
-    ):
-        # The work area of cuFFT, a field, is not there in the simulator.
-        assert held(made, set()) / field == pytest.approx(said - 1, abs=0.2)
+    made = SmoothGrid(cuda.BACK_END, grid, stiffness, 1, 2), BoundGrid(cuda.BACK_END, grid, stiffness, 1)
+    for each in made:
+        assert held(each, set()) / field == pytest.approx(each.FIELDS, abs=0.2)
+    solver = Solver(grid, stiffness, 1, "cuda")
     monkeypatch.setattr(device, "SIMULATED", False)
     monkeypatch.setattr(
         device,
@@ -516,21 +516,21 @@ def test_memory_is_what_is_said_before_a_grid_is_begun(monkeypatch: pytest.Monke
             current_context=lambda: types.SimpleNamespace(get_memory_info=lambda: (9.5 * field, 80 * field))
         ),
     )
-    with pytest.raises(MemoryError, match=r"has 0\.0742 of 0\.625 GiB left, this grid needs 0\.075"):
-        cuda.level(grid, stiffness, 1, 2)
+    with pytest.raises(MemoryError, match=r"has 0\.0742 of 0\.625 GiB left, this grid needs 0\.0797"):
+        solver.constrain(np.zeros(grid.shape), None, Settings(1e-6))
 
 
 def test_processes_that_share_a_machine_have_a_gpu_each(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CUDA_VISIBLE_DEVICES", raising=False)
-    assert cuda.devices() == ("0",)
+    assert cuda.BACK_END.devices() == ("0",)
     monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "2, GPU-3e7a")
-    assert cuda.devices() == ("2", "GPU-3e7a")
+    assert cuda.BACK_END.devices() == ("2", "GPU-3e7a")
 
 
 def test_the_device_is_known_and_names_itself() -> None:
-    assert backend.back_end("cuda") is cuda
-    assert cuda.machine() == "simulator"
-    assert "experimental" in cuda.CAUTION
+    assert backend.back_end("cuda") is cuda.BACK_END
+    assert cuda.BACK_END.machine() == "simulator"
+    assert "experimental" in cuda.BACK_END.CAUTION
     assert numba_cuda.is_available()
 
 

@@ -1,6 +1,6 @@
-"""A back end in a few lines of NumPy, on whole fields: what the protocols of the seam say, done word by word.
+"""The grids of both solvers in a few lines of NumPy, on whole fields: what their operations say, done word by word.
 
-It knows nothing of the one for processor cores: no padding, no tiles, no spectra kept for later, other transforms.
+They know nothing of engines: no padding, no tiles, no spectra kept for later, other transforms.
 """
 
 from __future__ import annotations
@@ -11,28 +11,7 @@ from continuum.model.fourier import cut
 from continuum.model.laws import evaluate
 from continuum.solve.solution import Work
 
-SMALLEST, LEVELS = 128, 3
-CAUTION = ""
-
-
-def require():
-    pass
-
-
-def machine():
-    return ""
-
-
-def devices():
-    return ()
-
-
-def level(grid, stiffness_q, threads, coarser):
-    return Level(grid, stiffness_q, coarser)
-
-
-def face(grid, stiffness_q, threads):
-    return Face(grid, stiffness_q)
+SMALLEST = 128
 
 
 class Grid_:
@@ -66,36 +45,40 @@ class Grid_:
         return whole * self.low
 
 
-class Level(Grid_):
+class PlainSmoothGrid(Grid_):
     def __init__(self, grid, stiffness_q, coarser) -> None:
         super().__init__(grid, stiffness_q)
         wanted = coarser and grid.coarser is not None and min(grid.shape) > SMALLEST
-        self.coarser = Level(grid.coarser, cut(self.K, grid.coarser.shape_q), coarser - 1) if wanted else None
+        self.coarser = PlainSmoothGrid(grid.coarser, cut(self.K, grid.coarser.shape_q), coarser - 1) if wanted else None
 
-    def pose(self, law, offset, start, *, lift, pressure, mean_stiffness):
+    @property
+    def chain(self):
+        return [self, *(self.coarser.chain if self.coarser else [])]
+
+    def set_problem(self, law, offset, start, *, lift, pressure, mean_stiffness):
         self.law, self.offset, self.start, self.pressure = law, offset + lift, start, pressure
         self.held = np.isinf(mean_stiffness)
         self.K[0, 0] = 0.0 if self.held else mean_stiffness
         self.d = np.zeros(self.grid.shape)
         if self.coarser is not None:
             part = np.zeros(self.coarser.grid.shape)
-            self.coarser.pose(law, part, None, lift=0.0, pressure=pressure, mean_stiffness=mean_stiffness)
+            self.coarser.set_problem(law, part, None, lift=0.0, pressure=pressure, mean_stiffness=mean_stiffness)
         return bool(np.isfinite(self.offset).all() and (start is None or np.isfinite(start).all()))
 
-    def pose_coarser(self, *, started):
+    def set_coarser_problem(self, *, started):
         self.coarser.offset = self.coarser.inverse(self.below(self.forward(self.offset)))
         if started:
             u = self.coarser.inverse(self.below(self.forward(self.offset - self.z)))
             self.coarser.start = self.coarser.offset - u
 
-    def place(self):
+    def go_to_start(self):
         u = self.offset - self.start
         self._go_to(u - u.mean() if self.held else u)
 
-    def rest(self):
+    def go_to_zero(self):
         self._go_to(np.zeros(self.grid.shape))
 
-    def prolong(self):
+    def go_to_coarser(self):
         self._go_to(self.inverse(self.above(self.coarser.forward(self.coarser.offset - self.coarser.z))))
 
     def _go_to(self, u):
@@ -164,26 +147,26 @@ class Level(Grid_):
             self.g[0, 0] = 0.0
         return float(np.sqrt(self.mean(self.g, self.g)))
 
-    def take_gap(self):
+    def hand_out(self):
         return self.z
 
 
-class Face(Grid_):
-    def pose(self, offset, start, *, lift, sink, mean_stiffness):
+class PlainBoundGrid(Grid_):
+    def set_problem(self, offset, start, *, lift, sink, mean_stiffness):
         self.offset, self.start, self.mean_stiffness = offset + lift - sink, start, mean_stiffness
         self.K[0, 0] = mean_stiffness if np.isfinite(mean_stiffness) else 0.0
         self.G = np.divide(1.0, self.K, out=np.zeros_like(self.K), where=self.K > 0)
         self.mask, self.p = np.zeros(self.grid.shape, dtype=bool), np.zeros(self.grid.shape)
         return bool(np.isfinite(self.offset).all() and (start is None or np.isfinite(start).all()))
 
-    def pose_coarser(self):
+    def set_coarser_problem(self):
         if self.grid.coarser is None or min(self.grid.shape) <= SMALLEST:
             return None
         coarser = self.grid.coarser
-        self.coarse = Face(coarser, cut(self.K, coarser.shape_q))
+        self.coarse = PlainBoundGrid(coarser, cut(self.K, coarser.shape_q))
         every = self.offset[::2, ::2]
         sink = every.mean() - self.offset.mean()
-        self.coarse.pose(every, None, lift=0.0, sink=sink, mean_stiffness=self.mean_stiffness)
+        self.coarse.set_problem(every, None, lift=0.0, sink=sink, mean_stiffness=self.mean_stiffness)
         return self.coarse
 
     def mean_offset(self):
@@ -213,7 +196,7 @@ class Face(Grid_):
     def total(self):
         return float(self.p.sum())
 
-    def open(self, window):
+    def make_preconditioner(self, window):
         kernel = self.inverse(np.where(np.arange(self.K.size).reshape(self.K.shape) == 0, 0.0, self.K))
         for axis, n in enumerate(self.grid.shape):
             reach = np.maximum(0.0, 1 - np.minimum(np.arange(n), n - np.arange(n)) / (window * n))
@@ -304,6 +287,6 @@ class Face(Grid_):
         scale = 2 * self.p.mean() * np.sqrt((weights[modes] / self.K[modes] ** 2).sum())
         return float((self.p * (self.z - self.z.min())).mean()), float(scale)
 
-    def take(self, level):
+    def hand_out(self, level):
         gap = np.where(self.p > 0, 0.0, np.maximum(self.z + level, np.finfo(float).tiny))
         return gap, self.p

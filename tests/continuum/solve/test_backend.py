@@ -17,10 +17,11 @@ from continuum.model.grid import Grid
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
-from continuum.solve import backend, hard, smooth
-from continuum.solve.cpu.passes import Passes
+from continuum.solve import hard, smooth
+from continuum.solve.cpu.engine import CpuEngine
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
+from tests.continuum.solve.plain import PlainBoundGrid, PlainSmoothGrid
 
 
 def heights(n: int) -> Real:
@@ -41,25 +42,25 @@ def same(one: Solution, other: Solution) -> None:
     assert (one.status, one.residual) == (other.status, other.residual)
 
 
-# --- another back end --------------------------------------------------------------------------------------
+# --- plain grids --------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def plain(monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setitem(backend.BACK_ENDS, "plain", "tests.continuum.solve.plain")
-    return "plain"
+def plain(n: int) -> Solver:
+    """A solver whose grids are those of NumPy."""
+    made, grid = solver(n), Grid.square(n)
+    K = HalfSpace("clamped").stiffness(grid)
+    made._smooth, made._bound = PlainSmoothGrid(grid, K, 4), PlainBoundGrid(grid, K)
+    return made
 
 
 @pytest.mark.parametrize("start", [False, True])
 @pytest.mark.parametrize("adhesion_length", [0.0, 0.005])
-def test_a_back_end_written_from_the_protocol_finds_the_same_state(
-    plain: str, adhesion_length: float, start: bool
-) -> None:
+def test_a_grid_in_plain_numpy_finds_the_same_state(adhesion_length: float, start: bool) -> None:
     law, h = LennardJonesSpline(adhesion_length=adhesion_length).law, heights(256)
     first = h + 2.5 if start else None
     found = [
-        solver(256, device).minimise(law, h, first, Settings(1e-8), lift=2.0, mean_stiffness=np.inf)
-        for device in ("cpu", plain)
+        each.minimise(law, h, first, Settings(1e-8), lift=2.0, mean_stiffness=np.inf)
+        for each in (solver(256), plain(256))
     ]
     assert all(each.status.ok for each in found)
     assert np.count_nonzero(found[0].gap < 1) > 100
@@ -71,11 +72,11 @@ def test_a_back_end_written_from_the_protocol_finds_the_same_state(
 
 @pytest.mark.parametrize(("mean", "pressure"), [(np.inf, 0.0), (0.0, 1e-3), (0.05, 0.1)])
 @pytest.mark.parametrize("start", [False, True])
-def test_the_same_holds_under_a_bound(plain: str, start: bool, mean: float, pressure: float) -> None:
+def test_the_same_holds_under_a_bound(start: bool, mean: float, pressure: float) -> None:
     h = heights(256)
     first = np.maximum(h + 1.2, 0.0) if start else None
     posed = {"lift": 1.0, "pressure": pressure, "mean_stiffness": mean}
-    found = [solver(256, device).constrain(h, first, Settings(1e-8), **posed) for device in ("cpu", plain)]
+    found = [each.constrain(h, first, Settings(1e-8), **posed) for each in (solver(256), plain(256))]
     assert all(each.status.ok for each in found)
     assert found[0].iterations == found[1].iterations
     np.testing.assert_allclose(found[0].traction, found[1].traction, atol=1e-12)
@@ -174,7 +175,7 @@ def test_threads_change_no_bit_of_a_transform(shape: tuple[int, int]) -> None:
     spectrum, field = grid.forward(values), padded(shape)
     back = grid.inverse(spectrum)
     for threads in (1, 2, 3, 4):
-        passes = Passes(grid, np.ones(grid.shape_q), threads)
+        passes = CpuEngine(grid, np.ones(grid.shape_q), threads)
         passes.forward(values)
         np.testing.assert_array_equal(passes.work_q, spectrum)
         passes.inverse(field)
@@ -185,11 +186,11 @@ def test_nor_where_libraries_may_use_threads_of_their_own() -> None:
     """In an environment without OMP_NUM_THREADS, which `make test` sets: ducc0's own threads obey it, and then
     a test of threads tests one."""
     code = (
-        "import numpy as np; from continuum.model.grid import Grid; from continuum.solve.cpu.passes import Passes\n"
+        "import numpy as np; from continuum.model.grid import Grid; from continuum.solve.cpu.engine import CpuEngine\n"
         "values = np.random.default_rng(1).normal(size=(512, 300)); grid = Grid((512, 300), (1.0, 1.0))\n"
         "found = [grid.forward(values)]\n"
         "for threads in (1, 2, 4):\n"
-        "    passes = Passes(grid, np.ones(grid.shape_q), threads); passes.forward(values)\n"
+        "    passes = CpuEngine(grid, np.ones(grid.shape_q), threads); passes.forward(values)\n"
         "    found.append(passes.work_q)\n"
         "assert all(np.array_equal(one, found[0]) for one in found)"
     )

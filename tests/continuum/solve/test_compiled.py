@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import inspect
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from continuum.model import laws
-from continuum.solve.cpu import compiled, pressing, sweeps, tractions
-
-KERNELS = [
-    (module, name)
-    for module in (sweeps, pressing, tractions)
-    for name, kernel in vars(module).items()
-    if hasattr(kernel, "py_func") and kernel.__module__ == module.__name__ and hasattr(kernel._cache, "_impl")
-]
+from continuum.solve.cpu import compiled
+from continuum.solve.cpu.engine import KERNELS
 
 
-@pytest.mark.parametrize(("module", "name"), KERNELS, ids=lambda x: getattr(x, "__name__", x))
-def test_a_sweep_calls_compiled_code_of_its_own_file_and_of_the_named_sources_only(module: object, name: str) -> None:
+@pytest.mark.parametrize("name", KERNELS)
+def test_a_sweep_calls_compiled_code_of_its_own_file_and_of_the_named_sources_only(name: str) -> None:
     """numba's cache looks at its own file; the name of that in the cache has the digest of the others."""
-    kernel = getattr(module, name)
+    kernel: Any = KERNELS[name][0]
     file = kernel._cache._impl.filename_base
     assert file.split("-")[1].startswith(compiled.digest(compiled.SOURCES)), file
     seen, todo = set(), [kernel.py_func]

@@ -1,0 +1,263 @@
+"""One grid of the bound-constrained solver, in the words of :mod:`continuum.solve.hard`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuum.model.fourier import Real, cut
+from continuum.model.grid import Grid
+from continuum.solve.backend import Array, BackEnd, BoundEngine, reused
+from continuum.solve.solution import Work
+
+SMALLEST_GAP = float(np.finfo(np.float64).tiny)
+"""Gap off the contact, at least: zero marks the contact."""
+
+
+class BoundGrid:
+    """Pressure p, gap z, direction t over the points of one grid, and the preconditioner M.
+
+    z is held without its level, a number.  s = M z and m, about M 1, vanish off the contact, which the mask marks; a
+    trial is a pressure that may become p, and lies in s.  Sums are over the points.
+
+    Parameters
+    ----------
+    back_end : whose engine holds the arrays.
+    grid : points and periods.
+    stiffness_q : K over the half spectrum, shape ``grid.shape_q``, in E*/a0; at q = 0 that of each problem counts.
+    threads : of this process that the engine may use.
+    finer : the next finer grid, if there is one.
+    """
+
+    FIELDS = 9.2
+    """Memory held on a device that keeps its arrays, in fields."""
+    below: BoundGrid | None = None
+    mean_stiffness = 0.0
+    _wide = _least = 0.0
+    """Mean of the start, and its smallest gap, at least zero."""
+    p: Array = None
+    z: Array = None
+
+    def __init__(
+        self, back_end: BackEnd, grid: Grid, stiffness_q: Real, threads: int, finer: BoundGrid | None = None
+    ) -> None:
+        self.grid, self.size, self._surface = grid, grid.size, (back_end, stiffness_q, threads)
+        self.engine: BoundEngine = back_end.bound_engine(grid, stiffness_q, threads, finer.engine if finer else None)
+        engine = self.engine
+        self.offset = reused(engine.rows(), *grid.shape)
+        self.t, self.s, self.m, self.change = (engine.field() for _ in range(4))
+        self.mask = engine.mask()
+        if engine.KEEPS_FIELDS:
+            self._allocate()
+
+    @property
+    def work(self) -> Work:
+        """What was done for the problem at hand."""
+        return self.engine.work
+
+    # --- the problem ---------------------------------------------------------------------------------------
+
+    def set_problem(self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float) -> bool:
+        """Set the problem, with p = 0; False if it is not finite.
+
+        The offset is ``offset + lift - sink``, the arrays of shape ``grid.shape``; ``mean_stiffness`` is K at q = 0,
+        infinite where the mean of u is held at zero.  The start lies in z.
+        """
+        self._hold(mean_stiffness)
+        if not self.engine.upload(self.offset, offset):
+            return False
+        if start is not None:
+            if not self.engine.upload(self.z, start):
+                return False
+            self._wide, self._least = self.grid.mean(start), max(float(start.min()), 0.0)
+        self.engine.shift(self.offset, lift)
+        self.engine.shift(self.offset, -sink)
+        self.engine.forget_work()
+        return True
+
+    def _allocate(self) -> None:
+        self.p, self.z = self.engine.field(), self.engine.field()
+
+    def _hold(self, mean_stiffness: float) -> None:
+        """Stiffness of the mean; none where it is held, which any pressure does.  Nothing presses yet."""
+        self.mean_stiffness = mean_stiffness
+        if not self.engine.KEEPS_FIELDS:
+            self._allocate()
+        self.engine.set_mean_stiffness(mean_stiffness if np.isfinite(mean_stiffness) else 0.0, held=False)
+        self.engine.clear_mask(self.mask)
+        self.engine.fill(self.p, 0.0)
+
+    def set_coarser_problem(self) -> BoundGrid | None:
+        """The grid of every second point, with its part of the problem; None if there is none.
+
+        It is made for each cold start and not kept: these are rare on a path.
+        """
+        back_end, stiffness_q, threads = self._surface
+        grid = self.grid.coarser
+        if grid is None or min(self.grid.shape) <= back_end.SMALLEST:
+            return None
+        below = BoundGrid(back_end, grid, cut(stiffness_q, grid.shape_q), threads, self)
+        self.engine.coarsen(self.offset, below.engine, below.offset)
+        below._hold(self.mean_stiffness)
+        self.below = below
+        return below
+
+    def mean_offset(self) -> float:
+        """Mean of the offset."""
+        return self.engine.mean(self.offset)
+
+    def touch(self) -> Real:
+        """Gap of the undeformed surface at first touch, positive, as an array of the host."""
+        offset = self.engine.download(self.offset)
+        gap: Real = np.maximum(offset - offset.min(), SMALLEST_GAP)
+        return gap
+
+    # --- where it starts -----------------------------------------------------------------------------------
+
+    def guess(self, pressure: float | None) -> None:
+        """Set p from the start: where the traction that holds it pushes, and it nearly touches.
+
+        Of that traction the mean is ``pressure``, or, with None, such that there is none where the gap is wide.
+        """
+        self.engine.guess(self.p, self.z, self.offset, self.change, pressure, self._wide, self._least)
+
+    def spread(self) -> float:
+        """Set p from that of the coarser grid, bilinearly; returns its sum.  That grid is not asked again."""
+        below, self.below = self.below, None
+        assert below is not None
+        return float(self.engine.sweep("spread", coarse=below.p, fine=self.p)[0])
+
+    def fill(self, pressure: float) -> None:
+        """Set p to a number."""
+        self.engine.fill(self.p, pressure)
+
+    def scale(self, factor: float) -> None:
+        """Set p <- factor p."""
+        self.engine.scale(self.p, factor)
+
+    def total(self) -> float:
+        """Sum of p."""
+        return self.engine.total(self.p)
+
+    # --- the preconditioner --------------------------------------------------------------------------------
+
+    def make_preconditioner(self, window: float) -> None:
+        """Make M: K with its kernel in real space cut off by a triangular window, this part of the period wide.
+
+        m = 1.
+        """
+        self.engine.cut_kernel(window, self.change)
+        self.engine.fill(self.m, 1.0)
+
+    def level(self) -> tuple[float, float]:
+        """Where p presses: sums of m z and of m."""
+        mz, m = self.engine.sweep("level", p=self.p, z=self.z, m=self.m)[:2]
+        return float(mz), float(m)
+
+    def select(self, level: float) -> tuple[float, float, float, float]:
+        """Find the contact: the points that press or overlap.
+
+        Returns how many there are, how many are new or gone, and their sums of m z and of m.
+        """
+        sums = self.engine.sweep("select", p=self.p, z=self.z, shift=level, mask=self.mask, m=self.m)
+        count, changed, mz, m = sums[:4]
+        return float(count), float(changed), float(mz), float(m)
+
+    def renew(self) -> None:
+        """Set m <- M 1 on the contact, or 1 if the sum of that is not positive."""
+        self.engine.sweep("ones", mask=self.mask, m=self.m)
+        self.engine.load(self.m)
+        if not self._stiffen(self.m) > 0:
+            self.engine.sweep("ones", mask=self.mask, m=self.m)
+
+    def precondition(self, level: float) -> float:
+        """Set s <- M (z + level) on the contact; returns its sum."""
+        self.engine.into("contact", mask=self.mask, z=self.z, shift=level, out=self.s)
+        return self._stiffen(self.s)
+
+    def _stiffen(self, out: Array) -> float:
+        """M of what was made, between the points of the contact; returns its sum."""
+        self.engine.spectral("multiply", forward=True, inverse=True)
+        return float(self.engine.out_of("narrow", mask=self.mask, out=out)[0])
+
+    def correct(self, weight: float) -> Real:
+        """Set s <- s - weight m, t <- 0 off the contact; sums of s s, z s, (last change of z) s, t, z t, z m."""
+        fields = {"z": self.z, "change": self.change, "t": self.t, "s": self.s, "m": self.m}
+        return self.engine.sweep("correct", mask=self.mask, weight=weight, **fields)
+
+    # --- a step --------------------------------------------------------------------------------------------
+
+    def clear(self) -> None:
+        """Forget t, and the last change of z."""
+        self.engine.fill(self.t, 0.0)
+        self.engine.fill(self.change, 0.0)
+
+    def turn(self, beta: float, weight: float) -> None:
+        """Set t <- s + beta (t - weight m)."""
+        fields = {"mask": self.mask, "t": self.t, "s": self.s, "m": self.m}
+        self.engine.into("turn_on_contact", beta=beta, weight=weight, out=self.change, **fields)
+
+    def curvature(self) -> float:
+        """<t G t>, after :meth:`turn`."""
+        self.engine.spectral(forward=True)
+        return self.engine.comply()
+
+    def trial(self, step: float) -> tuple[float, float, float]:
+        """Try p - step t, cut at zero; sums of what was cut, negative, of p - step t, and of the trial."""
+        cut_off, before, after = self.engine.sweep("trial", p=self.p, t=self.t, step=step, out=self.s)[:3]
+        self.engine.trials += bool(np.isfinite(after))
+        return float(cut_off), float(before), float(after)
+
+    def advance(self, step: float) -> None:
+        """Accept a trial that was not cut, the first after :meth:`curvature`: p, and z with it."""
+        self.engine.spectral(inverse=True)
+        self.engine.out_of("advance", z=self.z, step=step, out=self.change)
+        self.p, self.s = self.s, self.p
+
+    def arrive(self, factor: float) -> tuple[float, float]:
+        """Scale the trial, and find its gap; returns the energy of the dual as :meth:`displace` does."""
+        if factor != 1:
+            self.engine.scale(self.s, factor)
+        return self._gap(self.s, self.change)
+
+    def accept(self) -> None:
+        """Accept the trial whose gap :meth:`arrive` has found: p and z."""
+        self.engine.sweep("accept", z=self.z, new=self.change)
+        self.p, self.s = self.s, self.p
+
+    # --- the outcome ---------------------------------------------------------------------------------------
+
+    def displace(self) -> tuple[float, float]:
+        """Set z <- G p + offset; returns the energy of the dual, per point, and the size of what it is the sum of."""
+        return self._gap(self.p, self.z)
+
+    def _gap(self, pressure: Array, out: Array) -> tuple[float, float]:
+        """Gap under a pressure, without its level, and what :meth:`displace` returns."""
+        self.engine.load(pressure)
+        self.engine.spectral(forward=True)
+        self.engine.comply()
+        self.engine.spectral(inverse=True)
+        energy, size = self.engine.out_of("arrive", p=pressure, offset=self.offset, out=out)[:2] / self.size
+        return float(energy), float(size)
+
+    def misses(self, level: float) -> tuple[float, float]:
+        """Root mean square of K e, and largest e: what closing the contact and lifting the overlaps adds to u.
+
+        s, t and the last change of z are lost.
+        """
+        return self.engine.misses(self.p, self.z, level, self.change, (self.s, self.t))
+
+    def duality_gap(self) -> tuple[float, float]:
+        """<p (z - min z)>, and 2 <p> sqrt(Σ 1/K²) over q ≠ 0: what it is at most, for a residual of one."""
+        return self.engine.duality_gap(self.p, self.z, (self.change, self.s))
+
+    def hand_out(self, level: float) -> tuple[Real, Real]:
+        """The gap, zero where p presses and positive elsewhere, and p: arrays of the host, in a0 and E*."""
+        self.engine.sweep("finish", p=self.p, z=self.z, by=level, smallest=SMALLEST_GAP)
+        gap, traction = self.engine.download(self.z), self.engine.download(self.p)
+        if not self.engine.KEEPS_FIELDS:
+            self.z = self.p = None
+        return gap, traction
+
+    def elastic_energy(self, offset: Real, gap: Real) -> float:
+        """½ <u K u> of u = offset - gap without its mean, in E* a0, between two problems."""
+        return self.engine.elastic_energy(offset, gap, self.s, self.t)
