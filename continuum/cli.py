@@ -236,7 +236,7 @@ def _predict(parsed: argparse.Namespace) -> int:
 def _predicted(parsed: argparse.Namespace, files: Sequence[Path], part: Sequence[str] | None = None) -> Prediction:
     from continuum.front.commands import predict
     from continuum.sticky.materials import InterfaceError
-    from continuum.sticky.topography import TopographyError
+    from continuum.topography.map import TopographyError
 
     try:
         return predict(
@@ -292,7 +292,7 @@ def _predict_each(parsed: argparse.Namespace) -> int:
 def _contacts(parsed: argparse.Namespace) -> Iterator[tuple[Path, str | None]]:
     """Each file, and of a container each measurement, unless one is chosen."""
     from continuum.errors import InputError
-    from continuum.sticky.instruments import measurements
+    from continuum.topography.instruments import measurements
 
     for path in parsed.files:
         try:

@@ -18,11 +18,10 @@ import pytest
 import atomistic.cli
 import continuum.options
 from continuum.measure.outline import outline
-from continuum.model.grid import Grid
+from continuum.model.grid import LARGEST_N, Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.runs import cost
-from continuum.runs.tables import LARGEST_N
 from continuum.sticky.record import recorded
 
 ROOT = Path(__file__).parent.parent

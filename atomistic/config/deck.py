@@ -28,9 +28,9 @@ from continuum.runs.surfaces import (
 )
 from continuum.runs.tables import Fraction
 from continuum.runs.walls import RigidWall, WallTable
-from continuum.sticky.crop import wall_from_map
-from continuum.sticky.reading import read_topography
-from continuum.sticky.topography import Topography
+from continuum.topography.crop import wall_from_map
+from continuum.topography.map import Topography
+from continuum.topography.reading import read_topography
 from continuum.units import parse, unit_size
 
 MOST_STEPS = 10_000

@@ -29,8 +29,8 @@ from continuum.solve.solution import MOST_THREADS
 
 if TYPE_CHECKING:
     from continuum.sticky.materials import Interface
-    from continuum.sticky.mending import Detrending
-    from continuum.sticky.topography import Topography
+    from continuum.topography.map import Topography
+    from continuum.topography.mending import Detrending
 
 
 class Result(continuum.runs.result.Result):
@@ -297,8 +297,8 @@ def predict(
     size : physical size, ``"10um"`` or ``"10um,12um"``, along the first index and the second; an array needs it, a file
         only if it does not say.  Of two maps one text for both, or one for each, ``"-"`` as the file says.
     unit : of the heights, like ``"nm"``; given as the size is.
-    dataset, part, periodic, crop, override_size : see :func:`continuum.sticky.reading.read_all`.
-    detrend, fill, cutoff : see :func:`continuum.sticky.mending.prepare`; fill as ``"5%"`` or 0.05.
+    dataset, part, periodic, crop, override_size : see :func:`continuum.topography.reading.read_all`.
+    detrend, fill, cutoff : see :func:`continuum.topography.mending.prepare`; fill as ``"5%"`` or 0.05.
     material, modulus, poisson : of one elastic body on a rigid one, or of two.
     contact_modulus : E*, instead.
     work, range : w and Δr, if not those of the material.
@@ -312,7 +312,8 @@ def predict(
     ArgumentError
         If an argument is of another type, such as a number where a text with its unit is asked for.
     """
-    from continuum.sticky import materials, mending, quantities, reading
+    from continuum.sticky import materials
+    from continuum.topography import mending, quantities, reading
 
     _check_choices(detrend, solve, threads)
     maps_of = partial(reading.read_all, maps, size=size, unit=unit, dataset=dataset, part=part, periodic=periodic,
@@ -328,7 +329,7 @@ def predict(
 
 def _check_choices(detrend: Detrending | None, solve: bool, threads: int) -> None:
     """Check what is used only after the maps were read."""
-    from continuum.sticky.mending import Detrending
+    from continuum.topography.mending import Detrending
 
     if detrend is not None:
         choice("detrend", detrend, get_args(Detrending))
@@ -339,7 +340,7 @@ def _check_choices(detrend: Detrending | None, solve: bool, threads: int) -> Non
 def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]) -> tuple[list[Topography], Interface]:
     """Maps and contact, or the faults of both at once."""
     from continuum.sticky.materials import InterfaceError
-    from continuum.sticky.topography import TopographyError
+    from continuum.topography.map import TopographyError
 
     try:
         read = maps()

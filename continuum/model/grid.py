@@ -23,6 +23,8 @@ from continuum.model.fourier import (
 
 SHORTEST, LONGEST = 1e-30, 1e30
 """Periods, in any unit, whose moments and wavevectors to the fourth power are still numbers."""
+LARGEST_N = 65536
+"""Points or atoms along a side of an input, at most."""
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.files.tables import InputFile, Positive, Table, constraint
 from continuum.files.toml import Fault
 from continuum.model.fourier import Real
-from continuum.model.grid import Grid
+from continuum.model.grid import LARGEST_N, Grid
 from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, Moments, SelfAffine, cylinder, punch, sine, sphere
-from continuum.runs.tables import LARGEST_N, Fraction, both_directions
+from continuum.runs.tables import Fraction, both_directions
 
 
 class _Surface(Table):

@@ -17,13 +17,10 @@ from pydantic_core import PydanticCustomError
 from continuum.files.tables import Positive, Table, constraint
 from continuum.files.toml import Fault
 from continuum.model.cubic import CubicConstants, contact_modulus
-from continuum.model.grid import Grid
+from continuum.model.grid import LARGEST_N, Grid
 from continuum.model.substrates import OTHER_MEAN, CubicLayer, HalfSpace, Layer, Substrate
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, Settings
-
-LARGEST_N = 65536
-"""Points or atoms along a side, at most."""
 
 
 def both_directions(kind: type[int] | type[float], low: float, high: float, allowed: str) -> BeforeValidator:

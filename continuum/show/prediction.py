@@ -15,11 +15,11 @@ from continuum.show.prediction_figures import contact_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import Estimate
 from continuum.sticky.predict import Prediction, distinct, turning_modulus, turning_work
-from continuum.sticky.roughness import spectrum
 from continuum.sticky.simulate import Simulation
-from continuum.sticky.topography import Topography
 from continuum.sticky.verdict import judge, votes
 from continuum.theory import paper
+from continuum.topography.map import Topography
+from continuum.topography.roughness import spectrum
 
 
 def _length(value: float) -> str:

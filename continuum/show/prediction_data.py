@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from continuum.sticky.predict import Prediction
-from continuum.sticky.roughness import spectrum
 from continuum.sticky.verdict import judge, votes
+from continuum.topography.roughness import spectrum
 
 
 def row(prediction: Prediction) -> dict[str, str | float | None]:

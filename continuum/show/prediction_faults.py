@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.model.fourier import Real
 from continuum.show import plot
-from continuum.sticky.faults import Findings
-from continuum.sticky.linescan import profile_spectrum
 from continuum.sticky.predict import Prediction
-from continuum.sticky.scanlines import line_offsets
-from continuum.sticky.topography import Topography
+from continuum.topography.faults import Findings
+from continuum.topography.linescan import profile_spectrum
+from continuum.topography.map import Topography
+from continuum.topography.scanlines import line_offsets
 
 
 @plot.styled

@@ -12,8 +12,8 @@ from continuum import units
 from continuum.measure.contact import contact_map
 from continuum.show import plot
 from continuum.sticky.predict import Prediction, distinct
-from continuum.sticky.roughness import Cut, spectrum
 from continuum.sticky.simulate import Simulation
+from continuum.topography.roughness import Cut, spectrum
 
 _COLOURS = (*plot.SERIES, "black")
 """Of the criteria, each its own."""

@@ -16,11 +16,11 @@ import numpy as np
 from continuum import units
 from continuum.arguments import ArgumentError, instance
 from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
-from continuum.sticky.faults import Findings, MapFault, find_faults
 from continuum.sticky.materials import Interface
-from continuum.sticky.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
-from continuum.sticky.topography import Topography, opposed
 from continuum.theory import paper
+from continuum.topography.faults import Findings, MapFault, find_faults
+from continuum.topography.map import Topography, opposed
+from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 
 if TYPE_CHECKING:
     from continuum.sticky.simulate import Simulation

@@ -17,7 +17,7 @@ import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.cli import main
 from continuum.errors import InputError
-from continuum.sticky.topography import TopographyError
+from continuum.topography.map import TopographyError
 from tests.problems import Rough
 from tests.wrong import ANYTHING, refused_by_name
 

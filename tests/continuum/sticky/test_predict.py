@@ -22,11 +22,11 @@ from continuum.show.prediction import prediction_sheets
 from continuum.show.prediction_figures import overview
 from continuum.sticky import examples, materials
 from continuum.sticky.materials import MATERIALS, Body, Interface, InterfaceError, interface, reduced_modulus
-from continuum.sticky.mending import detrend
 from continuum.sticky.predict import Prediction, predict, turning_modulus, turning_work
-from continuum.sticky.reading import read_all, read_topography
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
-from continuum.sticky.topography import Topography
+from continuum.topography.map import Topography
+from continuum.topography.mending import detrend
+from continuum.topography.reading import read_all, read_topography
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
 
 ROOT = Path(__file__).parents[3]

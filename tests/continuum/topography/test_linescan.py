@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from continuum.cli import main
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.sticky.linescan import isotropic_surface, profile_spectrum, surface_bands
 from continuum.sticky.materials import Interface
 from continuum.sticky.predict import predict
-from continuum.sticky.reading import read_topography
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.topography.linescan import isotropic_surface, profile_spectrum, surface_bands
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.reading import read_topography
 
 GRID = Grid.square(512)
 

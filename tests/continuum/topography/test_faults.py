@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 from continuum.cli import main
 from continuum.show.prediction import prediction_sentence
 from continuum.show.prediction_faults import fault_figure
-from continuum.sticky.faults import directions, find_faults
 from continuum.sticky.materials import Interface
-from continuum.sticky.mending import background, cut_off, detrend, fill_outliers, harmonic
 from continuum.sticky.predict import Prediction, predict
-from continuum.sticky.reading import read_topography
-from continuum.sticky.roughness import roughness_of
-from continuum.sticky.scanlines import scan_lines
-from continuum.sticky.topography import Topography, TopographyError
 from continuum.sticky.verdict import judge
+from continuum.topography.faults import directions, find_faults
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.mending import background, cut_off, detrend, fill_outliers, harmonic
+from continuum.topography.reading import read_topography
+from continuum.topography.roughness import roughness_of
+from continuum.topography.scanlines import scan_lines
 from tests.faulty_maps import FAULTS, PIXEL, clean, cut_out, faulty
 
 BAND = 1.35

@@ -19,7 +19,7 @@ import numpy as np
 from continuum import units
 from continuum.arguments import file_name
 from continuum.model.fourier import Real
-from continuum.sticky.topography import TopographyError
+from continuum.topography.map import TopographyError
 
 ALL = "all"
 """Instead of the name of a part: all measurements of a container, joined."""

@@ -17,7 +17,7 @@ from scipy.signal import detrend, welch
 from continuum.arguments import ArgumentError, flag, number
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.sticky.topography import Topography, TopographyError, fault_of, heights_of
+from continuum.topography.map import Topography, TopographyError, fault_of, heights_of
 
 LARGEST = 1024
 """Points a side of the surface, at most: of a longer scan, waves longer than so many points are left out."""

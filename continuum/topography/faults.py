@@ -17,10 +17,10 @@ from scipy.ndimage import binary_dilation, label
 from continuum import units
 from continuum.arguments import instance
 from continuum.model.fourier import Real
-from continuum.sticky.mending import Detrending, background, cut_off, detrend, fill_outliers
-from continuum.sticky.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
-from continuum.sticky.scanlines import Mask, ScanLines, scan_lines, spikes
-from continuum.sticky.topography import FLAT, Topography, TopographyError
+from continuum.topography.map import FLAT, Topography, TopographyError
+from continuum.topography.mending import Detrending, background, cut_off, detrend, fill_outliers
+from continuum.topography.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
+from continuum.topography.scanlines import Mask, ScanLines, scan_lines, spikes
 
 LINE_SHARE = 0.05
 """Part of the mean square slope across the lines, due to their offsets, that counts."""

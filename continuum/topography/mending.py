@@ -15,8 +15,8 @@ from scipy.sparse.linalg import spsolve
 from continuum import units
 from continuum.arguments import ArgumentError, array, choice, instance, number, pair
 from continuum.model.fourier import Real
-from continuum.sticky.scanlines import Mask, line_offsets, scan_lines, spikes
-from continuum.sticky.topography import FLAT, Topography, TopographyError, mirror
+from continuum.topography.map import FLAT, Topography, TopographyError, mirror
+from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spikes
 
 Detrending = Literal["plane", "curvature", "lines", "none"]
 
@@ -28,8 +28,8 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
     ----------
     topography : as read.
     how : "plane" and "curvature" take off the polynomial of first or second degree of least squares, "lines" the plane
-        and then the median of each line (:mod:`continuum.sticky.scanlines`), "none" the mean only.  None takes off the
-        plane, but of a periodic map, which no plane leaves periodic, the mean only.
+        and then the median of each line, "none" the mean only.  None takes off the plane, but of a periodic map, which
+        no plane leaves periodic, the mean only.
 
     Raises
     ------

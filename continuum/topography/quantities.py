@@ -10,7 +10,7 @@ from numbers import Real as Number
 
 from continuum import units
 from continuum.arguments import instance, number
-from continuum.sticky.topography import TopographyError
+from continuum.topography.map import TopographyError
 
 
 def sizes(source: str, text: str | None) -> tuple[float, ...] | None:

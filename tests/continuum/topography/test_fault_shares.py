@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from continuum.sticky.faults import find_faults
-from continuum.sticky.topography import Topography
+from continuum.topography.faults import find_faults
+from continuum.topography.map import Topography
 
 ERROR = 3.3
 """Relative standard error of the share, times the root of the number of lines.

@@ -19,8 +19,8 @@ from continuum.arguments import field as map_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, moments, power_spectrum
-from continuum.sticky.topography import Topography, mirror
 from continuum.theory.rough import conformal_energy
+from continuum.topography.map import Topography, mirror
 
 BANDS_PER_DECADE = 12
 """Of the logarithmic bands that a fit sees."""
