@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test docs long verification figures bench bench-gpu lint clean
+.PHONY: validate test search docs long verification figures bench bench-gpu lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -23,6 +23,10 @@ docs: .venv/installed-dev
 # The long validations: minutes to an hour.
 long: .venv/installed-dev
 	$(BIN)/python -m pytest -m long
+
+# The short tests with other random arguments each time, and ten times as many.
+search: .venv/installed-dev
+	$(BIN)/python -m pytest --hypothesis-profile search --numprocesses auto --maxprocesses 8 --dist worksteal
 
 # The solver beside analytic contacts: tables and figure of docs/verification.md.
 verification: .venv/installed-dev

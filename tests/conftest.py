@@ -11,8 +11,10 @@ from hypothesis import settings
 if TYPE_CHECKING:
     import numpy as np
 
-# Whether a test passes must not depend on how fast the machine is, or on who else uses it.
-settings.register_profile("any machine", deadline=None)
+# Whether a test passes must not depend on how fast the machine is, on who else uses it, or on what is drawn that day:
+# examples are drawn from a seed.  `make search` draws more of them, and others each time.
+settings.register_profile("any machine", deadline=None, derandomize=True, max_examples=20)
+settings.register_profile("search", deadline=None, max_examples=200)
 settings.load_profile("any machine")
 
 # Said before numpy is imported: its BLAS has a thread per core, which spin where they wait, and the tests run one

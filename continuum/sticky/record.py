@@ -41,8 +41,8 @@ class Surface:
 
     def similar(self, other: RoughContact) -> bool:
         """Whether the two contacts differ little but for the work of adhesion."""
-        mine, its = _numbers(self.contact), _numbers(other)
-        return bool(np.all(np.abs(np.log(mine / its)) <= np.log(SIMILAR)))
+        pairs = zip(_ratios(self.contact), _ratios(other), strict=True)
+        return all(1 / SIMILAR <= mine / its <= SIMILAR for mine, its in pairs)
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,10 @@ class Support:
     """Whether they are like the contact; else they are all that there are."""
 
 
-def _numbers(contact: RoughContact) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _ratios(contact: RoughContact) -> tuple[float, float]:
+    """The range over the height and over the change of height in the contact."""
     change = contact.rms_slope**2 / contact.rms_curvature
-    return np.array([contact.range / contact.rms_height, contact.range / change])
+    return contact.range / contact.rms_height, contact.range / change
 
 
 @cache

@@ -175,15 +175,15 @@ def bearing_area_limit(ratio: float) -> float:
     ratio : h_rms/ε, with ε the range over which the tension is constant, w over the tension.
     """
 
-    def gain(x: float) -> float:
+    def gain(x: Real | float) -> Real:
         between = erfc((x - 1 / ratio) / np.sqrt(2)) - erfc(x / np.sqrt(2))
-        return float(np.exp(2 * x) * between / 2 * ratio)
+        return np.asarray(np.exp(2 * x) * between / 2 * ratio)
 
     # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 everything is sticky.
     steps = np.linspace(0.0, min(6.0 + 4 / ratio, 300.0), 400)
-    best = int(np.argmax([gain(float(x)) for x in steps]))
+    best = int(np.argmax(gain(steps)))
     bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
-    found = minimize_scalar(lambda x: -gain(x), bounds=bounds, method="bounded")
+    found = minimize_scalar(lambda x: -float(gain(x)), bounds=bounds, method="bounded")
     return float(-found.fun / (0.75 * 2 * np.pi))
 
 

@@ -155,7 +155,7 @@ def given_to(name: str) -> st.SearchStrategy[Any]:
 
 
 @pytest.mark.parametrize(("call", "name"), ARGUMENTS)
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_whatever_is_given_is_used_or_refused_by_its_name(call: str, name: str, data: st.DataObject) -> None:
     refused(call, name, data.draw(given_to(name)))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import continuum as c
@@ -129,7 +129,6 @@ def test_what_is_nothing_at_all_is_refused(call: str, name: str) -> None:
 
 
 @pytest.mark.parametrize(("call", "name"), ARGUMENTS)
-@settings(max_examples=25)
 @given(data=st.data())
 def test_whatever_is_given_is_used_or_refused_by_its_name(call: str, name: str, data: st.DataObject) -> None:
     anything = ANYTHING.filter(lambda value: not callable(value)) if name == "progress" else ANYTHING

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from atomistic.crystal.interatomic import Springs
@@ -32,7 +32,6 @@ def test_the_modulus_is_that_of_barnett_and_lothe(constants, angle):
     assert directional_contact_modulus(constants, angle) == pytest.approx(barnett_lothe(constants, angle), rel=1e-12)
 
 
-@settings(max_examples=25)
 @given(st.floats(-0.9, 0.499), st.floats(0, np.pi))
 def test_an_isotropic_crystal_has_the_plane_strain_modulus(poisson, angle):
     shear = 1 / (2 * (1 + poisson))

@@ -39,7 +39,6 @@ TEXT = st.text(max_size=30) | st.sampled_from(
 )
 
 
-@settings(max_examples=60)
 @given(style=TEXT, element=TEXT, words=st.lists(TEXT, max_size=4), name=TEXT, content=st.binary(max_size=20))
 def test_no_text_of_a_user_becomes_a_command(style, element, words, name, content):
     said: list[str] = []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
@@ -111,7 +111,6 @@ def test_an_element_that_is_not_there_is_refused():
         EmbeddedAtom.read(path)
 
 
-@settings(max_examples=60)
 @given(st.binary(max_size=300) | st.text("0123456789 \n.eEdD+-CuFC#", max_size=300).map(str.encode))
 def test_any_bytes_are_a_potential_or_refused(tmp_path_factory, content):
     path = tmp_path_factory.mktemp("fuzz") / "potential"

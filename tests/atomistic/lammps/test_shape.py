@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import atomistic as a
@@ -63,7 +63,6 @@ def displaced(shape: Shape, amplitude: float = 0.2) -> Deck:
     return Deck(slab, Springs(), WALL, shape.evaluate(*SITES).height, 1.0, start, tolerance=1e9, shape=shape)
 
 
-@settings(max_examples=60)
 @given(st.one_of(rounds, sums, arrays), st.floats(-20, 20), st.floats(-20, 20))
 def test_slopes_are_the_gradient_of_the_height_which_has_the_period_of_the_slab(shape, x, y):
     x, y, h = np.array([x]), np.array([y]), 1e-4

@@ -204,7 +204,7 @@ def leaves(table: Mapping[str, Any], place: tuple[str, ...] = ()) -> list[tuple[
     return found
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.sampled_from(CRYSTALS), st.sampled_from(SURFACES), st.sampled_from(WALLS), st.sampled_from(PROTOCOLS),
     st.integers(0, 99), NUMBERS,

@@ -187,7 +187,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
 
 @pytest.mark.parametrize("call", CALLS)
 @given(data=st.data())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_the_other_functions_name_their_arguments_too(call: str, data: st.DataObject) -> None:
     function, known = CALLS[call]
     name, value = data.draw(st.sampled_from(sorted(known))), data.draw(ANYTHING)
@@ -226,7 +226,7 @@ KINDS = ("rough", "equal", "missing", "holes", "one point", "checkerboard", "pla
 )
 @example((0, 32), "rough", 0, None, False, 0)
 @example((16, 16), "one point", 0, None, False, 0)
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 def test_an_array_of_any_shape_has_a_verdict_or_one_message(
     shape: tuple[int, ...], kind: str, power: int, detrend: Any, periodic: bool, seed: int
 ) -> None:

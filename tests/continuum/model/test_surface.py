@@ -30,7 +30,6 @@ def test_moments_of_a_wave_are_analytic() -> None:
 
 
 @given(st.sampled_from([(64, 64), (63, 81), (81, 50)]), st.floats(0.1, 0.95), st.integers(0, 1000))
-@settings(max_examples=30)
 def test_a_realisation_has_the_slope_that_was_asked_for(shape: tuple[int, int], hurst: float, seed: int) -> None:
     grid = Grid(shape, (64.0, 64.0))
     surface = SelfAffine(hurst, 0.07, 4.0, 32.0)

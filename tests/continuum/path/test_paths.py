@@ -435,6 +435,7 @@ sys.exit(main(["run", config, "-o", folder]))
 """
 
 
+@pytest.mark.long
 def test_ctrl_c_in_the_middle_of_a_search_leaves_what_is_finished(tmp_path: Path) -> None:
     """The second point takes a search, the fourth one bisection: each is stopped in the second of its solves."""
     config = tmp_path / "path.toml"

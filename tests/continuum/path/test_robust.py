@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import event, given, settings
+from hypothesis import event, given
 from hypothesis import strategies as st
 
 from continuum.model.grid import Grid
@@ -71,7 +71,6 @@ def solve_any(seed: int, kind: int) -> Status:
 
 
 @given(st.integers(0, 10**6), st.integers(0, LAWS - 1))
-@settings(max_examples=150)
 def test_equilibrium_or_an_honest_status(seed: int, kind: int) -> None:
     status = solve_any(seed, kind)
     event(status.name)

@@ -208,7 +208,7 @@ garbage = st.one_of(
 
 
 @given(st.dictionaries(st.sampled_from(KEYS), garbage, min_size=1, max_size=4))
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_whatever_the_values_a_file_is_valid_or_its_faults_are_told(small: Path, values: dict[str, str]) -> None:
     text = SMALL.replace("[1.6, 1.4,\n           1.2]", "[1.6]")
     for key, value in values.items():

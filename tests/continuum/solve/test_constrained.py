@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
@@ -245,7 +245,6 @@ def test_a_path_is_reversible_and_resumes() -> None:
 # --- how a solve ends --------------------------------------------------------------------------------------
 
 
-@settings(max_examples=200)
 @given(
     shape=st.tuples(st.integers(2, 40), st.integers(2, 40)),
     stretch=st.floats(0.5, 2.0),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -119,7 +119,6 @@ def test_the_state_does_not_depend_on_the_start(adhesion_length: float) -> None:
 
 
 @given(st.integers(0, 10**6), st.sampled_from([(24, 24), (25, 31), (32, 20)]), st.floats(0.3, 0.9))
-@settings(max_examples=25)
 def test_whatever_the_system_a_converged_state_is_an_equilibrium(
     seed: int, shape: tuple[int, int], fraction: float
 ) -> None:

@@ -74,7 +74,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
 
 @pytest.mark.parametrize("call", CALLS)
 @given(data=st.data())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 def test_what_is_no_argument_is_refused_by_its_name(call: str, data: st.DataObject) -> None:
     function, good = CALLS[call]
     refused_by_name(function, good, data.draw(st.sampled_from(sorted(good))), data.draw(ANYTHING))
