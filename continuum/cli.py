@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from continuum.options import as_options, completion, parser, until_stopped
 
 if TYPE_CHECKING:
-    from continuum.front.commands import Prediction
+    from continuum.sticky.prediction import Prediction
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -234,7 +234,7 @@ def _predict(parsed: argparse.Namespace) -> int:
 
 
 def _predicted(parsed: argparse.Namespace, files: Sequence[Path], part: Sequence[str] | None = None) -> Prediction:
-    from continuum.front.commands import predict
+    from continuum.front.predict import predict
     from continuum.sticky.materials import InterfaceError
     from continuum.topography.map import TopographyError
 
@@ -253,11 +253,10 @@ def _predicted(parsed: argparse.Namespace, files: Sequence[Path], part: Sequence
 
 def _planned(found: Prediction) -> str:
     """What will be solved, or why nothing can be."""
-    from continuum.sticky.predict import facing
     from continuum.sticky.simulate import UnresolvedError, resolvable
 
     try:
-        instead = resolvable(facing(found), found.interface)[1]
+        instead = resolvable(found.facing, found.interface)[1]
     except UnresolvedError as error:
         return f"nothing will be solved: {error}"
     return instead or "the contact of the map will be solved as it is"

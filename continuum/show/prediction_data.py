@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from continuum.sticky.predict import Prediction
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.verdict import judge, votes
 from continuum.topography.roughness import spectrum
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.model.fourier import Real
 from continuum.show import plot
-from continuum.sticky.predict import Prediction
+from continuum.sticky.prediction import Prediction
 from continuum.topography.faults import Findings
 from continuum.topography.linescan import profile_spectrum
 from continuum.topography.map import Topography

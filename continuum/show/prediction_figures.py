@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.measure.contact import contact_map
 from continuum.show import plot
-from continuum.sticky.predict import Prediction, distinct
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import Simulation
 from continuum.topography.roughness import Cut, spectrum
 
@@ -106,7 +106,7 @@ def _draw_margins(axis: Axes, prediction: Prediction) -> None:
     size, name = _scale(prediction.cuts[len(prediction.cuts) // 2][0].wavelength)
     x = [cut.wavelength / size for cut, _ in prediction.cuts]
     styles = ("o-", "s--", "^:", "v-.", "D--", "x:", "P-")
-    for i in distinct(prediction):
+    for i in prediction.distinct:
         y = [found[i].margin or np.nan for _, found in prediction.cuts]
         axis.loglog(x, y, styles[i], color=_COLOURS[i], markersize=3, label=prediction.verdicts[i].name)
     axis.axhline(1, color="black", linewidth=0.8)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from continuum.arguments import ArgumentError
 from continuum.sticky.materials import MATERIALS, Body, Interface, read_interface
-from continuum.sticky.predict import predict
+from continuum.sticky.predict import prediction_of
 from continuum.sticky.simulate import resolvable, simulate
 from continuum.topography.crop import wall_from_map
 from continuum.topography.faults import directions, find_faults
@@ -67,7 +67,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "Interface": (Interface, {"contact_modulus": 1.0, "work_of_adhesion": 1.0, "range": 1.0, "spacing": None}),
     "read_interface": (read_interface, {"material": "mica", "modulus": (), "poisson": (), "contact_modulus": None,
                                         "work": None, "range": None, "spacing": None}),
-    "predict": (predict, {"topographies": [MAP], "interface": CONTACT}),
+    "prediction_of": (prediction_of, {"topographies": [MAP], "interface": CONTACT}),
     "resolvable": (resolvable, {"topography": MAP, "interface": CONTACT}),
 }  # fmt: skip
 

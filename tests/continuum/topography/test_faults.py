@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.show.prediction import prediction_sentence
 from continuum.show.prediction_faults import fault_figure
 from continuum.sticky.materials import Interface
-from continuum.sticky.predict import Prediction, predict
+from continuum.sticky.predict import prediction_of
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.verdict import judge
 from continuum.topography.faults import directions, find_faults
 from continuum.topography.map import Topography, TopographyError
@@ -37,8 +37,8 @@ def judged(topography: Topography, margin: float | None = None) -> Prediction:
     """With the work of adhesion that gives a clean map a margin, or of 50 mJ/m² on 1 GPa."""
     work = 0.05
     if margin is not None:
-        work *= margin / (predict([detrend(clean())], Interface(1e9, work, 1e-9, None)).paper.margin or 1.0)
-    return predict([topography], Interface(1e9, work, 1e-9, None))
+        work *= margin / (prediction_of([detrend(clean())], Interface(1e9, work, 1e-9, None)).paper.margin or 1.0)
+    return prediction_of([topography], Interface(1e9, work, 1e-9, None))
 
 
 def as_measured(kind: str, seed: int = 1) -> Topography:
@@ -58,7 +58,7 @@ def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind:
         verdict = judge(found)
         assert verdict.answer in (right, "undecided")
         assert verdict.answer == right or verdict.why
-        said = prediction_sentence(found)
+        said = found.sentence
         assert said.startswith("Faulty map: ")
         if kind in MENDABLE:
             assert found.mended is not None
