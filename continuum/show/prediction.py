@@ -10,6 +10,7 @@ from continuum import units
 from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.page import Page
+from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_faults import fault_figure
 from continuum.show.prediction_figures import contact_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
@@ -45,7 +46,7 @@ def _faults(prediction: Prediction) -> str:
     if not prediction.faults:
         return ""
     found = "; ".join(fault.text for fault in prediction.faults)
-    remedies = " ".join(dict.fromkeys(fault.remedy for fault in prediction.faults if fault.remedy))
+    remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in prediction.faults if fault.remedy))
     return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}.  "
 
 

@@ -34,7 +34,7 @@ def sizes(source: str, text: str | None) -> tuple[float, ...] | None:
     return found
 
 
-def scale(source: str, name: str | None) -> float | None:
+def length_unit(source: str, name: str | None) -> float | None:
     """A unit of length, in m, from its name such as "nm"; None for None.
 
     Raises

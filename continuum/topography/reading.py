@@ -188,7 +188,7 @@ def _one(
     override: bool,
 ) -> Topography:
     """One of the maps, from its file or, without a path, from the array that it is."""
-    size, unit = quantities.sizes(source, text["size"]), quantities.scale(source, text["unit"])
+    size, unit = quantities.sizes(source, text["size"]), quantities.length_unit(source, text["unit"])
     if path is not None:
         return read_topography(
             path, size=size, unit=unit, periodic=periodic or None, dataset=text["dataset"], part=text["part"],

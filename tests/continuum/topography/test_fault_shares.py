@@ -102,4 +102,4 @@ def test_the_share_of_a_plane_or_a_bowl_is_that_of_its_variance(kind: str, remed
     said = float(fault.text.split(" %")[0]) / 100
     # To the whole per cent that is said, and ten times that overlap.
     assert said == pytest.approx(share, abs=0.005 + 1e-3)
-    assert fault.remedy == f"--detrend {remedy}"
+    assert fault.remedy == {"detrend": remedy}

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
+from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_faults import fault_figure
 from continuum.sticky.materials import Interface
 from continuum.sticky.predict import prediction_of
@@ -69,7 +70,7 @@ def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind:
 def test_the_remedy_that_is_named_mends(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kind, measured = "line noise", faulty("line noise")
     np.save(tmp_path / "map.npy", measured.heights * 1e9)
-    remedy = " ".join(fault.remedy for fault in find_faults(as_measured(kind)).faults).split()
+    remedy = [word for fault in find_faults(as_measured(kind)).faults for word in remedy_options(fault).split()]
     command = ["predict", str(tmp_path / "map.npy"), "--size", f"{measured.lengths[0] * 1e9}nm", "--unit", "nm"]
     command += ["--estar", "1GPa", "--work", "50mJ/m2", "--range", "1nm", "-o", str(tmp_path)]
     assert main(command) == 0
