@@ -236,17 +236,12 @@ def _predict(parsed: argparse.Namespace) -> int:
 def _predicted(parsed: argparse.Namespace, files: Sequence[Path], part: Sequence[str] | None = None) -> Prediction:
     from continuum.front.predict import predict
     from continuum.sticky.materials import InterfaceError
+    from continuum.sticky.tables import OPTIONS
     from continuum.topography.map import TopographyError
 
+    given = {name: getattr(parsed, name) for name in OPTIONS} | {"part": part or parsed.part}
     try:
-        return predict(
-            *files, size=parsed.size, unit=parsed.unit, dataset=parsed.dataset, part=part or parsed.part,
-            periodic=parsed.periodic, override_size=parsed.override_size,
-            detrend=parsed.detrend, fill=parsed.fill, crop=parsed.crop, cutoff=parsed.cutoff,
-            material=parsed.material, modulus=parsed.modulus,
-            poisson=parsed.poisson, contact_modulus=parsed.estar, work=parsed.work, range=parsed.range,
-            spacing=parsed.spacing,
-        )  # fmt: skip
+        return predict(*files, **given)
     except (TopographyError, InterfaceError) as error:
         raise type(error)(as_options(str(error), vars(parsed))) from error
 

@@ -8,9 +8,12 @@ import re
 import sys
 from collections.abc import Callable, Container, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from continuum.errors import EXIT_CODES, InputError
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
 
 FORMATS = ("png", "pdf", "svg")
 """Of figures."""
@@ -35,12 +38,12 @@ def as_options(message: str, known: Container[str]) -> str:
 
     def option(found: re.Match[str]) -> str:
         name = "estar" if found[1] == "contact_modulus" else found[1]
-        return f"--{name.replace('_', '-')}" if name in known else found[0]
+        return f"--{name.replace('_', '-')}" if found[1] in known else found[0]
 
     return re.sub(r"`(\w+)`", option, message)
 
 
-def add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser], kinds: Sequence[str]) -> None:
+def add_init(commands: argparse._SubParsersAction[Any], kinds: Sequence[str]) -> None:
     """The sub-commands `init` and `schema` of both programs."""
     init = commands.add_parser("init", help="print an input to begin with, every key with its meaning")
     init.add_argument("kind", choices=kinds, help="the command that it is for")
@@ -48,7 +51,7 @@ def add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser], kind
     schema.add_argument("kind", choices=kinds, help="the command that the input is for")
 
 
-def add_common(parser: argparse.ArgumentParser, commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def add_common(parser: argparse.ArgumentParser, commands: argparse._SubParsersAction[Any]) -> None:
     """What both programs have: versions, how much is said, and completion in a shell."""
     completion = commands.add_parser(
         "completion",
@@ -78,6 +81,8 @@ def completion(parser: argparse.ArgumentParser, shell: str) -> str:
         msg = "completion in a shell is an extra: pip install 'stickiness[completion]'"
         raise InputError(msg) from None
     for one in _parsers(parser):
+        if isinstance(one, _Parser):
+            one.complete()
         for action in one._actions:
             if action.type is Path or action.dest in ("file", "result"):
                 vars(action).update(complete=shtab.FILE)
@@ -130,6 +135,22 @@ def at_least_one(text: str) -> int:
     return int(text)
 
 
+class _Parser(argparse.ArgumentParser):
+    """The parser of a command, some of whose options stand in tables that are slow to read."""
+
+    later: Callable[[argparse.ArgumentParser], None] | None = None
+
+    def complete(self) -> None:
+        """Add the options of tables, once."""
+        add, self.later = self.later, None
+        if add is not None:
+            add(self)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self.complete()
+        return super().parse_known_args(args, namespace)
+
+
 def parser() -> argparse.ArgumentParser:
     """Of the command ``continuum``."""
     parser = argparse.ArgumentParser(
@@ -137,7 +158,7 @@ def parser() -> argparse.ArgumentParser:
         description="Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
         epilog=f"Units: a0 = 1 (atomic spacing), E* = 1 (contact modulus).  {exit_codes()}",
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
 
     _add_check(commands.add_parser(
         "check",
@@ -281,40 +302,10 @@ def _add_sweep(parser: argparse.ArgumentParser) -> None:
                         help="move what is damaged into DIR/damaged, so that the next run does it again")  # fmt: skip
 
 
-def _add_predict(predict: argparse.ArgumentParser) -> None:
-    predict.add_argument("files", nargs="+", type=Path, metavar="FILE", help="topography; two for two rough bodies")
-    maps = predict.add_argument_group("topography (given twice: one for each file)")
-    maps.add_argument("--size", action="append", metavar="LX[,LY]",
-                      help="physical size, from the first row of the array to the last, and from the first column to "
-                      "the last; one number: square pixels; only if the file does not say")  # fmt: skip
-    maps.add_argument("--unit", action="append", help="unit of the heights; only if the file does not say")
-    maps.add_argument("--dataset", action="append", help="dataset of an HDF5 file")
-    maps.add_argument("--part", action="append", help="map of a container, or channel of a file, if it has several; "
-                      "all: the measurements of a container joined into one spectrum")  # fmt: skip
-    maps.add_argument(
-        "--periodic", action="store_true", help="the map continues at its edges (default: as the file says)"
-    )
-    maps.add_argument("--override-size", action="store_true", help="a given size or unit overrules that of the file")
-    maps.add_argument("--detrend", choices=("plane", "curvature", "lines", "none"),
-                      help="what is taken off: the mean plane (default), or the mean (if periodic), a paraboloid, or "
-                      "plane and median of each line of the scan")  # fmt: skip
-    maps.add_argument(
-        "--fill",
-        metavar="SHARE",
-        help="fill missing points, scars, points that stand out, up to this share of all, as 5%%",
-    )
-    maps.add_argument("--crop", metavar="X0,X1,Y0,Y1", help="the part that counts, as 1um,9um,0,8um")
-    maps.add_argument("--cutoff", metavar="LENGTH", help="verdict and solution count only waves longer than this")
-    contact = predict.add_argument_group("contact")
-    contact.add_argument("--material", action="append", default=[], metavar="NAME",
-                         help="diamond, silicon, mica, pdms, rubber, with cited values; given once the other body is "
-                         "rigid, twice for two elastic bodies")  # fmt: skip
-    contact.add_argument("--modulus", action="append", default=[], help="Young's modulus of a body; twice for two")
-    contact.add_argument("--poisson", action="append", default=[], help="its Poisson's ratio; twice for two")
-    contact.add_argument("--estar", help="contact modulus E* = E/(1 - nu^2), instead of modulus and Poisson's ratio")
-    contact.add_argument("--work", help="work of adhesion w")
-    contact.add_argument("--range", help="range of the attraction (for a law without cut-off, its effective range)")
-    contact.add_argument("--spacing", help="spacing of the atoms a0, for the necessary condition on crystals")
+def _add_predict(predict: _Parser) -> None:
+    predict.later = _add_keys
+    predict.add_argument("files", nargs="+", type=Path, metavar="FILE",
+                         help="topography; two for two rough bodies; or one input (TOML) that names them")  # fmt: skip
     predict.add_argument("--solve", action="store_true", help="also solve the contact of the map and compare")
     predict.add_argument("--threads", type=at_least_one, default=1, help="threads of the solver (default: 1)")
     predict.add_argument("-o", "--output", type=Path, default=Path("results"),
@@ -323,3 +314,27 @@ def _add_predict(predict: argparse.ArgumentParser) -> None:
     predict.add_argument("--csv", type=Path, metavar="FILE",
                          help="write one row for each of many files, and for each measurement of a container, "
                          "each a contact by itself; no pages")  # fmt: skip
+
+
+def _add_keys(predict: argparse.ArgumentParser) -> None:
+    """Options for the keys of the tables [topography] and [interface]."""
+    from continuum.sticky.tables import InterfaceTable, TopographyTable
+
+    for title, table in (("topography", TopographyTable), ("interface", InterfaceTable)):
+        group = predict.add_argument_group(f"keys of [{title}]", table.__doc__)
+        for name, field in table.model_fields.items():
+            if name != "maps":
+                _add_key(group, name, field)
+
+
+def _add_key(group: argparse._ArgumentGroup, name: str, field: FieldInfo) -> None:
+    """The option of one key."""
+    option = "--estar" if name == "contact_modulus" else f"--{name.replace('_', '-')}"
+    text = " ".join((field.description or "").split()).replace("%", "%%")
+    choices = next((get_args(one) for one in get_args(field.annotation) if get_origin(one) is Literal), None)
+    if field.annotation is bool:
+        group.add_argument(option, dest=name, action="store_true", help=text)
+    elif get_origin(field.annotation) is tuple:
+        group.add_argument(option, dest=name, action="append", help=text)
+    else:
+        group.add_argument(option, dest=name, choices=choices, help=text)

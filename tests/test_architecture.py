@@ -65,7 +65,7 @@ CONTINUUM = {
     "sticky": "topography runs",
     "show": "sticky",
     "front": "show",
-    "options": "files",
+    "options": "sticky",
     "cli": "front options",
 }
 ATOMISTIC = {
@@ -135,7 +135,9 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
                 "continuum.files.tables",
                 "continuum.files.inputs",
                 "continuum.files.reference",
+                "continuum.options",
                 "continuum.runs",
+                "continuum.sticky.tables",
                 "atomistic.config",
             },
         ),

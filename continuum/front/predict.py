@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from numpy.typing import ArrayLike
 
 from continuum.arguments import choice, count, flag
+from continuum.files.inputs import load
 from continuum.solve.solution import MOST_THREADS
-from continuum.sticky import materials
-from continuum.sticky.materials import Interface, InterfaceError
+from continuum.sticky.materials import Interface, InterfaceError, read_interface
 from continuum.sticky.predict import prediction_of
 from continuum.sticky.prediction import Prediction
-from continuum.topography import mending, quantities, reading
+from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import Topography, TopographyError
-from continuum.topography.mending import Detrending
+from continuum.topography.mending import Detrending, prepare
+from continuum.topography.quantities import share
+from continuum.topography.reading import read_all
+
+READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff"}
+"""Arguments that are used when the maps are read."""
 
 
 def predict(
@@ -49,16 +54,13 @@ def predict(
     Parameters
     ----------
     maps : one topography, or two for two rough bodies: names of files, or arrays of heights, shape (nx, ny), out of the
-        body.  Masked points of an array are missing ones; an array of one row or column is a line scan.
-    size : physical size, ``"10um"`` or ``"10um,12um"``, along the first index and the second; an array needs it, a file
-        only if it does not say.  Of two maps one text for both, or one for each, ``"-"`` as the file says.
-    unit : of the heights, like ``"nm"``; given as the size is.
-    dataset, part, periodic, crop, override_size : see :func:`continuum.topography.reading.read_all`.
-    detrend, fill, cutoff : see :func:`continuum.topography.mending.prepare`; fill as ``"5%"`` or 0.05.
-    material, modulus, poisson : of one elastic body on a rigid one, or of two.
-    contact_modulus : E*, instead.
-    work, range : w and Δr, if not those of the material.
-    spacing : of the atoms.
+        body.  Masked points of an array are missing ones; an array of one row or column is a line scan.  Or one input
+        (TOML) with the tables [topography] and [interface]: what is given beside it overrules its keys.
+    size, unit, dataset, part, periodic, override_size, detrend, fill, crop, cutoff : see
+        :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  Of two maps one text for both,
+        or one for each, ``"-"`` as the file says.
+    material, modulus, poisson, contact_modulus, work, range, spacing : see
+        :class:`continuum.sticky.tables.InterfaceTable`.
     solve, threads : whether to solve the contact of the map, too, and on how many threads.
 
     Raises
@@ -68,18 +70,31 @@ def predict(
     ArgumentError
         If an argument is of another type, such as a number where a text with its unit is asked for.
     """
-    if detrend is not None:
-        choice("detrend", detrend, get_args(Detrending))
+    given = {name: value for name, value in locals().items() if name in OPTIONS}
     flag("solve", solve)
     count("threads", threads, 1, MOST_THREADS)
-    maps_of = partial(reading.read_all, maps, size=size, unit=unit, dataset=dataset, part=part, periodic=periodic,
-                      crop=crop, fill=fill, override_size=override_size)  # fmt: skip
-    contact_of = partial(materials.read_interface, material=material, modulus=modulus, poisson=poisson, work=work,
-                         contact_modulus=contact_modulus, range=range, spacing=spacing)  # fmt: skip
-    read, contact = _both(maps_of, contact_of)
-    share = quantities.share(fill)
-    found = prediction_of([mending.prepare(one, detrend, fill=share, cutoff=cutoff) for one in read], contact)
+    if len(maps) == 1 and isinstance(maps[0], str | Path) and str(maps[0]).endswith(".toml"):
+        config = load(maps[0], PredictionInput)
+        maps, given = config.topography.maps, given | config.keys | _given(given)
+    found = _found(maps, given)
     return found.solved(threads) if solve else found
+
+
+def _found(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
+    """The prediction for maps, with the keys of both tables."""
+    if given["detrend"] is not None:
+        choice("detrend", given["detrend"], get_args(Detrending))
+    read, contact = _both(
+        partial(read_all, maps, **{name: given[name] for name in READ}),
+        partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields}),
+    )
+    limit = share(given["fill"])
+    return prediction_of([prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read], contact)
+
+
+def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments that are not left at their defaults."""
+    return {name: value for name, value in values.items() if not any(value is left for left in (None, (), False))}
 
 
 def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]) -> tuple[list[Topography], Interface]:
