@@ -76,11 +76,6 @@ class Body:
     ----------
     modulus, poisson : Young's modulus and Poisson's ratio; they overrule those of the material.
     material : gives what is not given.
-
-    Raises
-    ------
-    ArgumentError
-        If a value is none that a body has.
     """
 
     modulus: float | None = None
@@ -118,13 +113,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Interface:
-    """Two bodies in contact, in SI units.
-
-    Raises
-    ------
-    ArgumentError
-        If a value is not a positive finite number.
-    """
+    """Two bodies in contact, in SI units."""
 
     contact_modulus: float
     """E*, in Pa."""

@@ -32,9 +32,9 @@ STIFFEST = 2e12
 NOTHING = 1e-9
 """Part of a moment below which there is nothing but rounding errors."""
 LINE_ERROR = 0.1
-"""Of slope and curvature from a single line, seen on synthetic surfaces; it falls with the root of their number."""
+"""Error of slope and curvature from one line, seen on synthetic surfaces; it falls with the root of their number."""
 LINES_ERROR = 0.03
-"""And from many: the largest seen from thirty lines, where more do not help."""
+"""Error of slope and curvature from many lines: the largest seen from thirty lines, where more do not help."""
 DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
 
@@ -53,13 +53,7 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
 
 
 def prediction_of(topographies: Sequence[Topography], interface: Interface) -> Prediction:
-    """Analyse one topography, or two that face each other, as they are: detrended before, if at all.
-
-    Raises
-    ------
-    ArgumentError
-        If there are none or more than two, or they are no topographies.
-    """
+    """Analyse one topography, or two that face each other, as they are: detrended before, if at all."""
     instance("interface", interface, Interface)
     if not isinstance(topographies, Sequence) or not 1 <= len(topographies) <= 2:
         raise ArgumentError(

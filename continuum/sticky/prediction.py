@@ -28,7 +28,7 @@ class Prediction:
     topographies: tuple[Topography, ...] = field(repr=False)
     """One, or two rough bodies."""
     roughness: Roughness = field(repr=False)
-    """Of both bodies together."""
+    """Roughness of both bodies together."""
     fits: tuple[Fit | None, ...]
     """Self-affine fit of each spectrum."""
     interface: Interface

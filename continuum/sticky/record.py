@@ -48,7 +48,7 @@ class Support:
     """What the record says of a margin."""
 
     probability: float
-    """That the contact is sticky."""
+    """Probability that the contact is sticky."""
     count: int
     """Surfaces that say something at this margin."""
     similar: bool

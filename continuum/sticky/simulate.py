@@ -30,9 +30,9 @@ from continuum.topography.map import Topography, mirror
 SNAPPING, SAFE = 1.0, 2.0
 """Pixels from which waves may snap for a contact to be solved as it is, and in the limit that is solved instead."""
 CORE_STIFFNESS = 5.0
-"""Of the wall's core, in E* per pixel."""
+"""Stiffness of the wall's core, in E* per pixel."""
 CORE_DEPTH = 2.0
-"""Of the tabulated core, in pixels: at its end the wall pushes with 10 E*."""
+"""Depth of the tabulated core, in pixels: at its end the wall pushes with 10 E*."""
 TOLERANCE = 1e-5
 """Residual, relative to h' E*."""
 

@@ -54,7 +54,7 @@ class Verdict:
 
     answer: Answer
     probability: float | None
-    """That it is sticky: the mean of the theories that are heard; None if there are none."""
+    """Probability that it is sticky: mean of the theories that are heard; None if there are none."""
     why: tuple[str, ...] = ()
     """Reasons, most important first."""
 

@@ -25,7 +25,7 @@ SHORTEST = 64
 """Points of a scan below which its spectrum says nothing."""
 BANDS_PER_DECADE = 12
 _STEPS = 8
-"""Of reweighting; the weights change by less than a per cent after five."""
+"""Steps of reweighting; the weights change by less than a per cent after five."""
 Bands = tuple[Real, Real]
 """Edges of bands of |q|, and C in each."""
 

@@ -35,13 +35,7 @@ class TopographyError(InputError, ValueError):
 
 
 def heights_of(name: str, value: Any) -> Real:
-    """A copy of an array of real numbers as heights, NaN where points are masked: these are missing.
-
-    Raises
-    ------
-    ArgumentError
-        If it holds something else; ``name`` is that of the argument.
-    """
+    """A copy of an array of real numbers as heights, NaN where points are masked: these are missing."""
     heights = np.array(array(name, value), dtype=np.float64)
     heights[np.ma.getmaskarray(value)] = np.nan
     return heights
