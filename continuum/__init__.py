@@ -46,8 +46,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from continuum.files.hdf5 import StoreError
     from continuum.files.toml import ConfigError
-    from continuum.front.commands import Prediction, analyse, check, examples, plot, predict, run
+    from continuum.front.commands import analyse, check, examples, plot, run
     from continuum.front.contact import Contact
+    from continuum.front.predict import predict
     from continuum.front.states import Path, State
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
     from continuum.model.grid import Grid
@@ -58,13 +59,15 @@ if TYPE_CHECKING:
     from continuum.runs.analysis import Analysis
     from continuum.runs.result import Result
     from continuum.solve.solution import NotConvergedError
+    from continuum.sticky.prediction import Prediction
 
 __version__ = "0.1.0"
 
 _WHERE = {
     "front.contact": ("Contact",),
     "front.states": ("Path", "State"),
-    "front.commands": ("Prediction", "analyse", "check", "examples", "plot", "predict", "run"),
+    "front.commands": ("analyse", "check", "examples", "plot", "run"),
+    "front.predict": ("predict",),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments"),
@@ -76,6 +79,7 @@ _WHERE = {
     "runs.analysis": ("Analysis",),
     "runs.result": ("Result",),
     "solve.solution": ("NotConvergedError",),
+    "sticky.prediction": ("Prediction",),
 }
 # Read when they are asked for: `continuum --help` needs none of them.
 _MODULES = {name: module for module, names in _WHERE.items() for name in names}

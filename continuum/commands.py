@@ -17,6 +17,7 @@ from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.files.toml import value_of
 from continuum.front import commands as front
+from continuum.front import predict as predictions
 from continuum.front import sweeps
 from continuum.options import Formats, as_options, like
 from continuum.runs.config import RunConfig
@@ -26,11 +27,12 @@ from continuum.show.plot import written_as
 from continuum.show.prediction_data import as_csv
 from continuum.show.runs import progress_line
 from continuum.show.sweeps import collected_sheet, ended_line, failed_sheet, status_sheet
-from continuum.sticky.instruments import measurements
 from continuum.sticky.materials import InterfaceError
-from continuum.sticky.predict import facing
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import UnresolvedError, resolvable
-from continuum.sticky.topography import TopographyError
+from continuum.sticky.tables import OPTIONS
+from continuum.topography.instruments import measurements
+from continuum.topography.map import TopographyError
 
 
 def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
@@ -175,15 +177,15 @@ def analyse(
     return OK
 
 
-@like(front.predict)
+@like(predictions.predict, help={name: " ".join((field.description or "").split()) for name, field in OPTIONS.items()})
 def predict(
-    *maps: Path,
+    *maps: Annotated[Path, Parameter(help="topography; two for two rough bodies; or one input (TOML) that names them")],
     output: Annotated[Path, Parameter(help="folder of report and figures")] = Path("results"),
     json: Annotated[Path | None, Parameter(help="write everything, with the spectrum, in SI units")] = None,
     csv: Annotated[Path | None, Parameter(help="write one row for each of many files, and for each measurement of a "
                                           "container, each a contact by itself; no pages")] = None,
-    solve: bool = False,
-    threads: int = 1,
+    solve: Annotated[bool, Parameter(help="also solve the contact of the map and compare")] = False,
+    threads: Annotated[int, Parameter(help="threads of the solver")] = 1,
     contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
     **given: Any,
 ) -> int:  # fmt: skip
@@ -211,18 +213,18 @@ def predict(
     return NOT_CONVERGED if found.unsolved else OK
 
 
-def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> front.Prediction:
+def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
     try:
-        return front.predict(*maps, **given)
+        return predictions.predict(*maps, **given)
     except (TopographyError, InterfaceError) as error:
-        known = inspect.signature(front.predict).parameters
+        known = inspect.signature(predictions.predict).parameters
         raise type(error)(as_options(str(error), known)) from error
 
 
-def _planned(found: front.Prediction) -> str:
+def _planned(found: Prediction) -> str:
     """What will be solved, or why nothing can be."""
     try:
-        instead = resolvable(facing(found), found.interface)[1]
+        instead = resolvable(found.facing, found.interface)[1]
     except UnresolvedError as error:
         return f"nothing will be solved: {error}"
     return instead or "the contact of the map will be solved as it is"

@@ -9,7 +9,7 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
@@ -103,7 +103,9 @@ def as_options(message: str, known: Container[str]) -> str:
     return re.sub(r"`(\w+)`", option, message)
 
 
-def like(work: Callable[..., object], hint: str = "") -> Callable[[Command], Command]:
+def like(
+    work: Callable[..., object], hint: str = "", help: Mapping[str, str] | None = None
+) -> Callable[[Command], Command]:
     """Make a command of a function: it takes the arguments of ``work``, and those that it names itself.
 
     An argument that the command names has its type and default; the others come in ``**given``, if the command takes
@@ -114,10 +116,11 @@ def like(work: Callable[..., object], hint: str = "") -> Callable[[Command], Com
     ----------
     work : a function with a docstring in NumPy's style.
     hint : what is said after an unexpected error.
+    help : of arguments that are described elsewhere.
     """
 
     def made(command: Command) -> Command:
-        signature = _signature(work, command)
+        signature = _signature(work, command, _help(work) | dict(help or {}))
 
         @wraps(command)
         def called(*args: Any, **given: Any) -> int:
@@ -140,9 +143,9 @@ def like(work: Callable[..., object], hint: str = "") -> Callable[[Command], Com
     return made
 
 
-def _signature(work: Callable[..., object], command: Command) -> inspect.Signature:
+def _signature(work: Callable[..., object], command: Command, texts: Mapping[str, str]) -> inspect.Signature:
     own, hints = inspect.signature(command).parameters, get_type_hints(command, include_extras=True)
-    types, texts = get_type_hints(work), _help(work)
+    types = get_type_hints(work)
     others = any(parameter.kind is parameter.VAR_KEYWORD for parameter in own.values())
     parameters = {**(inspect.signature(work).parameters if others else {}), **own}
     found = dict[str, inspect.Parameter]()

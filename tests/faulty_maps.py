@@ -10,7 +10,7 @@ from scipy.ndimage import grey_dilation
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
-from continuum.sticky.topography import Topography
+from continuum.topography.map import Topography
 
 __all__ = ["FAULTS", "PIXEL", "clean", "cut_out", "faulty"]
 

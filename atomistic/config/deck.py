@@ -19,10 +19,10 @@ from continuum.files.tables import Document
 from continuum.files.toml import Source
 from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import WallTable
-from continuum.sticky.crop import wall_from_map
-from continuum.sticky.reading import read_topography
-from continuum.sticky.topography import Topography
 from continuum.tables import Fault, Fraction, InputFile, constraint
+from continuum.topography.crop import wall_from_map
+from continuum.topography.map import Topography
+from continuum.topography.reading import read_topography
 from continuum.units import parse, unit_size
 
 MOST_STEPS = 10_000

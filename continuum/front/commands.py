@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
-from numpy.typing import ArrayLike
-
-import continuum.sticky.predict
-from continuum.arguments import ArgumentError, choice, count, file_name, flag, function
+from continuum.arguments import ArgumentError, choice, file_name, flag, function
 from continuum.files.inputs import load
 from continuum.files.settings import settings_of
 from continuum.files.tables import identity
@@ -24,60 +20,6 @@ from continuum.runs.result import Result
 from continuum.runs.run import Progress, follow_run
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS
-from continuum.solve.solution import MOST_THREADS
-from continuum.sticky.materials import Interface
-from continuum.sticky.mending import Detrending
-from continuum.sticky.topography import Topography
-
-
-class Prediction(continuum.sticky.predict.Prediction):
-    """Is my surface sticky; see :class:`continuum.sticky.predict.Prediction`."""
-
-    def sheets(self) -> list[Sheet]:
-        """Surface, contact, verdicts, numbers."""
-        from continuum.show.prediction import prediction_sheets
-
-        return prediction_sheets(self)
-
-    @property
-    def sentence(self) -> str:
-        """The answer in one sentence."""
-        from continuum.show.prediction import prediction_sentence
-
-        return prediction_sentence(self)
-
-    def solved(self, threads: int = 1) -> Prediction:
-        """The same with the contact of its map, solved; see :func:`continuum.sticky.predict.solved`."""
-        from continuum.sticky.predict import solved
-
-        return Prediction(**vars(solved(self, threads)))
-
-    def json(self) -> str:
-        """Everything, with the whole spectrum, in SI units."""
-        from continuum.show.prediction_data import as_json
-
-        return as_json(self)
-
-    def row(self) -> dict[str, str | float | None]:
-        """One row of a table, in SI units."""
-        from continuum.show.prediction_data import row
-
-        return row(self)
-
-    def write(self, folder: str | Path, name: str) -> list[Path]:
-        """Write ``NAME.html`` and its figures; returns HTML and PNG files.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be written there.
-        """
-        from continuum.show.prediction import write_prediction
-
-        return write_prediction(self, Path(folder), name)
-
-    def _repr_html_(self) -> str:
-        return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,107 +159,6 @@ def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
     path = file_name("result", result)
     into = None if folder is None else file_name("folder", folder)
     return Result.read(path).plot(into)
-
-
-def predict(
-    *maps: str | Path | ArrayLike,
-    size: str | Sequence[str] | None = None,
-    unit: str | Sequence[str] | None = None,
-    dataset: str | Sequence[str] | None = None,
-    part: str | Sequence[str] | None = None,
-    periodic: bool = False,
-    override_size: bool = False,
-    detrend: Detrending | None = None,
-    fill: str | float | None = None,
-    crop: str | None = None,
-    cutoff: str | None = None,
-    material: str | Sequence[str] = (),
-    modulus: str | Sequence[str] = (),
-    poisson: str | float | Sequence[str | float] = (),
-    contact_modulus: str | None = None,
-    work: str | None = None,
-    range: str | None = None,
-    spacing: str | None = None,
-    solve: bool = False,
-    threads: int = 1,
-) -> Prediction:
-    """Is my surface sticky?  Every criterion on a measured topography, or on two that face each other.
-
-    Roughness, the verdict of every criterion of stickiness with its margin, and warnings.  Every quantity is a text
-    with its unit: 70GPa, 50mJ/m2, 0.5nm.
-
-    Parameters
-    ----------
-    maps : one topography, or two for two rough bodies: names of files, or arrays of heights, shape (nx, ny), out of the
-        body.  Masked points of an array are missing ones; an array of one row or column is a line scan.
-    size : physical size, ``"10um"`` (square pixels) or ``"10um,12um"``, from the first row to the last and from the
-        first column to the last; an array needs it, a file only if it does not say.  For two maps one text for both,
-        or one for each, ``"-"`` as the file says.
-    unit : unit of the heights, like ``"nm"``; given as the size is.
-    dataset : dataset of an HDF5 file; given as the size is.
-    part : map of a container, or channel of a file, if it has several; ``"all"`` joins the measurements of a container
-        into one spectrum.
-    periodic : the map continues at its edges; otherwise it does if the file says so.
-    override_size : a given size or unit overrules that of the file.
-    detrend : what is subtracted: the mean plane (for a periodic map the mean, by default), a paraboloid, or the plane
-        and the median of each line of the scan.
-    fill : fill missing points, scars and points that stand out, up to this share of all, as ``"5%"``.
-    crop : the part that counts, as ``"1um,9um,0,8um"``.
-    cutoff : verdict and solution count only waves longer than this.
-    material : diamond, silicon, mica, pdms or rubber, with cited values; one against a rigid body, or two.
-    modulus : Young's modulus of a body; two for two elastic bodies.
-    poisson : Poisson's ratio of a body; likewise.
-    contact_modulus : E* = E/(1 - ν²), instead of modulus and Poisson's ratio.
-    work : work of adhesion w, if not that of the material.
-    range : range of the attraction, likewise; the effective range for a law without cut-off.
-    spacing : spacing of the atoms a0, for the necessary condition on crystals.
-    solve : also solve the contact of the map, and compare.
-    threads : threads of the solver.
-
-    Raises
-    ------
-    TopographyError, InterfaceError
-        If a map or the contact cannot be used.
-    ArgumentError
-        If an argument is of another type, such as a number where a text with its unit is asked for.
-    """
-    from continuum.sticky import materials, mending, quantities, reading
-
-    _check_choices(detrend, solve, threads)
-    maps_of = partial(reading.read_all, maps, size=size, unit=unit, dataset=dataset, part=part, periodic=periodic,
-                      crop=crop, fill=fill, override_size=override_size)  # fmt: skip
-    contact_of = partial(materials.read_interface, material=material, modulus=modulus, poisson=poisson, work=work,
-                         contact_modulus=contact_modulus, range=range, spacing=spacing)  # fmt: skip
-    read, contact = _both(maps_of, contact_of)
-    share = quantities.share(fill)
-    ready = [mending.prepare(one, detrend, fill=share, cutoff=cutoff) for one in read]
-    found = Prediction(**vars(continuum.sticky.predict.predict(ready, contact)))
-    return found.solved(threads) if solve else found
-
-
-def _check_choices(detrend: Detrending | None, solve: bool, threads: int) -> None:
-    """Check what is used only after the maps were read."""
-    if detrend is not None:
-        choice("detrend", detrend, get_args(Detrending))
-    flag("solve", solve)
-    count("threads", threads, 1, MOST_THREADS)
-
-
-def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]) -> tuple[list[Topography], Interface]:
-    """Maps and contact, or the faults of both at once."""
-    from continuum.sticky.materials import InterfaceError
-    from continuum.sticky.topography import TopographyError
-
-    try:
-        read = maps()
-    except TopographyError as error:
-        try:
-            contact()
-        except InterfaceError as other:
-            msg = f"{error}\n{other}"
-            raise TopographyError(msg) from error
-        raise
-    return read, contact()
 
 
 def examples() -> str:

@@ -17,8 +17,7 @@ from continuum.show import plot
 from continuum.show.paper import Drawing, save_drawing
 from continuum.show.paper_points import ENOUGH, FigureError, plain_ticks
 from continuum.show.sheet import Sheet
-from continuum.sticky import criteria
-from continuum.sticky.criteria import Estimate, RoughContact
+from continuum.sticky.criteria import CRITERIA, Criterion
 from continuum.sticky.turns import Turn, exponent, load_turns, pull_off_turns
 from continuum.theory import dispute, paper
 
@@ -28,7 +27,7 @@ class Theory:
     """What one camp says about the turn."""
 
     name: str
-    criterion: Callable[[RoughContact], Estimate]
+    criterion: Criterion
     limit: Callable[[float], float]
     """Exponent of λ_s for λ_L/λ_s to infinity, from H."""
     colour: str
@@ -40,10 +39,10 @@ class Theory:
 
 
 THEORIES = (
-    Theory("Pastewka-Robbins", criteria.pastewka_robbins, dispute.pastewka_robbins_exponent, "#d55e00"),
-    Theory("half conformal energy", criteria.half_conformal_energy, dispute.conformal_exponent, "#0072b2"),
-    Theory("Fuller-Tabor", criteria.fuller_tabor, dispute.fuller_tabor_exponent, "#009e73"),
-    Theory("bearing area (BAM)", criteria.bearing_area, dispute.long_wave_exponent, "#cc79a7"),
+    Theory("Pastewka-Robbins", CRITERIA["pastewka-robbins"], dispute.pastewka_robbins_exponent, "#d55e00"),
+    Theory("half conformal energy", CRITERIA["half-conformal-energy"], dispute.conformal_exponent, "#0072b2"),
+    Theory("Fuller-Tabor", CRITERIA["fuller-tabor"], dispute.fuller_tabor_exponent, "#009e73"),
+    Theory("bearing area (BAM)", CRITERIA["bearing-area"], dispute.long_wave_exponent, "#cc79a7"),
 )
 _MARKS = {"spline": "o", "exponential": "s"}
 _Cell = str | float | int
@@ -94,7 +93,7 @@ def _between(values: Sequence[float], digits: str = ".2g") -> str:
 
 def _gap_ratio(turn: Turn) -> float:
     """Δr/g0: the rim is thin below 0.1 (Monti, Sanner and Pastewka 2021)."""
-    return criteria.range_over_gap(turn.contact).value
+    return CRITERIA["range-over-gap"](turn.contact).value
 
 
 def dispute_sheets(turns: Sequence[Turn]) -> tuple[Sheet, Sheet]:
@@ -110,7 +109,7 @@ def dispute_sheets(turns: Sequence[Turn]) -> tuple[Sheet, Sheet]:
         name = (reach, *peaks, shape, hurst)
         row: list[_Cell] = [*name, len(series), _between([_cut(t) for t in used], "g")]
         row += [_between([_gap_ratio(t) for t in used]),
-                _between([criteria.generalised_tabor(t.contact).value for t in used])]  # fmt: skip
+                _between([CRITERIA["generalised-tabor"](t.contact).value for t in used])]  # fmt: skip
         row.append(f"**{_mean([_fit(each) for each in series])}**")
         for theory in THEORIES:
             said = [_fit(each, theory) for each in series]

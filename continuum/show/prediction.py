@@ -10,16 +10,17 @@ from continuum import units
 from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.page import Page
+from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_faults import fault_figure
 from continuum.show.prediction_figures import contact_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
-from continuum.sticky.criteria import Estimate
-from continuum.sticky.predict import Prediction, distinct, turning_modulus, turning_work
-from continuum.sticky.roughness import spectrum
+from continuum.sticky.criteria import CRITERIA, Estimate
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import Simulation
-from continuum.sticky.topography import Topography
 from continuum.sticky.verdict import judge, votes
 from continuum.theory import paper
+from continuum.topography.map import Topography
+from continuum.topography.roughness import spectrum
 
 
 def _length(value: float) -> str:
@@ -35,7 +36,7 @@ def _work(value: float) -> str:
 
 
 def _answer(estimate: Estimate) -> str:
-    if estimate.sticky and estimate.name == "necessary adhesion":
+    if estimate.sticky and not CRITERIA[estimate.key].sufficient:
         return "not excluded"
     return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
 
@@ -45,14 +46,14 @@ def _faults(prediction: Prediction) -> str:
     if not prediction.faults:
         return ""
     found = "; ".join(fault.text for fault in prediction.faults)
-    remedies = " ".join(dict.fromkeys(fault.remedy for fault in prediction.faults if fault.remedy))
+    remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in prediction.faults if fault.remedy))
     return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}.  "
 
 
 def prediction_sentence(prediction: Prediction) -> str:
     """Faults of the maps, the vote of the theories, what the paper says, and what the solver says if it was asked."""
     paper, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
-    modulus, work = turning_modulus(paper, contact), turning_work(paper, contact)
+    modulus, work = paper.turning_modulus(contact), paper.turning_work(contact)
     margin = paper.margin or 0.0
     factor = f"{max(margin, 1 / margin):.3g}" if margin else "any factor"
     text = f"{_faults(prediction)}{verdict.answer[0].upper()}{verdict.answer[1:]}"
@@ -154,8 +155,8 @@ def _verdicts(prediction: Prediction) -> Sheet:
     rows = []
     for vote in votes(prediction.contact):
         estimate, support = vote.estimate, vote.support
-        modulus = turning_modulus(estimate, prediction.contact) or 0.0
-        work = turning_work(estimate, prediction.contact) or 0.0
+        modulus = estimate.turning_modulus(prediction.contact) or 0.0
+        work = estimate.turning_work(prediction.contact) or 0.0
         why = "yes" if estimate.valid else "no: " + "; ".join(estimate.why)
         record = "no record: a necessary condition"
         if support is not None:
@@ -187,8 +188,7 @@ def _numbers(prediction: Prediction) -> Sheet:
     rows = []
     for estimate in prediction.estimates:
         if estimate.margin is None:
-            # The tail of a theory that finds no tension is not a push.
-            value = max(estimate.value, 0.0) if estimate.name.startswith("pull-off") else estimate.value
+            value = max(estimate.value, CRITERIA[estimate.key].least)
             rows.append((estimate.name, estimate.symbol, shown[estimate.unit](value), estimate.source,
                          "yes" if estimate.valid else "no: " + "; ".join(estimate.why)))  # fmt: skip
     paper = "yes" if prediction.paper.valid else "no: see the paper's verdict"
@@ -203,7 +203,7 @@ def _numbers(prediction: Prediction) -> Sheet:
 
 
 def _cuts(prediction: Prediction) -> Sheet:
-    cuts, chosen = prediction.cuts, distinct(prediction)
+    cuts, chosen = prediction.cuts, prediction.distinct
     # Two per octave are enough to read; the figure has all.
     rows = tuple(
         (
@@ -229,7 +229,7 @@ def _density(topography: Topography) -> Sheet:
 
 
 def _solved(prediction: Prediction, simulation: Simulation) -> Sheet:
-    ratio = prediction.number("area ratio").value
+    ratio = prediction.number("area-ratio").value
     area = f"{100 * simulation.area_rep:.3g} %" + (": jumped past 1 %" if simulation.jumped else "")
     rows = (
         ("verdict", _answer(prediction.paper), "sticky" if simulation.sticky else "not sticky"),

@@ -9,9 +9,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from continuum.sticky.predict import Prediction
-from continuum.sticky.roughness import spectrum
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.verdict import judge, votes
+from continuum.topography.faults import MapFault
+from continuum.topography.roughness import spectrum
 
 
 def row(prediction: Prediction) -> dict[str, str | float | None]:
@@ -41,6 +42,11 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
     return found
 
 
+def remedy_options(fault: MapFault) -> str:
+    """The remedy of a fault as options of the command; empty where there is none."""
+    return " ".join(f"--{name} {value}" for name, value in fault.arguments.items())
+
+
 def as_csv(rows: Sequence[Mapping[str, str | float | None]]) -> str:
     """Rows as comma-separated values, numbers with all their digits; columns in the order of their first appearance."""
     columns = list(dict.fromkeys(name for one in rows for name in one))
@@ -64,7 +70,7 @@ def as_json(prediction: Prediction) -> str:
             "lengths_m": topography.lengths,
             "periodic": topography.periodic,
             "steps": topography.steps,
-            "faults": [vars(fault) for fault in found.faults],
+            "faults": [vars(fault) | {"remedy": remedy_options(fault)} for fault in found.faults],
             "directions": vars(found.directions),
             "kurtosis": found.kurtosis,
             "fit": None if fit is None else vars(fit),

@@ -6,19 +6,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from continuum import units
 from continuum.model.fourier import Real
 from continuum.show import plot
-from continuum.sticky.faults import Findings
-from continuum.sticky.linescan import profile_spectrum
-from continuum.sticky.predict import Prediction
-from continuum.sticky.scanlines import line_offsets
-from continuum.sticky.topography import Topography
+from continuum.show.prediction_figures import length_scale
+from continuum.sticky.prediction import Prediction
+from continuum.topography.faults import Findings
+from continuum.topography.linescan import profile_spectrum
+from continuum.topography.map import Topography
+from continuum.topography.scanlines import line_offsets
 
 
 @plot.styled
 def fault_figure(prediction: Prediction) -> Figure:
-    """Of the first map with a fault: marks on the map, offsets of lines, spectra by direction, heights."""
+    """The first map with a fault: marks on the map, offsets of lines, spectra by direction, heights."""
     i = next(i for i, found in enumerate(prediction.findings) if found.faults)
     topography, found = prediction.topographies[i], prediction.findings[i]
     figure = plot.new_figure(plot.PAGE, 6.8)
@@ -30,14 +30,9 @@ def fault_figure(prediction: Prediction) -> Figure:
     return figure
 
 
-def _scale(value: float) -> tuple[float, str]:
-    name = units.readable(value, "length").split()[1]
-    return units.unit_size(name, "length"), name
-
-
 def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
     """The map in grey, scars and outliers in red, displaced lines in blue."""
-    size, name = _scale(max(topography.lengths))
+    size, name = length_scale(max(topography.lengths))
     lx, ly = (length / size for length in topography.lengths)
     low, high = np.quantile(topography.heights, (0.01, 0.99))
     axis.imshow(topography.heights.T, origin="lower", extent=(0, lx, 0, ly), cmap="gray", vmin=low, vmax=high)
@@ -53,7 +48,7 @@ def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
 
 def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
     """Medians of lines and of columns: an isotropic surface has two curves of one kind."""
-    unit, name = _scale(topography.heights.std())
+    unit, name = length_scale(topography.heights.std())
     for along, colour in ((found.lines.axis, plot.SERIES[5]), (1 - found.lines.axis, plot.SERIES[0])):
         offsets = line_offsets(topography.heights, along)
         axis.plot(offsets / unit, color=colour, linewidth=0.8, label=f"lines along {'xy'[along]}")

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.measure.contact import contact_map
 from continuum.show import plot
-from continuum.sticky.predict import Prediction, distinct
-from continuum.sticky.roughness import Cut, spectrum
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import Simulation
+from continuum.topography.roughness import Cut, spectrum
 
 _COLOURS = (*plot.SERIES, "black")
-"""Of the criteria, each its own."""
+"""Colours of the criteria."""
 
 
 @plot.styled
@@ -32,7 +32,7 @@ def overview(prediction: Prediction) -> Figure:
     return figure
 
 
-def _scale(value: float) -> tuple[float, str]:
+def length_scale(value: float) -> tuple[float, str]:
     """Unit of length for an axis that reaches a value: its size and name."""
     name = units.readable(value, "length").split()[1]
     return units.unit_size(name, "length"), name
@@ -42,8 +42,8 @@ def _draw_map(axis: Axes, prediction: Prediction) -> None:
     topography = prediction.topographies[0]
     # Heights of less than a nanometre are still read in nanometres.
     (size, name), (height, height_name) = (
-        _scale(max(topography.lengths)),
-        _scale(max(3 * topography.heights.std(), 1e-9)),
+        length_scale(max(topography.lengths)),
+        length_scale(max(3 * topography.heights.std(), 1e-9)),
     )
     image = axis.imshow(
         topography.heights.T / height,
@@ -91,7 +91,7 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
 
 
 def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
-    size, name = _scale(cuts[len(cuts) // 2].wavelength)
+    size, name = length_scale(cuts[len(cuts) // 2].wavelength)
     x = np.array([cut.wavelength for cut in cuts]) / size
     axis.loglog(x, [cut.moments.rms_slope for cut in cuts], "o-", color=plot.SERIES[0], markersize=3)
     axis.set(xlabel=f"smallest wavelength counted ({name})", title="slope and curvature, by resolution")
@@ -103,10 +103,10 @@ def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
 
 
 def _draw_margins(axis: Axes, prediction: Prediction) -> None:
-    size, name = _scale(prediction.cuts[len(prediction.cuts) // 2][0].wavelength)
+    size, name = length_scale(prediction.cuts[len(prediction.cuts) // 2][0].wavelength)
     x = [cut.wavelength / size for cut, _ in prediction.cuts]
     styles = ("o-", "s--", "^:", "v-.", "D--", "x:", "P-")
-    for i in distinct(prediction):
+    for i in prediction.distinct:
         y = [found[i].margin or np.nan for _, found in prediction.cuts]
         axis.loglog(x, y, styles[i], color=_COLOURS[i], markersize=3, label=prediction.verdicts[i].name)
     axis.axhline(1, color="black", linewidth=0.8)
@@ -123,7 +123,7 @@ def contact_figure(simulation: Simulation) -> Figure:
     """Where the solved contact repels and attracts."""
     figure = plot.new_figure(4.2, 4.2)
     axis = figure.subplots()
-    unit, name = _scale(max(simulation.lengths))
+    unit, name = length_scale(max(simulation.lengths))
     period = (simulation.lengths[0] / unit, simulation.lengths[1] / unit)
     nx, ny = simulation.shape
     plot.contact_image(axis, contact_map(simulation.wall, simulation.gap[:nx, :ny]), period)

@@ -1,4 +1,1 @@
-"""Is my surface sticky?  Measured topographies, their roughness, materials, and what each theory says of them.
-
-Everything is in SI units, where it begins with a file of an instrument, and every number names its source.
-"""
+"""Is my surface sticky?  Materials, what each theory says of a rough contact, its record, and the verdict."""

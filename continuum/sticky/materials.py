@@ -1,14 +1,16 @@
 """Moduli, work of adhesion and range of attraction of some materials against themselves, each with its source.
 
-Starting values for an estimate, not a substitute for measured ones: works of adhesion vary by factors with preparation
-and humidity, moduli of elastomers with cross-linking.  Where no measured work of adhesion could be looked up it is the
-paper's typical one of van der Waals forces.
+A material is one entry of ``materials.toml``, with its sources.  The values are starting points of an estimate, not a
+substitute for measured ones: works of adhesion vary by factors with preparation and humidity, moduli of elastomers with
+cross-linking.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
 from itertools import zip_longest
 from numbers import Real
 from typing import Any
@@ -18,11 +20,6 @@ import numpy as np
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.errors import InputError
-
-_RANGE = 0.35e-9
-_RANGE_SOURCE = "range: paper, Eq. (S-5), 1.153 a0 of the 9-3 law, with a0 = 0.3 nm between atoms that are not bonded"
-_SOFT_RANGE_SOURCE = "range: the paper's discussion of elastomers"
-_VAN_DER_WAALS = "w: van der Waals forces, about 50 mJ/m² (the paper, on diamond and on rubber)"
 
 _POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
     "pressure": (1.0, 1e13), "energy_per_area": (1e-9, 1e3), "length": (1e-12, 1e-3),
@@ -45,8 +42,8 @@ class Material:
     modulus, poisson : Young's modulus E, in Pa, and Poisson's ratio.
     work_of_adhesion : w of two smooth surfaces, in J/m².
     range : Δr, in m.
-    spacing : a0 of the atoms, in m; None where roughness is not made of atomic steps.
     sources : of these values.
+    spacing : a0 of the atoms, in m; None where roughness is not made of atomic steps.
     """
 
     name: str
@@ -54,44 +51,21 @@ class Material:
     poisson: float
     work_of_adhesion: float
     range: float
-    spacing: float | None
     sources: tuple[str, ...]
+    spacing: float | None = None
 
 
-MATERIALS: dict[str, Material] = {
-    material.name: material
-    for material in (
-        Material(
-            "diamond", 1143e9, 0.0691, 0.05, _RANGE, 0.154e-9,
-            ("E, ν: polycrystalline, Klein and Cardinale, Diamond Relat. Mater. 2, 918 (1993)",
-             _VAN_DER_WAALS, _RANGE_SOURCE, "spacing: bond length"),
-        ),
-        Material(
-            "silicon", 130e9, 0.28, 0.1, _RANGE, 0.235e-9,
-            ("E, ν: along <100>, Hopcroft, Nix and Kenny, J. Microelectromech. Syst. 19, 229 (2010)",
-             "w: hydrophilic wafers at room temperature, 0.05 - 0.2 J/m², Spierings, Haisma and Michelsen, Philips "
-             "J. Res. 49, 47 (1995); hydrophobic ones a tenth of it",
-             _RANGE_SOURCE, "spacing: bond length"),
-        ),
-        Material(
-            "mica", 53.8e9, 0.10, 0.05, _RANGE, 0.519e-9,
-            ("E, ν: muscovite along c, from the elastic constants of Vaughan and Guggenheim, J. Geophys. Res. 91, 4657 "
-             "(1986)",
-             _VAN_DER_WAALS, _RANGE_SOURCE, "spacing: lattice constant a"),
-        ),
-        Material(
-            "pdms", 2e6, 0.5, 0.05, 0.5e-9, None,
-            ("E: Sylgard 184, 1.32 - 2.97 MPa by curing, Johnston et al., J. Micromech. Microeng. 24, 035017 (2014)",
-             _VAN_DER_WAALS, _SOFT_RANGE_SOURCE),
-        ),
-        Material(
-            "rubber", 1e6, 0.5, 0.05, 0.5e-9, None,
-            ("E: 'normal rubber', Peressadko, Hosoda and Persson, Phys. Rev. Lett. 95, 124301 (2005)",
-             _VAN_DER_WAALS, _SOFT_RANGE_SOURCE),
-        ),
-    )
-}  # fmt: skip
-"""By name."""
+def _materials() -> dict[str, Material]:
+    """The entries of ``materials.toml``."""
+    text = resources.files("continuum.sticky").joinpath("materials.toml").read_text(encoding="utf-8")
+    return {
+        name: Material(**entry | {"name": name, "sources": tuple(entry["sources"])})
+        for name, entry in tomllib.loads(text).items()
+    }
+
+
+MATERIALS = _materials()
+"""Materials by name."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +76,6 @@ class Body:
     ----------
     modulus, poisson : Young's modulus and Poisson's ratio; they overrule those of the material.
     material : gives what is not given.
-
-    Raises
-    ------
-    ArgumentError
-        If a value is none that a body has.
     """
 
     modulus: float | None = None
@@ -144,13 +113,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Interface:
-    """Two bodies in contact, in SI units.
-
-    Raises
-    ------
-    ArgumentError
-        If a value is not a positive finite number.
-    """
+    """Two bodies in contact, in SI units."""
 
     contact_modulus: float
     """E*, in Pa."""

@@ -8,23 +8,18 @@ put together.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
 from continuum import units
 from continuum.arguments import ArgumentError, instance
-from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
-from continuum.sticky.faults import Findings, MapFault, find_faults
+from continuum.sticky.criteria import AREA, RoughContact, every_estimate, verdicts
 from continuum.sticky.materials import Interface
-from continuum.sticky.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
-from continuum.sticky.topography import Topography, opposed
-from continuum.theory import paper
-
-if TYPE_CHECKING:
-    from continuum.sticky.simulate import Simulation
-
+from continuum.sticky.prediction import Prediction
+from continuum.topography.faults import Findings, find_faults
+from continuum.topography.map import Topography
+from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 
 RESOLVED = 8.0
 """Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
@@ -37,86 +32,11 @@ STIFFEST = 2e12
 NOTHING = 1e-9
 """Part of a moment below which there is nothing but rounding errors."""
 LINE_ERROR = 0.1
-"""Of slope and curvature from a single line, seen on synthetic surfaces; it falls with the root of their number."""
+"""Error of slope and curvature from one line, seen on synthetic surfaces; it falls with the root of their number."""
 LINES_ERROR = 0.03
-"""And from many: the largest seen from thirty lines, where more do not help."""
+"""Error of slope and curvature from many lines: the largest seen from thirty lines, where more do not help."""
 DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """What can be said about one contact."""
-
-    topographies: tuple[Topography, ...] = field(repr=False)
-    """One, or two rough bodies."""
-    roughness: Roughness = field(repr=False)
-    """Of both bodies together."""
-    fits: tuple[Fit | None, ...]
-    """Self-affine fit of each spectrum."""
-    interface: Interface
-    contact: RoughContact
-    estimates: tuple[Estimate, ...] = field(repr=False)
-    """Every criterion and number of :mod:`continuum.sticky.criteria`, the paper's first."""
-    cuts: tuple[tuple[Cut, tuple[Estimate, ...]], ...] = field(repr=False)
-    """Roughness above each cut-off wavelength, ascending, and the verdicts on it."""
-    warnings: tuple[str, ...]
-    """What to doubt, in words."""
-    findings: tuple[Findings, ...] = field(default=(), repr=False)
-    """What is wrong with each map."""
-    mended: Prediction | None = field(default=None, repr=False)
-    """The same where faults that have a remedy are mended; None where there are none."""
-    simulation: Simulation | None = field(default=None, repr=False)
-    """The contact of the map itself, where it was solved."""
-    unsolved: str = ""
-    """Why it could not be solved, where it was tried."""
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """Warnings of the prediction, of its solution, or why there is none."""
-        solved = () if self.simulation is None else self.simulation.warnings
-        return (*self.warnings, *solved, *([f"not solved: {self.unsolved}"] if self.unsolved else []))
-
-    @property
-    def faults(self) -> tuple[MapFault, ...]:
-        """Faults of the maps."""
-        return tuple(fault for found in self.findings for fault in found.faults)
-
-    @property
-    def verdicts(self) -> tuple[Estimate, ...]:
-        """The criteria of stickiness."""
-        return tuple(estimate for estimate in self.estimates if estimate.margin is not None)
-
-    @property
-    def paper(self) -> Estimate:
-        """The paper's criterion."""
-        return self.estimates[0]
-
-    def number(self, name: str) -> Estimate:
-        """An estimate by its name."""
-        return next(estimate for estimate in self.estimates if estimate.name == name)
-
-    @property
-    def kappa(self) -> float:
-        """κ of N/A_rep = h' E*/κ; negative where sticky."""
-        inverse = self.number("inverse kappa").value
-        return 1 / inverse if inverse else float("inf")
-
-    @property
-    def load(self) -> float:
-        """Load per area at a repulsive area of 1 %, by the paper; negative: a tension that the contact bears."""
-        contact = self.contact
-        return AREA * paper.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
-
-
-def turning_modulus(estimate: Estimate, contact: RoughContact) -> float | None:
-    """E* at which a verdict turns: below it the surface is sticky; None without a verdict."""
-    return None if estimate.margin is None else contact.contact_modulus * estimate.margin
-
-
-def turning_work(estimate: Estimate, contact: RoughContact) -> float | None:
-    """W at which a verdict turns: above it the surface is sticky; None without a verdict."""
-    return None if estimate.margin is None else contact.work_of_adhesion / estimate.margin
 
 
 def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:
@@ -132,14 +52,8 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
     )
 
 
-def predict(topographies: Sequence[Topography], interface: Interface) -> Prediction:
-    """Analyse one topography, or two that face each other, as they are: detrended before, if at all.
-
-    Raises
-    ------
-    ArgumentError
-        If there are none or more than two, or they are no topographies.
-    """
+def prediction_of(topographies: Sequence[Topography], interface: Interface) -> Prediction:
+    """Analyse one topography, or two that face each other, as they are: detrended before, if at all."""
     instance("interface", interface, Interface)
     if not isinstance(topographies, Sequence) or not 1 <= len(topographies) <= 2:
         raise ArgumentError(
@@ -263,42 +177,3 @@ def _warnings(
 
 def _length(value: float) -> str:
     return units.readable(value, "length")
-
-
-def distinct(prediction: Prediction) -> list[int]:
-    """Places of the criteria whose margins differ: asperity theories share one."""
-    margins = [estimate.margin for estimate in prediction.verdicts]
-    return [i for i, margin in enumerate(margins) if margin not in margins[:i]]
-
-
-def facing(prediction: Prediction) -> Topography:
-    """The map of a prediction, or its two maps put face to face.
-
-    Raises
-    ------
-    TopographyError
-        If that cannot be done.
-    """
-    maps = prediction.topographies
-    return maps[0] if len(maps) == 1 else opposed(*maps)
-
-
-def solved(prediction: Prediction, threads: int = 1) -> Prediction:
-    """A prediction with the contact of its map, solved, beside it; or with the reason why that cannot be solved.
-
-    Parameters
-    ----------
-    threads : of the solver.
-
-    Raises
-    ------
-    TopographyError
-        If two maps cannot be put face to face.
-    """
-    from continuum.solve.solution import NotConvergedError
-    from continuum.sticky.simulate import UnresolvedError, simulate  # compiled, and rarely asked for
-
-    try:
-        return replace(prediction, simulation=simulate(facing(prediction), prediction.interface, threads))
-    except (UnresolvedError, NotConvergedError) as error:
-        return replace(prediction, unsolved=str(error))

@@ -20,9 +20,7 @@ from importlib import resources
 
 import numpy as np
 
-from continuum.sticky.criteria import Estimate, RoughContact
-
-Criterion = Callable[[RoughContact], Estimate]
+from continuum.sticky.criteria import Criterion, RoughContact
 
 SIMILAR = 3.0
 FEWEST = 10
@@ -50,7 +48,7 @@ class Support:
     """What the record says of a margin."""
 
     probability: float
-    """That the contact is sticky."""
+    """Probability that the contact is sticky."""
     count: int
     """Surfaces that say something at this margin."""
     similar: bool
@@ -92,7 +90,7 @@ def support(criterion: Criterion, contact: RoughContact, without: Callable[[Surf
 
     Parameters
     ----------
-    criterion : one of :mod:`continuum.sticky.criteria`.
+    criterion : one of :data:`continuum.sticky.criteria.CRITERIA`.
     without : true of surfaces that are not to count, so that a record is tested on what it has not seen.
     """
     margin = criterion(contact).margin or np.nan

@@ -25,14 +25,14 @@ from continuum.path.state import Outcome
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.sticky.criteria import AREA
 from continuum.sticky.materials import Interface
-from continuum.sticky.topography import Topography, mirror
+from continuum.topography.map import Topography, mirror
 
 SNAPPING, SAFE = 1.0, 2.0
 """Pixels from which waves may snap for a contact to be solved as it is, and in the limit that is solved instead."""
 CORE_STIFFNESS = 5.0
-"""Of the wall's core, in E* per pixel."""
+"""Stiffness of the wall's core, in E* per pixel."""
 CORE_DEPTH = 2.0
-"""Of the tabulated core, in pixels: at its end the wall pushes with 10 E*."""
+"""Depth of the tabulated core, in pixels: at its end the wall pushes with 10 E*."""
 TOLERANCE = 1e-5
 """Residual, relative to h' E*."""
 
@@ -109,7 +109,7 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
 
     Parameters
     ----------
-    topography : detrended; two bodies are first put :func:`continuum.sticky.topography.opposed`.  Continued by its
+    topography : detrended; two bodies are first put :func:`continuum.topography.map.opposed`.  Continued by its
         mirror images if it is not periodic.
     interface : E*, w and Δr.
     threads : of the solver.

@@ -13,9 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from continuum.sticky import criteria
-from continuum.sticky.criteria import Estimate, RoughContact
-from continuum.sticky.predict import Prediction
+from continuum.sticky.criteria import CRITERIA, Estimate, RoughContact, verdicts
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.record import Support, Surface, support
 
 Answer = Literal["sticky", "not sticky", "undecided"]
@@ -25,16 +24,6 @@ SURE = 0.9
 WIDE = 10.0
 """Margin, or its inverse, beyond which a fault without remedy changes no verdict: moments of synthetic maps with such
 faults are off by factors of up to 4, and the margin goes with their powers of up to 5/3."""
-
-RECORDED = {
-    "Pastewka-Robbins": criteria.pastewka_robbins,
-    "Fuller-Tabor": criteria.fuller_tabor,
-    "Maugis (DMT asperities)": criteria.dmt_asperities,
-    "Persson-Tosatti": criteria.persson_tosatti,
-    "half conformal energy": criteria.half_conformal_energy,
-    "bearing area (BAM)": criteria.bearing_area,
-}
-"""Criteria that have a measured record."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +36,7 @@ class Vote:
 
     @property
     def answer(self) -> Answer:
-        """Undecided between :data:`SURE` and its opposite."""
+        """Undecided where the support lies between 1 - :data:`SURE` and SURE."""
         if self.support is None:
             return "undecided" if self.estimate.sticky else "not sticky"
         probability = self.support.probability
@@ -55,7 +44,7 @@ class Vote:
 
     @property
     def counts(self) -> bool:
-        """Whether it is heard: in its range, and no mere necessary condition."""
+        """Whether the theory is in its range, and no mere necessary condition."""
         return self.estimate.valid and self.support is not None
 
 
@@ -65,22 +54,20 @@ class Verdict:
 
     answer: Answer
     probability: float | None
-    """That it is sticky: the mean of the theories that are heard; None if there are none."""
+    """Probability that it is sticky: mean of the theories that are heard; None if there are none."""
     why: tuple[str, ...] = ()
     """Reasons, most important first."""
 
 
 def votes(contact: RoughContact, without: Callable[[Surface], bool] | None = None) -> tuple[Vote, ...]:
-    """Of every criterion (:func:`continuum.sticky.criteria.verdicts`), in its order.
+    """The vote of every criterion that the contact allows, in the order of :data:`continuum.sticky.criteria.CRITERIA`.
 
     Parameters
     ----------
     without : see :func:`continuum.sticky.record.support`.
     """
-    return tuple(
-        Vote(one, support(RECORDED[one.name], contact, without) if one.name in RECORDED else None)
-        for one in criteria.verdicts(contact)
-    )
+    asked = ((one, CRITERIA[one.key]) for one in verdicts(contact))
+    return tuple(Vote(one, support(entry, contact, without) if entry.sufficient else None) for one, entry in asked)
 
 
 def judge(prediction: Prediction) -> Verdict:

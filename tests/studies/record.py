@@ -24,10 +24,10 @@ from continuum.files import output
 from continuum.runs.collect import PointTable, collect
 from continuum.show.paper_points import Points
 from continuum.show.sheet import Sheet
-from continuum.sticky.criteria import RoughContact
+from continuum.sticky.criteria import CRITERIA, RoughContact
 from continuum.sticky.record import Surface, recorded
 from continuum.sticky.turns import conformal_energies, load_turns
-from continuum.sticky.verdict import RECORDED, count_verdicts, votes
+from continuum.sticky.verdict import count_verdicts, votes
 
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
@@ -84,7 +84,7 @@ def record_sheet() -> Sheet:
     """Each criterion on the record: its margins at the turns in its range, and how often it is right on the states."""
     turns, others = _kinds()
     rows = []
-    for name, criterion in RECORDED.items():
+    for criterion in (one for one in CRITERIA.values() if one.margin and one.sufficient):
         found = [criterion(surface.contact) for surface in turns]
         valid = np.array([estimate.valid for estimate in found])
         margins = np.array([estimate.margin for estimate in found], dtype=float)
@@ -93,8 +93,8 @@ def record_sheet() -> Sheet:
         heard = np.array([estimate.valid for estimate in said])
         middle = ", ".join(f"{m:.2f}" for m in np.percentile(margins[valid], [10, 50, 90])) if valid.any() else "none"
         scatter = float(np.exp(np.log(margins[valid] if valid.any() else margins).std()))
-        rows.append((name, f"{middle} ({valid.sum()} in range)", f"{scatter:.2f}", f"{right.sum()} of {right.size}",
-                     f"{(right & heard).sum()} of {heard.sum()}"))  # fmt: skip
+        rows.append((criterion.name, f"{middle} ({valid.sum()} in range)", f"{scatter:.2f}",
+                     f"{right.sum()} of {right.size}", f"{(right & heard).sum()} of {heard.sum()}"))  # fmt: skip
     heads = ("criterion", "margin at the turn: 10, 50, 90 %", "scatter", "right on the states", "in its range")
     return Sheet.of(f"{len(turns)} turns, {len(others)} states", heads, rows)
 

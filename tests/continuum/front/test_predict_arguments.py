@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import warnings
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,8 @@ import continuum as c
 from continuum.arguments import ArgumentError
 from continuum.cli import main
 from continuum.errors import InputError
-from continuum.sticky.topography import TopographyError
+from continuum.sticky import tables as sticky_tables
+from continuum.topography.map import TopographyError
 from tests.problems import Rough
 from tests.wrong import ANYTHING, refused_by_name
 
@@ -243,3 +245,44 @@ def test_an_array_of_any_shape_has_a_verdict_or_one_message(
         assert "\n" not in message
     else:
         assert all(margin is not None and np.isfinite(margin) for margin in margins(found))
+
+
+INPUT = """
+[topography]
+maps = "map.npy"
+size = "10nm"
+unit = "A"
+detrend = "plane"
+
+[interface]
+material = ["mica", "mica"]
+"""
+
+
+def test_an_input_names_the_map_and_the_interface(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    np.save(tmp_path / "map.npy", ROUGH)
+    (tmp_path / "contact.toml").write_text(INPUT)
+    keys: dict[str, Any] = {"size": "10nm", "unit": "A", "detrend": "plane", "material": ["mica", "mica"]}
+    assert c.predict(tmp_path / "contact.toml").json() == c.predict(tmp_path / "map.npy", **keys).json()
+    # What is given beside an input overrules its keys.
+    softer = c.predict(tmp_path / "contact.toml", material="pdms")
+    assert softer.json() == c.predict(tmp_path / "map.npy", **keys | {"material": "pdms"}).json()
+    assert main(["predict", str(tmp_path / "contact.toml"), "-o", str(tmp_path)]) == 0
+    assert (tmp_path / "contact-predict.html").exists()
+    assert "silicon" not in capsys.readouterr().out
+
+
+def test_all_faults_of_an_input_are_named_with_their_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = INPUT.replace("detrend", "detend").replace('unit = "A"', "unit = 3") + 'work = "50"\nrange = "0.5 J/m2"\n'
+    (tmp_path / "contact.toml").write_text(wrong)
+    assert main(["predict", str(tmp_path / "contact.toml"), "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    for text in ("an existing file", "did you mean detrend", "contact.toml:5: topography.unit = 3", "interface.work",
+                 "energy per area with its unit", "interface.range"):  # fmt: skip
+        assert text in said, said
+    assert not (tmp_path / "out").exists()
+
+
+def test_every_key_of_the_tables_is_an_argument_and_an_option() -> None:
+    arguments = set(inspect.signature(c.predict).parameters) - {"maps", "solve", "threads"}
+    assert set(sticky_tables.OPTIONS) == arguments

@@ -11,18 +11,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from continuum.arguments import ArgumentError
-from continuum.sticky.crop import wall_from_map
-from continuum.sticky.faults import directions, find_faults
-from continuum.sticky.joined import joined
-from continuum.sticky.linescan import isotropic_surface
 from continuum.sticky.materials import MATERIALS, Body, Interface, read_interface
-from continuum.sticky.mending import background, crop, cut_off, detrend, fill_outliers, harmonic, prepare
-from continuum.sticky.predict import predict
-from continuum.sticky.reading import from_array, read_all, read_topography
-from continuum.sticky.roughness import fit_self_affine, roughness_of, spectrum, stencil_moments, together
-from continuum.sticky.scanlines import scan_lines
+from continuum.sticky.predict import prediction_of
 from continuum.sticky.simulate import resolvable, simulate
-from continuum.sticky.topography import Topography, mirror, opposed
+from continuum.topography.crop import wall_from_map
+from continuum.topography.faults import directions, find_faults
+from continuum.topography.joined import joined
+from continuum.topography.linescan import isotropic_surface
+from continuum.topography.map import Topography, mirror, opposed
+from continuum.topography.mending import background, crop, cut_off, detrend, fill_outliers, harmonic, prepare
+from continuum.topography.reading import from_array, read_all, read_topography
+from continuum.topography.roughness import fit_self_affine, roughness_of, spectrum, stencil_moments, together
+from continuum.topography.scanlines import scan_lines
 from tests.wrong import ANYTHING, refused_by_name
 
 HEIGHTS = np.random.default_rng(1).normal(size=(16, 18)).cumsum(0)
@@ -67,7 +67,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "Interface": (Interface, {"contact_modulus": 1.0, "work_of_adhesion": 1.0, "range": 1.0, "spacing": None}),
     "read_interface": (read_interface, {"material": "mica", "modulus": (), "poisson": (), "contact_modulus": None,
                                         "work": None, "range": None, "spacing": None}),
-    "predict": (predict, {"topographies": [MAP], "interface": CONTACT}),
+    "prediction_of": (prediction_of, {"topographies": [MAP], "interface": CONTACT}),
     "resolvable": (resolvable, {"topography": MAP, "interface": CONTACT}),
 }  # fmt: skip
 

@@ -18,15 +18,15 @@ from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import InversePowers
 from continuum.model.walls.attraction import attraction_on_core
-from continuum.show.prediction import prediction_sheets
 from continuum.show.prediction_figures import overview
 from continuum.sticky import examples, materials
 from continuum.sticky.materials import MATERIALS, Body, Interface, InterfaceError, interface, reduced_modulus
-from continuum.sticky.mending import detrend
-from continuum.sticky.predict import Prediction, predict, turning_modulus, turning_work
-from continuum.sticky.reading import read_all, read_topography
+from continuum.sticky.predict import prediction_of
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
-from continuum.sticky.topography import Topography
+from continuum.topography.map import Topography
+from continuum.topography.mending import detrend
+from continuum.topography.reading import read_all, read_topography
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
 
 ROOT = Path(__file__).parents[3]
@@ -48,7 +48,7 @@ def reduced(adhesion_length: float, range: float = 0.35) -> Interface:
 
 @pytest.mark.parametrize(("adhesion_length", "sticky"), [(5e-4, False), (0.05, True)])
 def test_a_surface_of_known_moments_has_the_verdict_worked_out_by_hand(adhesion_length: float, sticky: bool) -> None:
-    found = predict([surface()], reduced(adhesion_length))
+    found = prediction_of([surface()], reduced(adhesion_length))
     slope, curvature = found.roughness.moments[1:]
     assert slope == pytest.approx(0.1)
     # Eq. (6), typed here a second time to be independent.
@@ -61,14 +61,16 @@ def test_a_surface_of_known_moments_has_the_verdict_worked_out_by_hand(adhesion_
 
 def test_at_the_turning_values_the_verdict_turns() -> None:
     topography = surface()
-    found = predict([topography], Interface(1.0, 0.003, 0.35, 1.0))
+    found = prediction_of([topography], Interface(1.0, 0.003, 0.35, 1.0))
     for i, estimate in enumerate(found.verdicts):
-        modulus, work = turning_modulus(estimate, found.contact), turning_work(estimate, found.contact)
+        modulus, work = estimate.turning_modulus(found.contact), estimate.turning_work(found.contact)
         assert modulus is not None
         assert work is not None
         for factor, sticky in ((0.99, True), (1.01, False)):
-            assert predict([topography], Interface(factor * modulus, 0.003, 0.35, 1.0)).verdicts[i].sticky is sticky
-            assert predict([topography], Interface(1.0, work / factor, 0.35, 1.0)).verdicts[i].sticky is sticky
+            assert (
+                prediction_of([topography], Interface(factor * modulus, 0.003, 0.35, 1.0)).verdicts[i].sticky is sticky
+            )
+            assert prediction_of([topography], Interface(1.0, work / factor, 0.35, 1.0)).verdicts[i].sticky is sticky
 
 
 exponents = st.floats(-12, 12)
@@ -80,8 +82,8 @@ def test_the_verdict_is_the_same_in_all_units(length: float, pressure: float, pe
     base, unit, stress = surface(32), 10.0**length, 10.0**pressure
     small = Topography(base.heights, base.lengths, periodic)
     large = Topography(unit * base.heights, (unit * base.lengths[0], unit * base.lengths[1]), periodic)
-    one = predict([small], Interface(1.0, 0.002, 0.35, 1.0))
-    other = predict([large], Interface(stress, 0.002 * stress * unit, 0.35 * unit, unit))
+    one = prediction_of([small], Interface(1.0, 0.002, 0.35, 1.0))
+    other = prediction_of([large], Interface(stress, 0.002 * stress * unit, 0.35 * unit, unit))
     powers = {"": 1.0, "length": unit, "pressure": stress}
     for mine, same in zip(one.estimates, other.estimates, strict=True):
         assert same.value == pytest.approx(powers[mine.unit] * mine.value, rel=1e-6), mine.name
@@ -98,14 +100,14 @@ def test_text_in_si_and_in_other_units_gives_the_verdict_of_reduced_units(tmp_pa
     np.save(tmp_path / "nm.npy", 0.3 * base.heights)
     np.save(tmp_path / "m.npy", 0.3e-9 * base.heights)
     # 0.015 J/m² over 10 GPa x 0.3 nm: l_a = 0.005 a0.
-    expected = predict([base], reduced(0.005))
+    expected = prediction_of([base], reduced(0.005))
     for name, size, unit, modulus, work, reach in (
         ("nm", "19.2nm", "nm", "10GPa", "15mJ/m2", "0.105nm"),
         ("m", "1.92e-8 m", "m", "1e4 MPa", "0.015 N/m", "1.05 Å"),
     ):
         maps = read_all([tmp_path / f"{name}.npy"], size=[size], unit=[unit], periodic=True)
         contact = materials.read_interface(contact_modulus=modulus, work=work, range=reach, spacing="3 Å")
-        found = predict([detrend(topography) for topography in maps], contact)
+        found = prediction_of([detrend(topography) for topography in maps], contact)
         assert [e.margin for e in found.verdicts] == pytest.approx([e.margin for e in expected.verdicts])
         assert [e.sticky for e in found.verdicts] == [e.sticky for e in expected.verdicts]
         assert found.kappa == pytest.approx(expected.kappa)
@@ -130,29 +132,29 @@ def test_no_map_is_too_odd_for_a_page(pattern: str, periodic: bool) -> None:
         "steps of a digitiser": np.random.default_rng(0).integers(0, 5, (32, 40)),
     }[pattern]
     topography = detrend(Topography(1e-9 * heights, (1e-6, 2e-6), periodic))
-    found = predict([topography], interface([Body(material=MATERIALS["mica"])]))
+    found = prediction_of([topography], interface([Body(material=MATERIALS["mica"])]))
     assert all(np.isfinite(row.value) for row in found.estimates)
     overview(found).canvas.draw()
 
 
 def test_two_rough_bodies_stick_less_than_one() -> None:
     one, two = surface(seed=1), surface(seed=2)
-    single, both = predict([one], reduced(0.005)), predict([one, two], reduced(0.005))
+    single, both = prediction_of([one], reduced(0.005)), prediction_of([one, two], reduced(0.005))
     assert both.contact.rms_slope == pytest.approx(np.sqrt(0.02))
     assert (both.paper.margin or 0) < (single.paper.margin or 0)
     with pytest.raises(ValueError, match="one or two"):
-        predict([one, one, two], reduced(0.005))
+        prediction_of([one, one, two], reduced(0.005))
 
 
 def test_what_to_doubt_is_said() -> None:
     coarse, cut = surface(lambda_s=3.0), surface(n=128, lambda_s=16.0)
-    assert any("resolution" in w for w in predict([coarse], reduced(0.005)).warnings)
-    fine = predict([cut], reduced(0.005, range=2.0)).warnings
+    assert any("resolution" in w for w in prediction_of([coarse], reduced(0.005)).warnings)
+    fine = prediction_of([cut], reduced(0.005, range=2.0)).warnings
     assert not any("resolution" in w or "not periodic" in w or "larger than the range" in w for w in fine)
     assert any("single summits" in w for w in fine)
-    assert not any("single summits" in w for w in predict([surface(256, lambda_s=4.0)], reduced(0.005)).warnings)
+    assert not any("single summits" in w for w in prediction_of([surface(256, lambda_s=4.0)], reduced(0.005)).warnings)
     open_map = detrend(Topography(cut.heights, cut.lengths))
-    said = predict([open_map], reduced(0.005)).warnings
+    said = prediction_of([open_map], reduced(0.005)).warnings
     assert any("not periodic" in w for w in said)
     assert any("larger than the range" in w for w in said)
 
@@ -163,7 +165,7 @@ def test_what_to_doubt_is_said() -> None:
 @pytest.mark.parametrize(("adhesion_length", "sticky"), [(5e-4, False), (0.05, True)])
 def test_the_solver_agrees_where_the_margin_is_wide(adhesion_length: float, sticky: bool) -> None:
     topography, contact = surface(128, lambda_s=16.0), Interface(2.0, 2.0 * adhesion_length, 0.35, None)
-    predicted, found = predict([topography], contact), simulate(topography, contact)
+    predicted, found = prediction_of([topography], contact), simulate(topography, contact)
     assert predicted.paper.sticky is sticky
     assert found.sticky is sticky
     assert found.area_rep == pytest.approx(0.01, rel=0.02) or found.jumped
@@ -359,8 +361,8 @@ def test_the_page_does_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
-    found = predict([surface()], reduced(0.005))
-    tables = prediction_sheets(found)
+    found = prediction_of([surface()], reduced(0.005))
+    tables = found.sheets()
     for table in tables:
         assert {len(row) for row in table.rows} == {len(table.head)}
     verdicts = next(table for table in tables if table.title.startswith("Is it sticky"))
@@ -382,7 +384,7 @@ def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
 def test_measured_maps_have_their_published_slope_and_a_verdict(
     name: str, part: str | None, material: str, slope: float, sticky: bool
 ) -> None:
-    found: Prediction = predict(
+    found: Prediction = prediction_of(
         [detrend(read_topography(MEASURED / name, part=part))], interface([Body(material=MATERIALS[material])])
     )
     assert found.roughness.moments.rms_slope == pytest.approx(slope, rel=0.01)  # as many digits as are published

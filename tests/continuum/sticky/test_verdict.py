@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.sticky import criteria
+from continuum.sticky.criteria import CRITERIA, RoughContact
 from continuum.sticky.record import Surface, recorded, support
 from continuum.sticky.verdict import SURE, count_verdicts, votes
 
@@ -34,6 +34,18 @@ def test_the_record_is_whole() -> None:
         assert surface.contact.conformal_energy is not None
 
 
+def test_every_criterion_that_votes_has_a_margin_on_every_surface_of_the_record() -> None:
+    keys = [key for key, criterion in CRITERIA.items() if criterion.margin and criterion.sufficient]
+    assert keys == ["pastewka-robbins", "fuller-tabor", "dmt-asperities", "persson-tosatti", "half-conformal-energy",
+                    "bearing-area"]  # fmt: skip
+    assert all(key == criterion.key for key, criterion in CRITERIA.items())
+    assert len({criterion.name for criterion in CRITERIA.values()}) == len(CRITERIA)
+    contact = recorded()[0].contact
+    assert [vote.estimate.key for vote in votes(contact) if vote.support is not None] == keys
+    for key in keys:
+        assert all((CRITERIA[key](surface.contact).margin or 0) > 0 for surface in recorded())
+
+
 def test_the_vote_is_right_on_the_states_that_the_turns_have_not_seen() -> None:
     said = Counter()
     for surface in STATES:
@@ -48,7 +60,7 @@ def test_the_vote_is_right_on_the_states_that_the_turns_have_not_seen() -> None:
 
 def test_the_paper_alone_misses_sticky_surfaces_and_calls_none_sticky_that_is_not() -> None:
     """With κ_rep = 2, which these walls do not reach."""
-    said = Counter((criteria.pastewka_robbins(surface.contact).sticky, surface.sticky) for surface in STATES)
+    said = Counter((CRITERIA["pastewka-robbins"](surface.contact).sticky, surface.sticky) for surface in STATES)
     assert said == {(True, True): 55, (False, True): 52, (False, False): 309}
 
 
@@ -68,7 +80,7 @@ def test_far_from_its_turn_a_surface_has_its_verdict_and_hardly_ever_another(
 def test_more_adhesion_is_never_less_probable_to_stick(surface: Surface, power: float, more: float) -> None:
     def chance(factor: float) -> float:
         contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
-        return support(criteria.half_conformal_energy, contact, lambda other: other.sticky is not None).probability
+        return support(CRITERIA["half-conformal-energy"], contact, lambda other: other.sticky is not None).probability
 
     assert chance(10**power) <= chance(10 ** (power + more))
 
@@ -85,13 +97,13 @@ def test_a_stretched_surface_has_the_same_record(surface: Surface, stretch: floa
         conformal_energy=stretch**2 * (surface.contact.conformal_energy or 1.0),
     )
     other = replace(surface.contact, work_of_adhesion=1.3 * surface.contact.work_of_adhesion)
-    for criterion in (criteria.pastewka_robbins, criteria.persson_tosatti, criteria.bearing_area):
+    for criterion in (CRITERIA["pastewka-robbins"], CRITERIA["persson-tosatti"], CRITERIA["bearing-area"]):
         assert criterion(one).margin == pytest.approx(criterion(other).margin, rel=1e-6)
 
 
 def test_between_the_certain_ones_the_answer_is_undecided() -> None:
     def undecided(without: Callable[[Surface], bool] | None = None) -> int:
-        found = [support(criteria.half_conformal_energy, surface.contact, without).probability for surface in TURNS]
+        found = [support(CRITERIA["half-conformal-energy"], surface.contact, without).probability for surface in TURNS]
         return sum(1 - SURE < chance < SURE for chance in found)
 
     # That is what a probability means: of ten surfaces eight turn between 10 and 90 % of those that turn.
@@ -99,7 +111,7 @@ def test_between_the_certain_ones_the_answer_is_undecided() -> None:
     # States count where they say something of a margin, which moves the probability away from the turns' own.
     assert undecided() == 207
     steep = replace(TURNS[0].contact, rms_slope=0.5)
-    assert not support(criteria.half_conformal_energy, steep).similar
+    assert not support(CRITERIA["half-conformal-energy"], steep).similar
     assert count_verdicts(votes(steep)).answer == "undecided"
     assert "no theory is in its range" in count_verdicts(votes(steep)).why
 
@@ -109,8 +121,8 @@ def test_the_bearing_area_model_turns_where_its_two_pressures_touch() -> None:
     from math import erfc
 
     for ratio in (1.0, 3.0, 30.0):
-        contact = criteria.RoughContact(1.0, 0.1, 0.1, 0.01, 1 / ratio, roll_off=64.0)
-        turn = 0.01 / (criteria.bearing_area(contact).margin or np.nan)
+        contact = RoughContact(1.0, 0.1, 0.1, 0.01, 1 / ratio, roll_off=64.0)
+        turn = 0.01 / (CRITERIA["bearing-area"](contact).margin or np.nan)
         u = np.linspace(0, 12, 4001)
         push = 0.75 * 2 * np.pi / 64.0 * np.exp(-2 * u)
         area = np.array([erfc((x - 1 / ratio) / np.sqrt(2)) - erfc(x / np.sqrt(2)) for x in u]) / 2

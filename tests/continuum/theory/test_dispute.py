@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
-from continuum.sticky import criteria
-from continuum.sticky.criteria import Estimate, RoughContact
+from continuum.sticky.criteria import CRITERIA, Criterion, RoughContact
 from continuum.theory import dispute
 
 
@@ -23,7 +20,7 @@ def ideal(hurst: float, lambda_s: float, range: float = 1e-3) -> RoughContact:
     )
 
 
-def fitted(criterion: Callable[[RoughContact], Estimate], hurst: float) -> float:
+def fitted(criterion: Criterion, hurst: float) -> float:
     """Exponent between two cut-offs four decades below λ_L."""
     turns = [1 / (criterion(ideal(hurst, cut)).margin or np.nan) for cut in (1e-5, 1e-4)]
     return float(np.log(turns[1] / turns[0]) / np.log(10))
@@ -33,11 +30,11 @@ def fitted(criterion: Callable[[RoughContact], Estimate], hurst: float) -> float
 def test_the_exponents_are_those_of_the_criteria(hurst: float) -> None:
     # Sums of powers of which the smaller has died out but for some per cent, slowest where H is near 1/2 and 1.
     paper = dispute.pastewka_robbins_exponent(hurst)
-    assert fitted(criteria.pastewka_robbins, hurst) == pytest.approx(paper, abs=0.04)
-    assert fitted(criteria.fuller_tabor, hurst) == pytest.approx(dispute.fuller_tabor_exponent(hurst), abs=1e-3)
-    assert fitted(criteria.persson_tosatti, hurst) == pytest.approx(dispute.conformal_exponent(hurst), abs=0.06)
-    assert fitted(criteria.half_conformal_energy, hurst) == fitted(criteria.persson_tosatti, hurst)
-    assert fitted(criteria.bearing_area, hurst) == pytest.approx(dispute.long_wave_exponent(hurst), abs=1e-9)
+    assert fitted(CRITERIA["pastewka-robbins"], hurst) == pytest.approx(paper, abs=0.04)
+    assert fitted(CRITERIA["fuller-tabor"], hurst) == pytest.approx(dispute.fuller_tabor_exponent(hurst), abs=1e-3)
+    assert fitted(CRITERIA["persson-tosatti"], hurst) == pytest.approx(dispute.conformal_exponent(hurst), abs=0.06)
+    assert fitted(CRITERIA["half-conformal-energy"], hurst) == fitted(CRITERIA["persson-tosatti"], hurst)
+    assert fitted(CRITERIA["bearing-area"], hurst) == pytest.approx(dispute.long_wave_exponent(hurst), abs=1e-9)
 
 
 def test_the_paper_s_exponents_are_those_that_it_states() -> None:

@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from continuum.sticky import criteria
-from continuum.sticky.criteria import RoughContact, every_estimate, verdicts
+from continuum.sticky.criteria import CRITERIA, RoughContact, every_estimate, verdicts
 from continuum.theory import paper, rough, smooth
 
 positive = st.floats(0.1, 10)
@@ -138,7 +137,7 @@ def test_the_rubber_of_the_discussion_sticks_below_70_megapascal_not_10() -> Non
     modulus = paper.critical_modulus(slope, slope * diameter / 4, work, range_)
     assert modulus == pytest.approx(70.4e6, rel=1e-3)
     contact = RoughContact(1e-6, slope, 4 * slope / diameter, work, range_, 10e6)
-    verdict = criteria.pastewka_robbins(contact)
+    verdict = CRITERIA["pastewka-robbins"](contact)
     assert verdict.sticky
     assert verdict.margin is not None
     assert verdict.margin * 10e6 == pytest.approx(modulus, rel=1e-12)
@@ -304,7 +303,7 @@ def test_the_margin_is_the_factor_by_which_adhesion_exceeds_the_onset(contact: R
             energy = contact.conformal_energy * estimate.margin / factor
             at = dataclasses.replace(contact, contact_modulus=soft, conformal_energy=energy)
             assert verdicts(at)[index].sticky == (factor > 1), estimate.name
-    assert (criteria.inverse_kappa(contact).value < 0) == estimates[0].sticky
+    assert (CRITERIA["inverse-kappa"](contact).value < 0) == estimates[0].sticky
 
 
 @given(contacts, st.floats(1e-9, 1e3), st.floats(1e-6, 1e12))
@@ -344,28 +343,28 @@ def test_the_numbers_behind_the_verdict_belong_together() -> None:
 
 def test_an_estimate_says_why_it_is_out_of_range() -> None:
     strong = RoughContact(1.0, 0.1, 0.1, 0.05, 1.09545)
-    verdict = criteria.pastewka_robbins(strong)
+    verdict = CRITERIA["pastewka-robbins"](strong)
     assert verdict.sticky
     assert any("A_att/A_rep" in reason for reason in verdict.why)
     weak = RoughContact(10.0, 0.1, 0.02, 0.0005, 0.10954)
-    verdict = criteria.pastewka_robbins(weak)
+    verdict = CRITERIA["pastewka-robbins"](weak)
     assert verdict.valid
     assert not verdict.sticky
     # Between the limits neither kind of asperity fits.
-    assert criteria.fuller_tabor(weak).why
-    assert criteria.dmt_asperities(weak).why
+    assert CRITERIA["fuller-tabor"](weak).why
+    assert CRITERIA["dmt-asperities"](weak).why
     steep = dataclasses.replace(weak, rms_slope=0.5)
     assert all(any("h' = 0.5" in reason for reason in e.why) for e in every_estimate(steep)[:3])
     soft = dataclasses.replace(weak, range=0.01, rms_curvature=0.001)
-    assert any("adhesion changes the gap" in reason for reason in criteria.inverse_kappa(soft).why)
-    assert criteria.fuller_tabor(soft).valid
+    assert any("adhesion changes the gap" in reason for reason in CRITERIA["inverse-kappa"](soft).why)
+    assert CRITERIA["fuller-tabor"](soft).valid
     flat = RoughContact(0.05, 0.1, 0.02, 0.0005, 0.10954, conformal_energy=1e-4)
-    assert any("exceeds h_rms" in reason for reason in criteria.persson_tosatti(flat).why)
+    assert any("exceeds h_rms" in reason for reason in CRITERIA["persson-tosatti"](flat).why)
 
 
 def test_missing_and_meaningless_inputs_are_refused() -> None:
     contact = RoughContact(1.0, 0.1, 0.1, 0.01, 0.5)
-    for estimate in (criteria.persson_tosatti, criteria.half_conformal_energy, criteria.necessary_adhesion):
+    for estimate in (CRITERIA["persson-tosatti"], CRITERIA["half-conformal-energy"], CRITERIA["necessary-adhesion"]):
         with pytest.raises(ValueError, match="needs the"):
             estimate(contact)
     meaningless = {"rms_slope": 0.0, "range": -1.0, "work_of_adhesion": np.nan, "spacing": np.inf}

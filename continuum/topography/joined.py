@@ -12,10 +12,10 @@ import numpy as np
 
 from continuum.arguments import count, instance
 from continuum.model.fourier import Real
-from continuum.sticky.linescan import BANDS_PER_DECADE, random_surface
-from continuum.sticky.mending import detrend
-from continuum.sticky.roughness import spectrum
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.topography.linescan import BANDS_PER_DECADE, random_surface
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.mending import detrend
+from continuum.topography.roughness import spectrum
 
 _BANDS_OF_LINES = BANDS_PER_DECADE // 2  # a profile leaves bands with power or without: two are averaged
 _ROUNDING = 1e-20

@@ -1,6 +1,7 @@
 """Sizes, units, shares and parts of a map as a person writes them, read as numbers in m.
 
-What a message names in backticks is an argument; the command writes it as its option.
+What a message names in backticks is an argument; the command writes it as its option.  A text that cannot be read
+raises TopographyError, with the ``source`` of the map, and what is no text ArgumentError.
 """
 
 from __future__ import annotations
@@ -10,17 +11,11 @@ from numbers import Real as Number
 
 from continuum import units
 from continuum.arguments import instance, number
-from continuum.sticky.topography import TopographyError
+from continuum.topography.map import TopographyError
 
 
 def sizes(source: str, text: str | None) -> tuple[float, ...] | None:
-    """One length or two, in m, from a text such as "10um" or "10um,12um"; None for None.
-
-    Raises
-    ------
-    TopographyError
-        If they are something else; ``source`` says of which map.
-    """
+    """One length or two, in m, from a text such as "10um" or "10um,12um"; None for None."""
     if text is None:
         return None
     try:
@@ -34,14 +29,8 @@ def sizes(source: str, text: str | None) -> tuple[float, ...] | None:
     return found
 
 
-def scale(source: str, name: str | None) -> float | None:
-    """A unit of length, in m, from its name such as "nm"; None for None.
-
-    Raises
-    ------
-    TopographyError
-        If there is no such unit; ``source`` says of which map.
-    """
+def length_unit(source: str, name: str | None) -> float | None:
+    """A unit of length, in m, from its name such as "nm"; None for None."""
     if name is None:
         return None
     try:
@@ -52,13 +41,7 @@ def scale(source: str, name: str | None) -> float | None:
 
 
 def share(fill: str | float | None) -> float:
-    """The share of the points that may be filled, from "5%" or 0.05; 0 for None.
-
-    Raises
-    ------
-    TopographyError, ArgumentError
-        If it is none between 0 and 1/2.
-    """
+    """The share of the points that may be filled, from "5%" or 0.05; 0 for None."""
     if fill is None:
         return 0.0
     if isinstance(fill, Number):
@@ -75,13 +58,7 @@ def share(fill: str | float | None) -> float:
 
 
 def corners(crop: str | None) -> tuple[float, float, float, float] | None:
-    """The part of a map from x0 to x1 and from y0 to y1, in m, from "1um,9um,0,8um"; None for None.
-
-    Raises
-    ------
-    TopographyError, ArgumentError
-        If it is something else.
-    """
+    """The part of a map from x0 to x1 and from y0 to y1, in m, from "1um,9um,0,8um"; None for None."""
     if crop is None:
         return None
     parts = instance("crop", crop, str, 'a text such as "1um,9um,0,8um"').split(",")

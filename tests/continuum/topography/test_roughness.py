@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.sticky.mending import detrend
-from continuum.sticky.roughness import (
+from continuum.topography.map import Topography
+from continuum.topography.mending import detrend
+from continuum.topography.roughness import (
     Roughness,
     fit_self_affine,
     hann,
@@ -20,7 +21,6 @@ from continuum.sticky.roughness import (
     stencil_moments,
     together,
 )
-from continuum.sticky.topography import Topography
 
 
 def sine(grid: Grid, m: int, n: int, phase: float = 0.3) -> Real:

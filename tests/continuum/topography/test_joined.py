@@ -12,11 +12,11 @@ from continuum.cli import main
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.sticky.instruments import measurements
-from continuum.sticky.joined import joined, joined_spectrum
-from continuum.sticky.linescan import isotropic_surface
-from continuum.sticky.reading import read_topography
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.topography.instruments import measurements
+from continuum.topography.joined import joined, joined_spectrum
+from continuum.topography.linescan import isotropic_surface
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.reading import read_topography
 from tests.measured import MEASURED, needs_files, needs_reader
 
 NM = 1e-9

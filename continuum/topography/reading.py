@@ -1,7 +1,7 @@
 """Reading topographies: from plain arrays, whose units must be given, and from the files of instruments.
 
 Arrays in memory or in files (npy, text, HDF5) carry no units: size and unit of the heights must be given.  What an
-instrument wrote names them (:mod:`continuum.sticky.instruments`).
+instrument wrote names them (:mod:`continuum.topography.instruments`).
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from continuum import units
 from continuum.arguments import ArgumentError, file_name, flag, number, pair, texts
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.model.fourier import Real
-from continuum.sticky import quantities
-from continuum.sticky.instruments import ALL, RawMap, from_instrument, is_container, measurements
-from continuum.sticky.joined import joined
-from continuum.sticky.linescan import isotropic_surface
-from continuum.sticky.mending import crop, harmonic
-from continuum.sticky.topography import FEWEST, Topography, TopographyError, heights_of
+from continuum.topography import quantities
+from continuum.topography.instruments import ALL, RawMap, from_instrument, is_container, measurements
+from continuum.topography.joined import joined
+from continuum.topography.linescan import isotropic_surface
+from continuum.topography.map import FEWEST, Topography, TopographyError, heights_of
+from continuum.topography.mending import crop, harmonic
 
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 
@@ -53,7 +53,7 @@ def read_topography(
     dataset : in an HDF5 file.
     part : name of a map in a container, or of a channel, if there are several; :data:`ALL` joins those of a container.
     corners : (x0, x1, y0, y1) of the part that counts, in m; None for all.
-    fill : largest share of missing heights that is filled (:func:`continuum.sticky.mending.harmonic`).
+    fill : largest share of missing heights that is filled (:func:`continuum.topography.mending.harmonic`).
     override : whether a given size or unit overrules what the file says.
 
     Raises
@@ -188,7 +188,7 @@ def _one(
     override: bool,
 ) -> Topography:
     """One of the maps, from its file or, without a path, from the array that it is."""
-    size, unit = quantities.sizes(source, text["size"]), quantities.scale(source, text["unit"])
+    size, unit = quantities.sizes(source, text["size"]), quantities.length_unit(source, text["unit"])
     if path is not None:
         return read_topography(
             path, size=size, unit=unit, periodic=periodic or None, dataset=text["dataset"], part=text["part"],

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.sticky.mending import detrend
-from continuum.sticky.reading import read_all, read_topography
-from continuum.sticky.topography import Topography, TopographyError, mirror, opposed
+from continuum.topography.map import Topography, TopographyError, mirror, opposed
+from continuum.topography.mending import detrend
+from continuum.topography.reading import read_all, read_topography
 from tests.measured import AFM, MEASURED, needs_files, needs_reader
 
 CONTACT = ["--material", "silicon"]

@@ -10,17 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.show.prediction import prediction_sentence
+from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_faults import fault_figure
-from continuum.sticky.faults import directions, find_faults
 from continuum.sticky.materials import Interface
-from continuum.sticky.mending import background, cut_off, detrend, fill_outliers, harmonic
-from continuum.sticky.predict import Prediction, predict
-from continuum.sticky.reading import read_topography
-from continuum.sticky.roughness import roughness_of
-from continuum.sticky.scanlines import scan_lines
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.sticky.predict import prediction_of
+from continuum.sticky.prediction import Prediction
 from continuum.sticky.verdict import judge
+from continuum.topography.faults import directions, find_faults
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.mending import background, cut_off, detrend, fill_outliers, harmonic
+from continuum.topography.reading import read_topography
+from continuum.topography.roughness import roughness_of
+from continuum.topography.scanlines import scan_lines
 from tests.faulty_maps import FAULTS, PIXEL, clean, cut_out, faulty
 
 BAND = 1.35
@@ -37,8 +38,8 @@ def judged(topography: Topography, margin: float | None = None) -> Prediction:
     """With the work of adhesion that gives a clean map a margin, or of 50 mJ/m² on 1 GPa."""
     work = 0.05
     if margin is not None:
-        work *= margin / (predict([detrend(clean())], Interface(1e9, work, 1e-9, None)).paper.margin or 1.0)
-    return predict([topography], Interface(1e9, work, 1e-9, None))
+        work *= margin / (prediction_of([detrend(clean())], Interface(1e9, work, 1e-9, None)).paper.margin or 1.0)
+    return prediction_of([topography], Interface(1e9, work, 1e-9, None))
 
 
 def as_measured(kind: str, seed: int = 1) -> Topography:
@@ -58,7 +59,7 @@ def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind:
         verdict = judge(found)
         assert verdict.answer in (right, "undecided")
         assert verdict.answer == right or verdict.why
-        said = prediction_sentence(found)
+        said = found.sentence
         assert said.startswith("Faulty map: ")
         if kind in MENDABLE:
             assert found.mended is not None
@@ -69,7 +70,7 @@ def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind:
 def test_the_remedy_that_is_named_mends(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kind, measured = "line noise", faulty("line noise")
     np.save(tmp_path / "map.npy", measured.heights * 1e9)
-    remedy = " ".join(fault.remedy for fault in find_faults(as_measured(kind)).faults).split()
+    remedy = [word for fault in find_faults(as_measured(kind)).faults for word in remedy_options(fault).split()]
     command = ["predict", str(tmp_path / "map.npy"), "--size", f"{measured.lengths[0] * 1e9}nm", "--unit", "nm"]
     command += ["--estar", "1GPa", "--work", "50mJ/m2", "--range", "1nm", "-o", str(tmp_path)]
     assert main(command) == 0

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from continuum.cli import main
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
-from continuum.sticky.linescan import isotropic_surface, profile_spectrum, surface_bands
 from continuum.sticky.materials import Interface
-from continuum.sticky.predict import predict
-from continuum.sticky.reading import read_topography
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.sticky.predict import prediction_of
+from continuum.topography.linescan import isotropic_surface, profile_spectrum, surface_bands
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.reading import read_topography
 
 GRID = Grid.square(512)
 
@@ -98,8 +98,8 @@ def test_what_is_no_line_scan_is_one_message(bad: np.ndarray) -> None:
 def test_the_verdict_of_a_line_is_that_of_its_map_and_says_what_is_assumed() -> None:
     heights = scanned(seed=3)
     contact = Interface(1.0, 0.005, 0.35, None)
-    whole = predict([Topography(heights, (512.0, 512.0), True)], contact)
-    line = predict([isotropic_surface(heights[5], 512.0)], contact)
+    whole = prediction_of([Topography(heights, (512.0, 512.0), True)], contact)
+    line = prediction_of([isotropic_surface(heights[5], 512.0)], contact)
     # The margin goes as the slope to 7/3 over the curvature to 2/3: 10 % in each are 20 %.
     ratio = line.paper.margin / whole.paper.margin
     assert ratio == pytest.approx(1, abs=0.4)

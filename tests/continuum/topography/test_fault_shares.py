@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from continuum.sticky.faults import find_faults
-from continuum.sticky.topography import Topography
+from continuum.topography.faults import find_faults
+from continuum.topography.map import Topography
 
 ERROR = 3.3
 """Relative standard error of the share, times the root of the number of lines.
@@ -102,4 +102,4 @@ def test_the_share_of_a_plane_or_a_bowl_is_that_of_its_variance(kind: str, remed
     said = float(fault.text.split(" %")[0]) / 100
     # To the whole per cent that is said, and ten times that overlap.
     assert said == pytest.approx(share, abs=0.005 + 1e-3)
-    assert fault.remedy == f"--detrend {remedy}"
+    assert fault.remedy == {"detrend": remedy}

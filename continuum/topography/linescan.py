@@ -17,7 +17,7 @@ from scipy.signal import detrend, welch
 from continuum.arguments import ArgumentError, flag, number
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.sticky.topography import Topography, TopographyError, fault_of, heights_of
+from continuum.topography.map import Topography, TopographyError, fault_of, heights_of
 
 LARGEST = 1024
 """Points a side of the surface, at most: of a longer scan, waves longer than so many points are left out."""
@@ -25,7 +25,7 @@ SHORTEST = 64
 """Points of a scan below which its spectrum says nothing."""
 BANDS_PER_DECADE = 12
 _STEPS = 8
-"""Of reweighting; the weights change by less than a per cent after five."""
+"""Steps of reweighting; the weights change by less than a per cent after five."""
 Bands = tuple[Real, Real]
 """Edges of bands of |q|, and C in each."""
 

@@ -19,11 +19,11 @@ from continuum.arguments import field as map_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, moments, power_spectrum
-from continuum.sticky.topography import Topography, mirror
 from continuum.theory.rough import conformal_energy
+from continuum.topography.map import Topography, mirror
 
 BANDS_PER_DECADE = 12
-"""Of the logarithmic bands that a fit sees."""
+"""Number of the logarithmic bands that a fit sees."""
 MODEL_ERROR = 0.1
 """Relative deviation of a band from a power law that counts as none."""
 EMPTY = 1e-3
@@ -203,11 +203,6 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
 
     The two corners are where the squared deviations are least; each is kept only if it pays for what it costs
     (Schwarz's criterion).  None if fewer than six bands are filled, or no power law of a positive H fits.
-
-    Raises
-    ------
-    ArgumentError
-        If the wavenumbers are not positive and ascending, or the densities are not as many.
     """
     wavenumber, density = array("wavenumber", wavenumber), array("density", density)
     if wavenumber.ndim != 1 or not np.all(np.diff(wavenumber, prepend=0.0) > 0):

@@ -1,6 +1,7 @@
 """What is done to a map before it is judged: cut, holes filled, background taken off, short waves left out.
 
-Each step is asked for, changes heights only, and is written into the steps of the map.
+Each step is asked for, changes heights only, and is written into the steps of the map.  One that cannot be done, since
+nothing would be left or more would have to be filled than is allowed, raises TopographyError.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from scipy.sparse.linalg import spsolve
 from continuum import units
 from continuum.arguments import ArgumentError, array, choice, instance, number, pair
 from continuum.model.fourier import Real
-from continuum.sticky.scanlines import Mask, line_offsets, scan_lines, spikes
-from continuum.sticky.topography import FLAT, Topography, TopographyError, mirror
+from continuum.topography.map import FLAT, Topography, TopographyError, mirror
+from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spikes
 
 Detrending = Literal["plane", "curvature", "lines", "none"]
 
@@ -28,13 +29,8 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
     ----------
     topography : as read.
     how : "plane" and "curvature" take off the polynomial of first or second degree of least squares, "lines" the plane
-        and then the median of each line (:mod:`continuum.sticky.scanlines`), "none" the mean only.  None takes off the
-        plane, but of a periodic map, which no plane leaves periodic, the mean only.
-
-    Raises
-    ------
-    TopographyError
-        If nothing is left.
+        and then the median of each line, "none" the mean only.  None takes off the plane, but of a periodic map, which
+        no plane leaves periodic, the mean only.
     """
     instance("topography", topography, Topography)
     if how is not None:
@@ -69,11 +65,6 @@ def prepare(
     how : see :func:`detrend`.
     fill : see :func:`fill_outliers`; 0 not to look for any.
     cutoff : see :func:`cut_off`, with its unit; None to keep all waves.
-
-    Raises
-    ------
-    TopographyError
-        If one of these cannot be done.
     """
     if fill:
         topography = fill_outliers(topography, fill)
@@ -116,11 +107,6 @@ def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, floa
     ----------
     heights, lengths : a map and its size.
     corners : (x0, x1, y0, y1), in the unit of the size.
-
-    Raises
-    ------
-    ValueError
-        If the part is not inside the map, or has no extent.
     """
     heights = array("heights", heights)
     sides = [number("lengths", length, above=0) for length in pair("lengths", lengths)]
@@ -144,11 +130,6 @@ def harmonic(heights: Real, holes: Mask) -> Real:
     """Heights with the holes filled by the solution of Laplace's equation, the known points around them given.
 
     The smoothest film over a hole: no point is above or below all that is known.  Edges of the map are free.
-
-    Raises
-    ------
-    ValueError
-        If nothing is known.
     """
     heights = array("heights", heights)
     holes = array("holes", holes, kinds="b")
@@ -190,11 +171,6 @@ def fill_outliers(topography: Topography, limit: float) -> Topography:
     Parameters
     ----------
     limit : largest share of the points that may be filled.
-
-    Raises
-    ------
-    TopographyError
-        If more would have to be.
     """
     number("limit", limit, least=0, most=1)
     mask = scan_lines(instance("topography", topography, Topography).heights).scars | spikes(topography.heights)
@@ -213,11 +189,6 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     """The map without waves shorter than a cut-off.
 
     A map that is not periodic is filtered together with its mirror images, which have no steps at the edges.
-
-    Raises
-    ------
-    TopographyError
-        If no wave, or nothing, would be left out.
     """
     wavelength = number("wavelength", wavelength, above=0)
     pixel, size = max(instance("topography", topography, Topography).grid.spacing), min(topography.lengths)

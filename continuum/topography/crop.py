@@ -9,9 +9,9 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.signal.windows import tukey
 
 from continuum.arguments import choice, count, instance, number, pair
-from continuum.sticky.mending import detrend
-from continuum.sticky.topography import Topography, TopographyError, mirror
 from continuum.tables import LARGEST_N
+from continuum.topography.map import Topography, TopographyError, mirror
+from continuum.topography.mending import detrend
 from continuum.units import readable
 
 Edges = Literal["mirror", "window"]

@@ -46,7 +46,7 @@ class ScanLines:
     ratio: float
     """Bend of the offsets of lines over the same for columns; 1 for an isotropic surface."""
     correlation: float
-    """Of successive bends; see :data:`RESTLESS`."""
+    """Correlation of successive bends; see :data:`RESTLESS`."""
     noise: float
     """Standard deviation of the offset of a line, beyond that of the surface."""
     outliers: NDArray[np.intp] = field(repr=False)
@@ -66,11 +66,6 @@ def scan_lines(heights: Real) -> ScanLines:
     Parameters
     ----------
     heights : shape (nx, ny), at least 3 points along each.
-
-    Raises
-    ------
-    ArgumentError
-        If they are no such map.
     """
     heights = map_of("heights", heights)
     if min(heights.shape) < 3:
@@ -157,7 +152,7 @@ def _bend(offsets: Real) -> Real:
 
 
 def _agreement(heights: Real, axis: int) -> Real:
-    """Of each line but the outermost, the part of its points that lie to the same side of the neighbouring lines."""
+    """Part of the points of each line but the outermost that lie to the same side of the neighbouring lines."""
     above = np.mean(_across(heights, axis) > 0, axis=axis)[1:-1]
     return np.asarray(np.maximum(above, 1 - above))
 
@@ -177,7 +172,7 @@ def _spread(values: Real) -> float:
 
 
 def _correlation(bend: Real) -> float:
-    """Of successive values, outliers cut."""
+    """Correlation of successive values, outliers cut."""
     limit = FAR * max(_spread(bend), 1e-300)
     cut = np.clip(bend - np.median(bend), -limit, limit)
     power = float(np.mean(cut**2))

@@ -1,6 +1,6 @@
 """Files of instruments and containers of contact.engineering, read by SurfaceTopography, which knows their units.
 
-It is an extra: ``pip install 'stickiness[topography]'``.
+It is an extra: ``pip install 'stickiness[topography]'``.  A file that cannot be read raises TopographyError.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from continuum import units
 from continuum.arguments import file_name
 from continuum.model.fourier import Real
-from continuum.sticky.topography import TopographyError
+from continuum.topography.map import TopographyError
 
 ALL = "all"
 """Instead of the name of a part: all measurements of a container, joined."""
@@ -31,9 +31,9 @@ class RawMap(NamedTuple):
     heights: Real
     source: str
     size: tuple[float, ...] | None = None
-    """In m."""
+    """Size of the map, in m."""
     unit: float | None = None
-    """Of the heights, in m."""
+    """Unit of the heights, in m."""
     periodic: bool = False
     steps: tuple[str, ...] = ()
     """What was chosen for it, in words."""
@@ -42,13 +42,7 @@ class RawMap(NamedTuple):
 
 
 def measurements(path: Path) -> tuple[str, ...]:
-    """Names of the measurements of a container; none of any other file.
-
-    Raises
-    ------
-    TopographyError
-        If it is a container that cannot be read.
-    """
+    """Names of the measurements of a container; none of any other file."""
     if not (file_name("path", path).is_file() and is_container(path)):
         return ()
     _need_reader(path)
@@ -62,13 +56,7 @@ def measurements(path: Path) -> tuple[str, ...]:
 
 
 def from_instrument(path: Path, part: str | None) -> RawMap:
-    """A map by SurfaceTopography: heights as they are in the file, size and unit in m if it says them.
-
-    Raises
-    ------
-    TopographyError
-        If it cannot be read, or holds several maps of which none is chosen.
-    """
+    """A map by SurfaceTopography: heights as they are in the file, size and unit in m if it says them."""
     _need_reader(path)
     with warnings.catch_warnings(), ExitStack() as stack:
         warnings.simplefilter("ignore")  # of imports, and of formats that are guessed

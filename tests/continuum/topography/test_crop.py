@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from continuum.sticky.crop import wall_from_map
-from continuum.sticky.topography import Topography, TopographyError
+from continuum.topography.crop import wall_from_map
+from continuum.topography.map import Topography, TopographyError
 
 NM = 1e-9
 

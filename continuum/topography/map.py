@@ -35,13 +35,7 @@ class TopographyError(InputError, ValueError):
 
 
 def heights_of(name: str, value: Any) -> Real:
-    """A copy of an array of real numbers as heights, NaN where points are masked: these are missing.
-
-    Raises
-    ------
-    ArgumentError
-        If it holds something else; ``name`` is that of the argument.
-    """
+    """A copy of an array of real numbers as heights, NaN where points are masked: these are missing."""
     heights = np.array(array(name, value), dtype=np.float64)
     heights[np.ma.getmaskarray(value)] = np.nan
     return heights
@@ -78,8 +72,8 @@ class Topography:
     source : where it comes from, in words.
     steps : what has been done to it, in words.
     cutoff : wavelength below which waves were left out on purpose, in m.
-    lines : of a scan that it stands for (:mod:`continuum.sticky.linescan`); 0 for a map.
-    measurements : that it stands for together (:mod:`continuum.sticky.joined`); 0 for a map.
+    lines : of a scan that it stands for (:mod:`continuum.topography.linescan`); 0 for a map.
+    measurements : that it stands for together (:mod:`continuum.topography.joined`); 0 for a map.
 
     Raises
     ------

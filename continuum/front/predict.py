@@ -1,0 +1,111 @@
+"""Is my surface sticky: a measured topography, or two, in an interface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, get_args
+
+from numpy.typing import ArrayLike
+
+from continuum.arguments import choice, count, flag
+from continuum.files.inputs import load
+from continuum.solve.solution import MOST_THREADS
+from continuum.sticky.materials import Interface, InterfaceError, read_interface
+from continuum.sticky.predict import prediction_of
+from continuum.sticky.prediction import Prediction
+from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.mending import Detrending, prepare
+from continuum.topography.quantities import share
+from continuum.topography.reading import read_all
+
+READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff"}
+"""Arguments that are used when the maps are read."""
+
+
+def predict(
+    *maps: str | Path | ArrayLike,
+    size: str | Sequence[str] | None = None,
+    unit: str | Sequence[str] | None = None,
+    dataset: str | Sequence[str] | None = None,
+    part: str | Sequence[str] | None = None,
+    periodic: bool = False,
+    override_size: bool = False,
+    detrend: Detrending | None = None,
+    fill: str | float | None = None,
+    crop: str | None = None,
+    cutoff: str | None = None,
+    material: str | Sequence[str] = (),
+    modulus: str | Sequence[str] = (),
+    poisson: str | float | Sequence[str | float] = (),
+    contact_modulus: str | None = None,
+    work: str | None = None,
+    range: str | None = None,
+    spacing: str | None = None,
+    solve: bool = False,
+    threads: int = 1,
+) -> Prediction:
+    """Is my surface sticky?  Every criterion on a measured topography, or on two that face each other.
+
+    Every quantity is a text with its unit, as ``"50mJ/m2"``.
+
+    Parameters
+    ----------
+    maps : one topography, or two for two rough bodies: names of files, or arrays of heights, shape (nx, ny), out of the
+        body.  Masked points of an array are missing ones; an array of one row or column is a line scan.  Or one input
+        (TOML) with the tables [topography] and [interface]: what is given beside it overrules its keys.
+    size, unit, dataset, part, periodic, override_size, detrend, fill, crop, cutoff : see
+        :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  Of two maps one text for both,
+        or one for each, ``"-"`` as the file says.
+    material, modulus, poisson, contact_modulus, work, range, spacing : see
+        :class:`continuum.sticky.tables.InterfaceTable`.
+    solve, threads : whether to solve the contact of the map, too, and on how many threads.
+
+    Raises
+    ------
+    TopographyError, InterfaceError
+        If a map or the contact cannot be used.
+    ArgumentError
+        If an argument is of another type, such as a number where a text with its unit is asked for.
+    """
+    given = {name: value for name, value in locals().items() if name in OPTIONS}
+    flag("solve", solve)
+    count("threads", threads, 1, MOST_THREADS)
+    if len(maps) == 1 and isinstance(maps[0], str | Path) and str(maps[0]).endswith(".toml"):
+        config = load(maps[0], PredictionInput)
+        maps, given = config.topography.maps, given | config.keys | _given(given)
+    found = _found(maps, given)
+    return found.solved(threads) if solve else found
+
+
+def _found(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
+    """The prediction for maps, with the keys of both tables."""
+    if given["detrend"] is not None:
+        choice("detrend", given["detrend"], get_args(Detrending))
+    read, contact = _both(
+        partial(read_all, maps, **{name: given[name] for name in READ}),
+        partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields}),
+    )
+    limit = share(given["fill"])
+    return prediction_of([prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read], contact)
+
+
+def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments that are not left at their defaults."""
+    return {name: value for name, value in values.items() if not any(value is left for left in (None, (), False))}
+
+
+def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]) -> tuple[list[Topography], Interface]:
+    """Maps and contact, or the faults of both at once."""
+    try:
+        read = maps()
+    except TopographyError as error:
+        try:
+            contact()
+        except InterfaceError as other:
+            msg = f"{error}\n{other}"
+            raise TopographyError(msg) from error
+        raise
+    return read, contact()

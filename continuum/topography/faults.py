@@ -1,0 +1,349 @@
+"""What is wrong with a measured map, as far as the map itself shows it.
+
+Each artefact is one function: it looks for the fault, says in words what was found, and names the argument of
+:func:`continuum.predict` that mends it.  :data:`LEVELLING` and :data:`ROUGHENING` list them in the order in which they
+are looked for, each where the ones before it have been mended, so that one cause is named once.  Each moves moments,
+and with them verdicts, by more than theories differ.  The limits are such that on clean self-affine maps of 256² points
+hardly any fault is found; a test counts them, and docs/predict.md says how many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.ndimage import binary_dilation, label
+
+from continuum import units
+from continuum.arguments import instance
+from continuum.model.fourier import Real
+from continuum.topography.map import FLAT, Topography, TopographyError
+from continuum.topography.mending import background, cut_off, detrend, fill_outliers
+from continuum.topography.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
+from continuum.topography.scanlines import Mask, ScanLines, scan_lines, spikes
+
+LINE_SHARE = 0.05
+"""Part of the mean square slope across the lines, due to their offsets, that counts."""
+BACKGROUND_SHARE = 0.75
+"""Part of the variance of heights in a plane, or in a paraboloid, that counts.  A surface without roll-off has up to
+nine tenths of it in its longest waves."""
+ANISOTROPY = 1.5
+"""Ratio of the largest to the smallest rms slope over all directions that counts; theories assume 1."""
+NOISE_SHARE = 0.1
+"""Part of the mean square slope of waves below the floor of the spectrum that counts."""
+SIGNAL = 1.25
+"""A cut-off in wavelengths of the floor: there the noise is well below the surface."""
+KURTOSIS = 5.0
+"""<h⁴>/<h²>² that counts; theories assume 3."""
+CUSPS = 1.0
+"""Skewness of the laplacian that counts: a blunt tip rounds summits and leaves cusps between them."""
+BLUNT = 2.0
+"""Ratio of the sharpest valleys to the sharpest summits, in laplacians that one in a thousand exceeds, that counts."""
+STEPS = 0.25
+"""Part of the neighbouring points of exactly the same height that counts."""
+STEEP, COARSE = 3.0, 1e-3
+"""A rms slope, and a pixel in m, beyond which size or unit of a map are probably wrong."""
+SMOOTHEST = 1.25
+"""Hurst exponent beyond which a fit is impossible; some more than 1 is its error."""
+
+
+@dataclass(frozen=True)
+class MapFault:
+    """One fault of a map."""
+
+    kind: str
+    """In the field's words, short: "line noise"."""
+    text: str
+    """What was found, with numbers and units."""
+    remedy: Mapping[str, str | float] = field(default_factory=dict)
+    """Argument of :func:`continuum.predict` that mends it, and its value, lengths in m; empty if nothing does."""
+
+    @property
+    def arguments(self) -> dict[str, str]:
+        """The remedy as texts with units, as :func:`continuum.predict` and the command take them."""
+        return {name: value if isinstance(value, str) else _text(value) for name, value in self.remedy.items()}
+
+
+class Marks(NamedTuple):
+    """What was seen of lines and single points on a map as it was given."""
+
+    lines: ScanLines
+    outside: Mask
+    """Points that stand out, outside of scars."""
+
+
+class Waves(NamedTuple):
+    """What the spectrum of a map says before short waves are left out."""
+
+    roughness: Roughness
+    fit: Fit | None
+
+
+Artefact = Callable[[Topography, Any], MapFault | None]
+"""Looks for one fault on a map, with what was measured on it before."""
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Roughness by direction: along x, along y, and where the slope is largest and smallest."""
+
+    slopes: tuple[float, float]
+    """rms slope along x and along y."""
+    curvatures: tuple[float, float]
+    """rms second derivative along x and along y."""
+    anisotropy: float
+    """Largest over smallest rms slope over all directions."""
+    angle: float
+    """Direction of the largest slope, in degrees from x, between -90 and 90."""
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """All that was found on one map."""
+
+    faults: tuple[MapFault, ...]
+    lines: ScanLines = field(repr=False)
+    marked: Mask = field(repr=False)
+    """Points of scars, and points that stand out."""
+    directions: Directions
+    kurtosis: float
+    mended: Topography | None = field(repr=False)
+    """The map as the remedies leave it, if there are any: what a verdict on a faulty map is held against."""
+
+
+def directions(topography: Topography) -> Directions:
+    """Slopes and curvatures by direction, from differences of neighbouring heights."""
+    h, (dx, dy) = instance("topography", topography, Topography).heights, topography.grid.spacing
+    sx, sy = np.diff(h, axis=0) / dx, np.diff(h, axis=1) / dy
+    # In the middle of four points both are known.
+    mx, my = (sx[:, 1:] + sx[:, :-1]) / 2, (sy[1:] + sy[:-1]) / 2
+    xx, yy, xy = np.mean(sx**2), np.mean(sy**2), np.mean(mx * my)
+    radius, mean = np.hypot((xx - yy) / 2, xy), (xx + yy) / 2
+    return Directions(
+        (float(np.sqrt(xx)), float(np.sqrt(yy))),
+        (float(np.std(np.diff(h, 2, axis=0)) / dx**2), float(np.std(np.diff(h, 2, axis=1)) / dy**2)),
+        float(np.sqrt((mean + radius) / max(mean - radius, 1e-12 * mean))) if mean > 0 else 1.0,
+        float(np.degrees(np.arctan2(2 * xy, xx - yy) / 2)),
+    )
+
+
+def find_faults(topography: Topography) -> Findings:
+    """Look for every fault, in the order in which they are mended.
+
+    Parameters
+    ----------
+    topography : as it is to be judged.
+    """
+    lines = scan_lines(instance("topography", topography, Topography).heights)
+    marks = Marks(lines, spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2))
+    faults, clean = _looked_for(LEVELLING, topography, marks)
+    waves = Waves(roughness_of(clean), fit_self_affine(*spectrum(clean)))
+    more, clean = _looked_for(ROUGHENING, clean, waves)
+    return Findings(
+        (*faults, *more),
+        lines,
+        lines.scars | marks.outside,
+        directions(topography),
+        _kurtosis(topography.heights),
+        None if clean is topography else clean,
+    )
+
+
+def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) -> tuple[list[MapFault], Topography]:
+    """Faults of each stage, on the map that those before it leave, and the map mended."""
+    faults: list[MapFault] = []
+    for stage in stages:
+        found = [fault for artefact in stage if (fault := artefact(topography, seen))]
+        topography, faults = _mended(topography, found), faults + found
+    return faults, topography
+
+
+def _mended(topography: Topography, faults: list[MapFault]) -> Topography:
+    """The map after the remedies of its faults, of cut-offs the longest; unchanged where nothing would be left."""
+    for argument, mend in MENDING.items():
+        values = [fault.remedy[argument] for fault in faults if argument in fault.remedy]
+        try:
+            topography = mend(topography, max(values)) if values else topography
+        except TopographyError:
+            continue
+    return topography
+
+
+def _scars(topography: Topography, marks: Marks) -> MapFault | None:
+    scars = marks.lines.scars
+    if not scars.any():
+        return None
+    count = int(label(scars)[1])
+    share = max(100 * float(scars.mean()), 0.01)
+    text = f"{count} scar{'s' if count > 1 else ''} along {'xy'[marks.lines.axis]}, {share:.2g} % of the points"
+    return MapFault("scars", text, {"fill": "5%"})
+
+
+def _spikes(topography: Topography, marks: Marks) -> MapFault | None:
+    if not marks.outside.any():
+        return None
+    return MapFault("spikes", f"{np.count_nonzero(marks.outside)} points that stand out", {"fill": "5%"})
+
+
+def _line_share(topography: Topography, lines: ScanLines) -> float:
+    """Part of the mean square slope across the lines that their offsets make, where all lines are displaced."""
+    across = directions(topography).slopes[1 - lines.axis]
+    spacing = topography.grid.spacing[1 - lines.axis]
+    return 2 * (lines.noise / spacing) ** 2 / across**2 if across > 0 and lines.restless else 0.0
+
+
+def _line_noise(topography: Topography, marks: Marks) -> MapFault | None:
+    lines = marks.lines
+    share = _line_share(topography, lines)
+    if share <= LINE_SHARE:
+        return None
+    text = f"lines along {'xy'[lines.axis]} displaced by {_length(lines.noise)} (rms), {100 * min(share, 1):.0f} % of "
+    return MapFault("line noise", text + "the mean square slope across them", {"detrend": "lines"})
+
+
+def _outlier_lines(topography: Topography, marks: Marks) -> MapFault | None:
+    """Some lines only; where all are displaced, these are not named again."""
+    lines = marks.lines
+    if not lines.outliers.size or _line_share(topography, lines) > LINE_SHARE:
+        return None
+    some = ", ".join(map(str, lines.outliers[:5])) + (", ..." if lines.outliers.size > 5 else "")
+    text = f"{lines.outliers.size} lines along {'xy'[lines.axis]} displaced against their neighbours (number {some})"
+    return MapFault("outlier lines", text, {"detrend": "lines"})
+
+
+def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
+    """A plane that carries most of the heights."""
+    plane = float(np.var(background(topography, 1)[0]) / np.var(topography.heights))
+    if topography.periodic or plane < BACKGROUND_SHARE:
+        return None
+    return MapFault("tilt", f"{100 * plane:.0f} % of the variance of heights is a plane", {"detrend": "plane"})
+
+
+def _bow(topography: Topography, marks: Marks) -> MapFault | None:
+    """A paraboloid that carries most of what the plane leaves."""
+    plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
+    whole = float(np.var(topography.heights))
+    left = whole - plane
+    # Of a plane nothing is left but rounding errors.
+    share = (bowl - plane) / left if left > FLAT * whole else 0.0
+    if topography.periodic or share < BACKGROUND_SHARE:
+        return None
+    text = f"{100 * share:.0f} % of the variance of heights is a paraboloid: the bow of a scanner, the shape of the "
+    return MapFault("bow", text + "part, or waves longer than the map", {"detrend": "curvature"})
+
+
+def _cut(topography: Topography, wavelength: float | None) -> dict[str, str | float]:
+    """The cut-off as a remedy, where a map of this pixel and size has such waves."""
+    smallest, largest = 2.2 * max(topography.grid.spacing), min(topography.lengths) / 8
+    return {"cutoff": wavelength} if wavelength is not None and smallest < wavelength < largest else {}
+
+
+def _noise(topography: Topography, waves: Waves) -> MapFault | None:
+    fit, slope = waves.fit, waves.roughness.whole.moments.rms_slope
+    if topography.cutoff is not None or fit is None or fit.floor is None or not slope > 0:
+        return None
+    share = 1 - (waves.roughness.cut(fit.floor).moments.rms_slope / slope) ** 2
+    if share <= NOISE_SHARE:
+        return None
+    text = f"below {_length(fit.floor)} the spectrum falls less than that of any surface: {100 * share:.0f} % "
+    text += "of the mean square slope are probably noise"
+    return MapFault("noise", text, _cut(topography, SIGNAL * fit.floor))
+
+
+def _blunt_tip(topography: Topography, waves: Waves) -> MapFault | None:
+    tip = _tip(topography) if topography.cutoff is None else None
+    if tip is None:
+        return None
+    # Waves are as sharp as the surface's as long as their curvature is half of the tip's.
+    roughness = waves.roughness
+    sharp = [w for w in roughness.wavelengths if roughness.cut(w).moments.rms_curvature < 1 / tip]
+    wavelength = min((w for w in sharp if _cut(topography, w)), default=None)
+    text = f"summits are rounded to {_length(tip)}, with cusps between them: probably a blunt tip"
+    return MapFault("tip", text, _cut(topography, wavelength))
+
+
+def _tip(topography: Topography) -> float | None:
+    """Radius to which summits are rounded, if the valleys are so much sharper that a tip must have done it."""
+    h, (dx, dy) = topography.heights, topography.grid.spacing
+    bend = np.diff(h, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(h, 2, axis=1)[1:-1] / dy**2
+    low, high = (float(q) for q in np.quantile(bend, (0.001, 0.999)))
+    # Both, since the skewness alone is that of a few points where heights are not Gaussian.
+    if bend.std() == 0 or not 0 < -low * BLUNT < high or float(np.mean((bend / bend.std()) ** 3)) < CUSPS:
+        return None
+    return -2 / low
+
+
+def _anisotropy(topography: Topography, waves: Waves) -> MapFault | None:
+    by = directions(topography)
+    if by.anisotropy <= ANISOTROPY:
+        return None
+    text = f"slopes along {by.angle:.0f}° from x are {by.anisotropy:.2g} times those across: theories are of "
+    return MapFault("anisotropy", text + "isotropic surfaces")
+
+
+def _impossible_fit(topography: Topography, waves: Waves) -> MapFault | None:
+    fit = waves.fit
+    if fit is None or 0 <= fit.hurst <= SMOOTHEST:
+        return None
+    text = f"the fit finds H = {fit.hurst:.2f}, which no self-affine surface has: filtered, interpolated, or shaped"
+    return MapFault("impossible fit", text)
+
+
+def above(
+    kind: str,
+    quantity: Callable[[Topography, Waves], float],
+    limit: float,
+    text: str,
+    shown: Callable[[float], str] = "{:.3g}".format,
+) -> Artefact:
+    """An artefact that nothing mends: a quantity of the map above a limit; the text has a place for its value."""
+
+    def find(topography: Topography, waves: Waves) -> MapFault | None:
+        value = quantity(topography, waves)
+        return MapFault(kind, text.format(shown(value))) if value > limit else None
+
+    return find
+
+
+Stage = tuple[Artefact, ...]
+"""Artefacts that are looked for on one map, and then mended together."""
+LEVELLING: tuple[Stage, ...] = (_scars, _spikes), (_tilt,), (_line_noise, _outlier_lines), (_bow,)
+"""Artefacts of the instrument that lines and single points show: called with the map and its :class:`Marks`."""
+ROUGHENING: tuple[Stage, ...] = (
+    (_noise, _blunt_tip),
+    (
+        _anisotropy,
+        above("non-Gaussian heights", lambda topography, _: _kurtosis(topography.heights), KURTOSIS,
+              "a kurtosis of {}, where theories assume 3"),
+        above("height steps", lambda topography, _: float(np.mean(np.diff(topography.heights, axis=0) == 0)), STEPS,
+              "{} % of neighbouring points have exactly the same height", lambda share: f"{100 * share:.0f}"),
+        _impossible_fit,
+        above("slope", lambda _, waves: waves.roughness.moments.rms_slope, STEEP,
+              "an rms slope of {}: size or unit of the heights are probably wrong"),
+        above("pixel", lambda topography, _: max(topography.grid.spacing), COARSE,
+              "pixels of {}: the size of the map is probably wrong", lambda pixel: _length(pixel)),
+    ),
+)  # fmt: skip
+"""Artefacts in the spectrum and in the statistics: called with the map and its :class:`Waves`."""
+MENDING: dict[str, Callable[[Topography, Any], Topography]] = {
+    "fill": lambda topography, share: fill_outliers(topography, 1.0),
+    "detrend": detrend,
+    "cutoff": cut_off,
+}
+"""What an argument of a remedy does to a map."""
+
+
+def _kurtosis(heights: Real) -> float:
+    z = heights - heights.mean()
+    return float(np.mean(z**4) / np.mean(z**2) ** 2)
+
+
+def _length(value: float) -> str:
+    return units.readable(value, "length", 3)
+
+
+def _text(value: float) -> str:
+    """A length as it is typed, such as 12nm."""
+    return _length(value).replace(" ", "").replace("µ", "u")
