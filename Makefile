@@ -5,7 +5,7 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test search docs long verification figures bench bench-gpu lint clean
+.PHONY: validate test search mutants docs long verification figures bench bench-gpu lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
@@ -27,6 +27,13 @@ long: .venv/installed-dev
 # The short tests with other random arguments each time, and ten times as many.
 search: .venv/installed-dev
 	$(BIN)/python -m pytest --hypothesis-profile search --numprocesses auto --maxprocesses 8 --dist worksteal
+
+# A hundred changes of the physics, drawn at random, and whether a test sees each: half an hour on two cores.
+# MUTANTS="--count 20 --seed 7": others.
+MUTANTS =
+mutants: .venv/installed-dev
+	$(BIN)/python -m pip install --quiet --editable ".[mutants]"
+	$(BIN)/python -m tests.mutants $(MUTANTS)
 
 # The solver beside analytic contacts: tables and figure of docs/verification.md.
 verification: .venv/installed-dev

@@ -14,7 +14,7 @@ from continuum.runs.record import Point
 
 def content(path: Path) -> dict[str, np.ndarray]:
     """Everything that must be reproducible: all but the journal."""
-    file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
     assert file.attributes["finished"]
     return {n: d.values for n, d in file.datasets.items() if not n.startswith("journal/")}
 

@@ -198,7 +198,7 @@ def write_archive(
 
 def read_archive(path: Path) -> tuple[Archive, dict[str, Dataset]]:
     """What a file holds, as plain arrays, and as datasets to which more can be joined."""
-    file = store.read(path, ValidateConfig.result_schema, ValidateConfig.result_version)
+    file = store.read_datasets(path, ValidateConfig.result_schema, ValidateConfig.result_version)
     datasets = dict(file.datasets)
     return Archive({n: d.values for n, d in datasets.items()}, dict(file.attributes)), datasets
 
@@ -227,7 +227,7 @@ def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     continuum.files.store.StoreError
         If there is no such file, or it is of another validation.
     """
-    file = store.read(path, PART, config.result_version)
+    file = store.read_datasets(path, PART, config.result_version)
     if file.attributes["identity"] != identity(config):
         msg = f"{path}: belongs to another validation"
         raise StoreError(msg)

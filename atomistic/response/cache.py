@@ -120,7 +120,7 @@ def _write(path: Path, response: LatticeResponse, model: Model, key: str) -> Non
 
 
 def _read(path: Path, slab: Slab, key: str) -> LatticeResponse:
-    file = store.read(path, SCHEMA, VERSION)
+    file = store.read_datasets(path, SCHEMA, VERSION)
     if file.attributes["key"] != key:
         msg = f"{path}: holds another response"
         raise StoreError(msg)

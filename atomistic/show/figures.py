@@ -42,12 +42,12 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 
 def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:
     """Draw every figure into a folder, as PNG and PDF; returns the PNG files."""
-    figures = {"contact": contact_maps(archive), "curves": curves(archive), "scaling": scaling(archive)}
+    figures = {"contact": rung_contact_maps(archive), "curves": curves(archive), "scaling": scaling(archive)}
     return [save_figure(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None]
 
 
 @styled
-def contact_maps(archive: Archive) -> Figure:
+def rung_contact_maps(archive: Archive) -> Figure:
     """Contact on the lattice Green's function and on atoms, side by side, and the points that differ.
 
     A row for each case: its steepest slope, first surface and a middle area.

@@ -101,7 +101,7 @@ def distinct(path: Path, inputs: Iterable[Path]) -> None:
             raise OutputError(msg)
 
 
-def is_held(mark: Path) -> bool:
+def is_locked(mark: Path) -> bool:
     """Whether the process that made a mark still has it: asked of this machine, and believed of others."""
     words = holder(mark).split()
     if len(words) < 4 or words[3] != socket.gethostname() or not words[1].isdecimal():

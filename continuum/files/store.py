@@ -160,7 +160,7 @@ def _number(value: bool | float) -> Any:
     return np.int64(value) if isinstance(value, int) else np.float64(value)
 
 
-def read(path: str | Path, schema: str, version: int, names: Collection[str] | None = None) -> File:
+def read_datasets(path: str | Path, schema: str, version: int, names: Collection[str] | None = None) -> File:
     """Read a file of a known kind.
 
     Parameters
@@ -223,7 +223,7 @@ def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool
     if force:
         return None
     try:
-        file = read(path, schema, version)
+        file = read_datasets(path, schema, version)
         same = file.attributes.get("identity") == identity
         fault = "" if same else f"{path}: holds another result (other physics, solver settings or input data)"
     except StoreError as error:

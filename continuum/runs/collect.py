@@ -245,7 +245,7 @@ def _in_hand(folder: Folder) -> Iterator[tuple[str, Path]]:
     """Systems that a living process holds, and the mark that says who."""
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")
-        if not name.endswith(".h5") and output.is_held(mark):
+        if not name.endswith(".h5") and output.is_locked(mark):
             yield name, mark
 
 
@@ -302,7 +302,7 @@ def verify(root: str | Path, *, aside: bool = False) -> tuple[int, list[DamagedF
 
 def _fault(path: Path) -> str:
     try:
-        file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+        file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
         numbers_of(path)
     except StoreError as error:
         return str(error)

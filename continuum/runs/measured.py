@@ -55,7 +55,7 @@ def add_measurements(path: Path) -> None:
     StoreError, OutputError
         If the file cannot be read, or not be written.
     """
-    file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
     datasets = {
         **file.datasets,
         "quantity": Dataset(np.array(list(COLUMNS)), ("quantity",), "", "columns of the table of numbers"),

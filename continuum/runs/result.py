@@ -69,7 +69,7 @@ class Result:
         """
         path = Path(path)
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "wall/gap", "wall/traction"}
-        file = store.read(path, RunConfig.result_schema, RunConfig.result_version, names)
+        file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
         config = restored(RunConfig, str(file.attributes["config_resolved"]))
         return cls(path, config, file.attributes, points_of(file), events_of(file), stored_wall(path, config, file))
 
@@ -129,7 +129,7 @@ class Result:
     def heights(self) -> Real | None:
         """Heights of the wall, shape ``grid.shape``, in a0, from single precision; None if the run stored no fields."""
         names = {"heights"}
-        file = store.read(self.path, RunConfig.result_schema, RunConfig.result_version, names)
+        file = store.read_datasets(self.path, RunConfig.result_schema, RunConfig.result_version, names)
         return file["heights"].astype(np.float64) if names <= set(file.datasets) else None
 
     def analyse(self) -> Analysis:

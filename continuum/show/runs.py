@@ -181,7 +181,7 @@ def _whole(analysis: Analysis) -> Sheet:
 def draw_run(result: Result, folder: Path | None = None) -> list[Path]:
     """Draw every figure of a stored run, beside it or into a folder; returns the PNG files."""
     stem = (folder or result.path.parent) / result.path.stem
-    figures = {"contact": contact_maps(result), "area-and-load": area_and_load(result)}
+    figures = {"contact": run_contact_maps(result), "area-and-load": area_and_load(result)}
     return [save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
 
 
@@ -198,7 +198,7 @@ def _explain(figure: Figure) -> None:
 
 
 @styled
-def contact_maps(result: Result, most: int = 3) -> Figure:
+def run_contact_maps(result: Result, most: int = 3) -> Figure:
     """Contact maps of up to ``most`` points of the approach, spread evenly over those in contact."""
     points = result.points
     touching = [i for i, point in enumerate(points) if point.area_rep > 0 and point.branch != "retract"]
@@ -278,7 +278,7 @@ def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
     chosen = [touching[i] for i in np.unique(np.linspace(0, len(touching) - 1, 4).round().astype(int))]
     figures = {"patches": _patch_maps(analysis, chosen[:3]), "sizes": _sizes(chosen)}
     if any(point.fields for point in chosen):
-        figures["gap-profile"] = gap_profiles(analysis, chosen)
+        figures["gap-profile"] = run_gap_profiles(analysis, chosen)
         figures["distributions"] = _distributions(chosen)
     return [save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
 
@@ -331,7 +331,7 @@ def _sizes(points: list[MeasuredPoint]) -> Figure:
 
 
 @styled
-def gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
+def run_gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
     """Mean gap against the distance from the edge, and its ratio to Eq. (S-1) with the measured mean diameter."""
     figure = new_figure(PAGE, 2.8)
     left, right = figure.subplots(1, 2)

@@ -106,7 +106,7 @@ def test_ovito_reads_the_data_file(run):
 
 def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path):
     stored, figure, *walls = run.write(tmp_path / "out", compare=True)
-    file = store.read(stored, "stickiness/deck-run", 2)
+    file = store.read_datasets(stored, "stickiness/deck-run", 2)
     assert file.attributes["finished"] is True
     assert file.attributes["element"] == run.description.element
     assert np.array_equal(file["gap"][-1], run.last.gap)

@@ -32,7 +32,7 @@ def test_a_stored_response_is_the_measured_one(tmp_path, model, monkeypatch):
     assert (moved == first.displacements_of_surface_force(force)).all()
     # The table is what the recursion gives, without asking the table.
     assert np.allclose(LatticeResponse(SLAB, again.force_constants).stiffness_q, again.stiffness_q, rtol=1e-14)
-    file = store.read(cache.response_path(SLAB, model, tmp_path / "new"), cache.SCHEMA, cache.VERSION)
+    file = store.read_datasets(cache.response_path(SLAB, model, tmp_path / "new"), cache.SCHEMA, cache.VERSION)
     assert file.attributes["model"] == model.reference
     assert "provenance/lammps" in file.attributes
 

@@ -32,7 +32,7 @@ def some() -> dict[str, Dataset]:
 
 
 def read(path: Path) -> store.File:
-    return store.read(path, "test", 1)
+    return store.read_datasets(path, "test", 1)
 
 
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
@@ -126,9 +126,9 @@ def test_what_is_missing_or_of_another_kind_is_said(tmp_path: Path) -> None:
         read(path)
     store.write(path, some(), HEAD)
     with pytest.raises(StoreError, match="holds test version 1, expected run version 1"):
-        store.read(path, "run", 1)
+        store.read_datasets(path, "run", 1)
     with pytest.raises(StoreError, match="expected test version 2"):
-        store.read(path, "test", 2)
+        store.read_datasets(path, "test", 2)
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file["x"] = 1
     with pytest.raises(StoreError, match="no result of this program"):

@@ -357,7 +357,7 @@ def test_a_stopped_path_with_jumps_goes_on_as_if_it_had_not(tmp_path: Path, poin
     same(tmp_path / "stopped.h5", tmp_path / "whole.h5")
     assert [step.status for step in whole.points[-2:]] == ["PULLED_OFF", "PULLED_OFF"]
     assert [event.kind for _, event in whole.events].count("pull-off") == 1
-    file = store.read(tmp_path / "whole.h5", RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(tmp_path / "whole.h5", RunConfig.result_schema, RunConfig.result_version)
     assert file.attributes["smallest_load"] == min(e.before.load for _, e in whole.events if e.kind == "pull-off")
     weighted = (file["work/nx"] * file["work/ny"] * file["work/fft_pairs"]).sum(axis=1) / (24 * 30)
     np.testing.assert_allclose(weighted, file["fft_pairs"])
@@ -459,7 +459,7 @@ def test_ctrl_c_in_the_middle_of_a_search_leaves_what_is_finished(tmp_path: Path
 
 
 def _points(result: Path) -> int:
-    return int(store.read(result, RunConfig.result_schema, RunConfig.result_version)["step"].size)
+    return int(store.read_datasets(result, RunConfig.result_schema, RunConfig.result_version)["step"].size)
 
 
 # --- resolution --------------------------------------------------------------------------------------------
@@ -492,7 +492,7 @@ def test_warnings_are_shown_and_stored(small: Path, tmp_path: Path, capsys: pyte
     for command in (["check", str(small)], ["run", str(small), "-o", str(tmp_path)]):
         assert main(command) == 0
         assert "warning: the shortest wavelength, 3 a0" in capsys.readouterr().err
-    file = store.read(tmp_path / "small.h5", RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(tmp_path / "small.h5", RunConfig.result_schema, RunConfig.result_version)
     assert "shortest wavelength" in str(file.attributes["warnings"])
 
 

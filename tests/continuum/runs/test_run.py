@@ -35,7 +35,7 @@ def whole(small: Path) -> Path:
 
 
 def test_a_result_holds_what_is_needed(small: Path, whole: Path) -> None:
-    file = store.read(whole, RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(whole, RunConfig.result_schema, RunConfig.result_version)
     assert file.attributes["config"] == SMALL
     assert file.attributes["seed"] == 3
     assert file.attributes["realised_rms_slope"] == pytest.approx(0.1, rel=1e-12)
@@ -68,7 +68,7 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     config = load(small, RunConfig)
     with pytest.raises(error):
         follow_run(config, path, progress=stop_after(points, error))
-    file = store.read(path, RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
     assert not file.attributes["finished"]
     assert file["step"].size == points
     summary = follow_run(config, path)
@@ -92,7 +92,7 @@ def test_a_run_that_was_killed_goes_on(small: Path, whole: Path) -> None:
         time.sleep(0.1)
     os.kill(process.pid, signal.SIGKILL)
     assert process.wait() == -signal.SIGKILL
-    assert not store.read(path, RunConfig.result_schema, RunConfig.result_version).attributes["finished"]
+    assert not store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version).attributes["finished"]
     assert follow_run(load(small, RunConfig), path).resumed >= 1
     same(path, whole)
     assert not list(small.parent.glob(".*.tmp"))
@@ -137,7 +137,7 @@ def test_points_that_did_not_converge_are_stored_and_told(
     assert main(["run", str(small), "-o", str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert out.count("iteration limit") >= 1
-    file = store.read(tmp_path / "small.h5", RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(tmp_path / "small.h5", RunConfig.result_schema, RunConfig.result_version)
     failed = file["status"] == "ITERATION_LIMIT"
     assert failed.any()
     assert (file["residual"][failed] > file.attributes["tolerance"]).all()

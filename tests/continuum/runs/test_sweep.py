@@ -566,7 +566,7 @@ def test_ten_thousand_systems_are_listed_resumed_and_collected_in_seconds(undist
     from continuum.runs.config import RunConfig
 
     solve_system(root, tasks[0])
-    file = store.read(tasks[0].path, RunConfig.result_schema, RunConfig.result_version)
+    file = store.read_datasets(tasks[0].path, RunConfig.result_schema, RunConfig.result_version)
     few = {name: file.datasets[name] for name in ("measured", "quantity")}
     for task in tasks[1:]:
         assert task.plan is not None

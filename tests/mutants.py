@@ -1,0 +1,153 @@
+"""Mutation tests: one change at a time in the physics, and whether any test near it fails.
+
+``make mutants`` draws a hundred changes at random and takes half an hour on two cores.  A change that no test sees is a
+test that is missing, a line that nobody needs, or one that means the same: the list at the end says which they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from difflib import unified_diff
+from functools import cache
+from pathlib import Path
+from queue import SimpleQueue
+
+from cosmic_ray.ast import ast_nodes, get_ast
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.plugins import get_operator, operator_names
+
+ROOT = Path(__file__).parent.parent
+ROOMS = ("continuum/model", "continuum/solve", "continuum/measure", "continuum/theory", "atomistic/response",
+         "atomistic/lammps")  # fmt: skip
+SIGNS = "Add_Sub|Sub_Add|Mul_Div|Div_Mul|Pow_Mul|Mul_Add"
+COMPARISONS = "Lt_Gt|Gt_Lt|LtE_Gt|GtE_Lt|Eq_NotEq|NotEq_Eq"
+CHANGES = re.compile(
+    rf"core/(NumberReplacer|ReplaceBinaryOperator_({SIGNS})|ReplaceComparisonOperator_({COMPARISONS})|"
+    "ReplaceUnaryOperator_(USub_UAdd|Delete_Not)|ReplaceAndWithOr|ReplaceOrWithAnd)$"
+)
+"""Of the changes of cosmic-ray those that turn physics into other physics, not into an error of types."""
+NO_GPU = ("continuum/solve/cuda",)
+SECONDS = 240
+"""Time of the tests of one change, after which it counts as caught: it does not end."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change: occurrence of an operator in a module."""
+
+    module: str
+    operator: str
+    occurrence: int
+
+    def source(self) -> str:
+        """The module with the change."""
+        changed = mutate_code((ROOT / self.module).read_text(), get_operator(self.operator)(), self.occurrence)
+        assert isinstance(changed, str)
+        return changed
+
+    def __str__(self) -> str:
+        before, after = ((ROOT / self.module).read_text().splitlines(), self.source().splitlines())
+        lines = [line for line in unified_diff(before, after, n=0, lineterm="") if line[:2] not in ("--", "++")]
+        return "\n".join([f"{self.module} {lines[0]}", *lines[1:]])
+
+
+def mutants() -> Iterator[Mutant]:
+    """Every change in the rooms."""
+    operators = [name for name in operator_names() if CHANGES.match(name)]
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            module = path.relative_to(ROOT).as_posix()
+            if module.startswith(NO_GPU):
+                continue
+            nodes = list(ast_nodes(get_ast(path.read_text())))
+            for name in operators:
+                operator = get_operator(name)()
+                count = sum(len(list(operator.mutation_positions(node))) for node in nodes)
+                yield from (Mutant(module, name, occurrence) for occurrence in range(count))
+
+
+@cache
+def imported() -> dict[str, str]:
+    """Each file of tests, and its text."""
+    found = sorted((ROOT / "tests").rglob("test_*.py"))
+    return {path.relative_to(ROOT).as_posix(): path.read_text() for path in found}
+
+
+def nearest_tests(module: str) -> list[str]:
+    """The files of tests that a module has: of its own name, then of its room, then those that import it."""
+    package, room, *_ = module.split("/")
+    own = [name for name in imported() if Path(name).stem == f"test_{Path(module).stem}"]
+    beside = [name for name in imported() if name.startswith(f"tests/{package}/{room}/")]
+    named = module.removesuffix(".py").replace("/", ".")
+    others = [name for name, text in imported().items() if f"from {named} import" in text]
+    return list(dict.fromkeys([*own, *beside, *others]))
+
+
+def copied(folder: Path) -> Path:
+    """A copy of the checkout, in which modules can be changed."""
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+    for name in listed:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, folder / name)
+    return folder
+
+
+def survives(mutant: Mutant, copy: Path) -> bool:
+    """Whether all tests near a change pass."""
+    module = copy / mutant.module
+    before = module.read_text()
+    module.write_text(mutant.source())
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *nearest_tests(mutant.module)],
+            cwd=copy, env=os.environ | {"PYTHONPATH": str(copy)}, capture_output=True, timeout=SECONDS, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return False
+    finally:
+        module.write_text(before)
+    return done.returncode == 0
+
+
+def main() -> int:
+    """Draw, change, test; the exit code is 1 if fewer than 95 of 100 are caught."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=100, help="changes to draw (default: 100)")
+    parser.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
+    parser.add_argument("--workers", type=int, default=2, help="changes at once (default: 2)")
+    given = parser.parse_args()
+    every = list(mutants())
+    drawn = random.Random(given.seed).sample(every, given.count)
+    print(f"{len(drawn)} of {len(every)} changes", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        copies: SimpleQueue[Path] = SimpleQueue()
+        for i in range(given.workers):
+            copies.put(copied(Path(folder) / str(i)))
+
+        def tested(mutant: Mutant) -> bool:
+            copy = copies.get()
+            try:
+                alive = survives(mutant, copy)
+            finally:
+                copies.put(copy)
+            print(f"{'SURVIVES' if alive else 'caught'}  {mutant}\n", flush=True)
+            return alive
+
+        with ThreadPoolExecutor(given.workers) as pool:
+            alive = sum(pool.map(tested, drawn))
+    print(f"{len(drawn) - alive} of {len(drawn)} are caught")
+    return 0 if alive <= 0.05 * len(drawn) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
