@@ -46,7 +46,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from continuum.files.hdf5 import StoreError
     from continuum.files.toml import ConfigError
-    from continuum.front.commands import Analysis, Prediction, Result, analyse, check, examples, plot, predict, run
+    from continuum.front.commands import Analysis, Prediction, Result, analyse, check, plot, predict, run
     from continuum.front.contact import Contact
     from continuum.front.states import Path, State
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from continuum.model.surface import SelfAffine, moments, sine, sphere
     from continuum.model.tabulated_wall import TabulatedWall
     from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
+    from continuum.paper.examples import examples
     from continuum.solve.solution import NotConvergedError
 
 __version__ = "0.1.0"
@@ -62,8 +63,9 @@ __version__ = "0.1.0"
 _WHERE = {
     "front.contact": ("Contact",),
     "front.states": ("Path", "State"),
-    "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "examples", "plot", "predict", "run"),
+    "front.commands": ("Analysis", "Prediction", "Result", "analyse", "check", "plot", "predict", "run"),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
+    "paper.examples": ("examples",),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments", "sine", "sphere"),
     "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline"),

@@ -172,7 +172,7 @@ def _sweep_verify(parsed: argparse.Namespace) -> int:
 def _plot(parsed: argparse.Namespace) -> int:
     from continuum.errors import OK
     from continuum.front.commands import plot
-    from continuum.front.sweeps import plot_figure
+    from continuum.paper.page import plot_figure
     from continuum.show.plot import written_as
 
     # A page shows its figures as PNG.
@@ -304,7 +304,7 @@ def _contacts(parsed: argparse.Namespace) -> Iterator[tuple[Path, str | None]]:
 
 def _examples(parsed: argparse.Namespace) -> int:
     from continuum.errors import OK
-    from continuum.front.commands import examples
+    from continuum.paper.examples import examples
 
     print(examples(), end="")
     return OK

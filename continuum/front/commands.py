@@ -351,10 +351,3 @@ def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]
             raise TopographyError(msg) from error
         raise
     return read, contact()
-
-
-def examples() -> str:
-    """The paper's worked examples beside ours, as Markdown."""
-    from continuum.sticky.examples import as_markdown
-
-    return as_markdown()

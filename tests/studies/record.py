@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import output
+from continuum.paper.crossover import conformal_energies, load_turns
+from continuum.paper.points import Points
 from continuum.runs.collect import PointTable, collect
-from continuum.show.paper_points import Points
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import RoughContact
 from continuum.sticky.record import Surface, recorded
-from continuum.sticky.turns import conformal_energies, load_turns
 from continuum.sticky.verdict import RECORDED, count_verdicts, votes
 
 COLUMNS = (

@@ -13,8 +13,8 @@ import pytest
 from scipy import ndimage
 
 import continuum
-from continuum.show.paper_gaps import gap_profiles
-from continuum.show.paper_points import Points
+from continuum.paper.gaps import gap_profiles
+from continuum.paper.points import Points
 
 pytestmark = pytest.mark.long
 

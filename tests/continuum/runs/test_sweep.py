@@ -27,6 +27,7 @@ import continuum
 from continuum.cli import main
 from continuum.errors import InputError, OutputError
 from continuum.files.toml import ConfigError
+from continuum.paper.points import Points
 from continuum.runs.axes import Sweep
 from continuum.runs.collect import collect, status_of, verify
 from continuum.runs.conditions import condition, holds
@@ -35,7 +36,6 @@ from continuum.runs.measured import numbers_of
 from continuum.runs.ranges import expand_range
 from continuum.runs.surfaces import SelfAffineSurface
 from continuum.runs.sweep import begin, run_sweep, solve_system, systems_of
-from continuum.show.paper_points import Points
 from continuum.solve.backend import back_end
 from tests.problems import SMALL
 from tests.stored import content, same

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from continuum.show import paper_judges as judges
-from continuum.show.paper_judges import OFF, VISIBLE, Judged, Word
-from continuum.show.paper_points import Points
+from continuum.paper import judges
+from continuum.paper.judges import OFF, VISIBLE, Judged, Word
+from continuum.paper.points import Points
 from continuum.show.sheet import Sheet
 
 

@@ -9,39 +9,39 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import output
+from continuum.paper.claims import claim_verdicts, verdict_sheet
+from continuum.paper.dispute import write_dispute
+from continuum.paper.figures import FIGURES, Drawing, points_of, save_drawing
+from continuum.paper.further import AXES
+from continuum.paper.gaps import gap_profiles
+from continuum.paper.maps import contact_maps, patch_cells
+from continuum.paper.points import FigureError, Points
 from continuum.runs.collect import PointTable, collect
-from continuum.show.dispute import write_dispute
-from continuum.show.paper import FIGURES, Drawing, points_of, save_drawing
-from continuum.show.paper_axes import AXES
-from continuum.show.paper_gaps import gap_profiles
-from continuum.show.paper_maps import contact_maps, patch_cells
-from continuum.show.paper_points import FigureError, Points
-from continuum.show.paper_verdicts import claim_verdicts, verdict_sheet
 
 _MAPS = {"figure1": contact_maps, "figure-s1": patch_cells, "gap-profile": gap_profiles}
 NAMES = (*_MAPS, *FIGURES, *AXES, "verdicts", "page", "dispute")
 """What ``continuum plot`` can make of a sweep."""
 
 
-def draw_figure(name: str, roots: Sequence[Path], into: Path | None = None) -> list[Path]:
-    """Draw a figure from the files of a sweep alone; returns the files written.
+def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None) -> list[Path]:
+    """Draw a figure of the paper, or a page with verdicts, from the files of sweeps alone; returns the files written.
 
     Parameters
     ----------
-    name : one of :data:`NAMES`; "page" is all that the sweep has points for, "dispute" the theories
-        beside one another.
-    roots : folder of the sweep; several for page and dispute.
+    name : one of :data:`NAMES`; "page" is all that the sweep has points for, "dispute" the theories beside one another.
+    folders : of the sweep; several for page and dispute.
     into : where to write; the folder of the first sweep if None.
 
     Raises
     ------
-    FigureError
-        If there is no such figure, or no point for it.
+    SweepError, FigureError, OutputError
+        If there is no sweep, no such figure, no point for it, or it cannot be written.
     """
+    roots = [Path(folder) for folder in folders]
     if name not in NAMES:
         msg = f"{name}: no such figure; there are {', '.join(NAMES)}"
         raise FigureError(msg)
-    place = output.folder(into or roots[0])
+    place = output.folder(Path(into) if into else roots[0])
     if name == "page":
         return write_page([(collect(root), root) for root in roots], place / "paper.md")
     if name == "dispute":

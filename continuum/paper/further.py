@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from continuum.measure.curve import Curve, adhesion
 from continuum.model.fourier import Real
+from continuum.paper.figures import Drawing
+from continuum.paper.points import FigureError, Points, colour, draw, legend
 from continuum.show import plot
-from continuum.show.paper import Drawing
-from continuum.show.paper_points import FigureError, Points, colour, draw, legend
 from continuum.show.sheet import Sheet
 
 _LINES = 12

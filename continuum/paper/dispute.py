@@ -12,14 +12,14 @@ from matplotlib.axes import Axes
 
 from continuum.files import output
 from continuum.model.fourier import Real
+from continuum.paper.crossover import Turn, exponent, load_turns, pull_off_turns
+from continuum.paper.figures import Drawing, save_drawing
+from continuum.paper.points import ENOUGH, FigureError, plain_ticks
 from continuum.runs.collect import PointTable
 from continuum.show import plot
-from continuum.show.paper import Drawing, save_drawing
-from continuum.show.paper_points import ENOUGH, FigureError, plain_ticks
 from continuum.show.sheet import Sheet
 from continuum.sticky import criteria
 from continuum.sticky.criteria import Estimate, RoughContact
-from continuum.sticky.turns import Turn, exponent, load_turns, pull_off_turns
 from continuum.theory import dispute, paper
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuum.model.fourier import Real
-from continuum.show.paper_points import Points
+from continuum.paper.points import Points
 from continuum.theory import paper, rough
 
 Word = Literal["reproduced", "reproduced with a remark", "not reproduced", "not looked at"]

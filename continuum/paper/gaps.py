@@ -10,14 +10,14 @@ from matplotlib.axes import Axes
 
 from continuum.measure.profile import GapProfile
 from continuum.model.fourier import Real
+from continuum.paper.figures import Drawing
+from continuum.paper.points import FigureError, colour
 from continuum.runs.analysis import MeasuredPoint, analyse, gap_ratio
 from continuum.runs.collect import PointTable
 from continuum.runs.config import RunConfig
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
 from continuum.show import plot
-from continuum.show.paper import Drawing
-from continuum.show.paper_points import FigureError, colour
 from continuum.show.sheet import Sheet
 from continuum.theory import paper
 

@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 
 from continuum.model.grid import Grid
 from continuum.model.surface import moments
+from continuum.paper.crossover import conformal_energies, exponent, load_turns, pull_off_turns
+from continuum.paper.dispute import THEORIES, Theory, dispute_sheets, draw_turns, many_contacts, write_dispute
+from continuum.paper.points import FigureError
 from continuum.runs.axes import Axis
 from continuum.runs.collect import PointTable
 from continuum.runs.measured import COLUMNS
 from continuum.runs.surfaces import SelfAffineSurface
 from continuum.runs.sweep import SweepListing, System
-from continuum.show.dispute import THEORIES, Theory, dispute_sheets, draw_turns, many_contacts, write_dispute
-from continuum.show.paper_points import FigureError
 from continuum.sticky.criteria import RoughContact
-from continuum.sticky.turns import conformal_energies, exponent, load_turns, pull_off_turns
 from continuum.theory import rough
 from tests.studies.record import added
 

@@ -9,14 +9,14 @@ import pytest
 
 import continuum
 from continuum.measure.curve import Curve, adhesion
+from continuum.paper.further import AXES
+from continuum.paper.gaps import gap_profiles
+from continuum.paper.page import plot_figure
+from continuum.paper.points import FigureError, Points
 from continuum.runs.analysis import analyse
 from continuum.runs.collect import collect
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
-from continuum.show.paper_axes import AXES
-from continuum.show.paper_gaps import gap_profiles
-from continuum.show.paper_page import draw_figure
-from continuum.show.paper_points import FigureError, Points
 from continuum.show.sheet import Sheet
 from tests.problems import SMALL
 
@@ -63,7 +63,7 @@ def test_a_sweep_without_a_way_back_has_no_pull_off(tmp_path: Path) -> None:
     # Three areas make a line of d_rep; what the figure shows is the table's own column.
     shown = columns(AXES["diameter"](points).sheet)
     np.testing.assert_allclose(shown["ratio"] * shown["4h'/h'' (a0)"], points["diameter"][points["diameter"] > 0])
-    assert {path.suffix for path in draw_figure("diameter", [folder])} == {".png", ".csv"}
+    assert {path.suffix for path in plot_figure("diameter", folder)} == {".png", ".csv"}
 
 
 def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:

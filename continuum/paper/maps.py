@@ -11,12 +11,12 @@ from matplotlib.patches import Rectangle
 
 from continuum.measure.contact import REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
+from continuum.paper.figures import Drawing
+from continuum.paper.points import FigureError
 from continuum.runs.collect import PointTable
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
 from continuum.show import plot
-from continuum.show.paper import Drawing
-from continuum.show.paper_points import FigureError
 from continuum.show.sheet import Sheet
 
 _TARGET = 0.02

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from continuum.files import output
 from continuum.model.fourier import Real
+from continuum.paper.points import FigureError, Points, colour, draw, legend, plain_ticks
 from continuum.runs.collect import PointTable
 from continuum.show import plot
-from continuum.show.paper_points import FigureError, Points, colour, draw, legend, plain_ticks
 from continuum.show.sheet import Sheet
 from continuum.theory import rough
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from continuum.paper.claims import ClaimVerdict, claim_verdicts
+from continuum.paper.figures import FIGURES, points_of, save_drawing
+from continuum.paper.page import plot_figure
+from continuum.paper.points import FigureError
 from continuum.runs.axes import Axis
 from continuum.runs.collect import PointTable
 from continuum.runs.measured import COLUMNS
 from continuum.runs.sweep import SweepListing, System
-from continuum.show.paper import FIGURES, points_of, save_drawing
-from continuum.show.paper_page import draw_figure
-from continuum.show.paper_points import FigureError
-from continuum.show.paper_verdicts import ClaimVerdict, claim_verdicts
 from continuum.theory import paper
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
@@ -106,4 +106,4 @@ def test_every_figure_has_its_numbers_beside_it(name: str, tmp_path: Path) -> No
 
 def test_a_figure_that_is_none_says_which_there_are(tmp_path: Path) -> None:
     with pytest.raises(FigureError, match="figure4"):
-        draw_figure("figure5", [tmp_path])
+        plot_figure("figure5", tmp_path)
