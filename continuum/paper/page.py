@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-
-import numpy as np
 
 from continuum.files import output
 from continuum.paper.claims import claim_verdicts, verdict_sheet
 from continuum.paper.dispute import write_dispute
-from continuum.paper.figures import FIGURES, Drawing, points_of, save_drawing
-from continuum.paper.further import AXES
-from continuum.paper.gaps import gap_profiles
-from continuum.paper.maps import contact_maps, patch_cells
-from continuum.paper.points import FigureError, Points
+from continuum.paper.figures import FIGURES, save_drawing
+from continuum.paper.points import FigureError, SweepData
 from continuum.runs.collect import PointTable, collect
 
-_MAPS = {"figure1": contact_maps, "figure-s1": patch_cells, "gap-profile": gap_profiles}
-NAMES = (*_MAPS, *FIGURES, *AXES, "verdicts", "page", "dispute")
+NAMES = (*FIGURES, "verdicts", "page", "dispute")
 """What ``continuum plot`` can make of a sweep."""
 
 
@@ -42,68 +36,60 @@ def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None)
         msg = f"{name}: no such figure; there are {', '.join(NAMES)}"
         raise FigureError(msg)
     place = output.folder(Path(into) if into else roots[0])
-    if name == "page":
-        return write_page([(collect(root), root) for root in roots], place / "paper.md")
     if name == "dispute":
         return write_dispute([(root.resolve().name, collect(root)) for root in roots], place / "dispute.md")
+    if name == "page":
+        return write_page([SweepData(collect(root), root) for root in roots], place / "paper.md")
     if len(roots) > 1:
         msg = f"{name}: of one sweep at a time; only page and dispute have several"
         raise FigureError(msg)
-    root = roots[0]
-    table = collect(root)
+    data = SweepData(collect(roots[0]), roots[0])
     if name == "verdicts":
-        found = verdict_sheet(claim_verdicts(points_of(table)))
-        text = f"# {found.title}\n\n{found.markdown()}\n\n{_provenance(table)}\n"
+        found = verdict_sheet(claim_verdicts(data.points))
+        text = f"# {found.title}\n\n{found.markdown()}\n\n{_provenance(data.table)}\n"
         return [output.save(place / "verdicts.md", text), output.save(place / "verdicts.csv", found.csv())]
-    return save_drawing(_drawing(name, table, root, points_of(table)), place / name)
+    return save_drawing(FIGURES[name].make(data), place / name)
 
 
-def _drawing(name: str, table: PointTable, root: Path, points: Points) -> Drawing:
-    if name in _MAPS:
-        return _MAPS[name](table, root)
-    return {**FIGURES, **AXES}[name](points)
-
-
-def write_page(sweeps: Sequence[tuple[PointTable, Path]], path: Path) -> list[Path]:
+def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
 
     Parameters
     ----------
-    sweeps : table and folder of each; their figures carry the names of the folders.
+    sweeps : their figures carry the names of the folders.
     path : of the page, in Markdown; figures lie beside it.
     """
-    names = [root.resolve().name for _, root in sweeps]
+    names = [data.root.resolve().name for data in sweeps]
     if len(set(names)) < len(names):
         msg = f"folders of different names, whose figures do not overwrite one another, not {', '.join(names)}"
         raise FigureError(msg)
     written, parts = list[Path](), ["# The paper's figures and claims, from stored sweeps\n"]
-    for table, root in sweeps:
-        points = points_of(table)
-        parts += [f"## Sweep `{root.resolve().name}`\n", _provenance(table), _sizes(points)]
-        looked = [verdict for verdict in claim_verdicts(points) if verdict.word != "not looked at"]
+    for folder, data in zip(names, sweeps, strict=True):
+        parts += [f"## Sweep `{folder}`\n", _provenance(data.table), _sizes(data)]
+        looked = [verdict for verdict in claim_verdicts(data.points) if verdict.finding.word != "not looked at"]
         parts += ["", verdict_sheet(looked).markdown(), ""]
-        for name in _meant(table, points):
+        for name in _meant(data):
             try:
-                drawing = _drawing(name, table, root, points)
+                drawing = FIGURES[name].make(data)
             except FigureError:
                 continue
-            stem = path.with_name(f"paper-{root.resolve().name}-{name}")
+            stem = path.with_name(f"paper-{folder}-{name}")
             written += save_drawing(drawing, stem)
             parts += [f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
     return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
 
 
-def _meant(table: PointTable, points: Points) -> Iterator[str]:
+def _meant(data: SweepData) -> Iterator[str]:
     """The figures that a sweep is for: its own by its name; else, as of figure4, all that there are points for."""
-    own = table.listed.name.removesuffix("-reduced")
-    if own in (*_MAPS, *FIGURES, *AXES) and own != "figure4":
+    own = data.table.listed.name.removesuffix("-reduced")
+    if own in FIGURES and own != "figure4":
         yield own
         yield from {"figure1": ("figure-s1",), "figure3": ("diameter",)}.get(own, ())
         return
-    if table.listed.common.get("output.fields"):
-        yield from _MAPS
-    if points["step"].max() > 0:
-        yield from (*FIGURES, "diameter")
+    if data.table.listed.common.get("output.fields"):
+        yield from (name for name, figure in FIGURES.items() if figure.fields)
+    if data.points.step.max() > 0:
+        yield from (name for name, figure in FIGURES.items() if figure.general)
 
 
 def _provenance(table: PointTable) -> str:
@@ -115,16 +101,14 @@ def _provenance(table: PointTable) -> str:
     )
 
 
-def _sizes(points: Points) -> str:
-    def listed(values: Iterator[float]) -> str:
+def _sizes(data: SweepData) -> str:
+    def listed(values: Iterable[float]) -> str:
         return ", ".join(f"{value:g}" for value in sorted(set(values)))
 
-    table = points.table
+    table, points = data.table, data.points
     size = {json.dumps(table.setting(key, "grid.n")) for key in table.keys}
-    lengths = listed(float(v) for v in np.unique(points.length))
-    waves = listed(float(v) for v in np.unique(points.lambda_s))
-    valid = int(points.valid.sum())
     return (
-        f"\nPoints of the grid {', '.join(sorted(size))}; λ_s = {waves} a0; "
-        f"l_a = {lengths} a0. {valid} points have A_rep >= 10 λ_s². κ is read at the first of them from 1 % area on."
+        f"\nPoints of the grid {', '.join(sorted(size))}; λ_s = {listed(points.lambda_s)} a0; "
+        f"l_a = {listed(points.length)} a0. {points.valid.sum()} points have A_rep >= 10 λ_s². κ is read at the first "
+        "of them from 1 % area on."
     )
