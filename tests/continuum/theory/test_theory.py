@@ -373,3 +373,20 @@ def test_missing_and_meaningless_inputs_are_refused() -> None:
         changed: dict[str, Any] = {name: value}
         with pytest.raises(ValueError, match=f"{name} = .*: allowed: a finite number greater than 0"):
             dataclasses.replace(contact, **changed)
+
+
+def test_the_expected_contact_is_what_the_equations_say() -> None:
+    slope, curvature, reach, length = 0.1, 0.02, 0.35, 0.005
+    expected = paper.ExpectedContact(slope, curvature, reach, length)
+    ratio = paper.area_ratio(slope, 20.0, reach)
+    assert expected.diameter == pytest.approx(20)
+    assert expected.area_ratio == pytest.approx(ratio)
+    assert expected.width == pytest.approx(20 / (np.pi * ratio))  # Eq. (4): A_rep/A_att = d_rep/(π d_att)
+    assert expected.kappa_att == pytest.approx(slope * reach / length * ratio)
+    assert expected.pressure_att == pytest.approx(length / reach)
+
+
+def test_without_attraction_no_attracted_area_is_expected() -> None:
+    bare = paper.ExpectedContact(0.1, 0.02)
+    assert (bare.width, bare.area_ratio, bare.kappa_att) == (0, np.inf, np.inf)
+    assert np.isnan(bare.pressure_att)
