@@ -192,8 +192,8 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
         ("area_ratio", "kappa_att", "onset", "renormalised_kappa", "stiffness_reduction", "maugis_parameter"), NUMBER
     ),
     **dict.fromkeys(("tabor_parameter", "parameter", "alpha", "fuller_tabor", "dmt_asperities", "area"), NUMBER),
-    **dict.fromkeys(("persson_area", "bearing_area_limit", "generalised_tabor"), NUMBER),
-    **dict.fromkeys(("gap_scale",), LENGTH),
+    **dict.fromkeys(("persson_area", "bearing_area_limit", "generalised_tabor", "pressure_att"), NUMBER),
+    **dict.fromkeys(("gap_scale", "diameter", "width"), LENGTH),
     **dict.fromkeys(("asperity_radius", "attraction_width", "contact_diameter", "effective_range"), LENGTH),
     **dict.fromkeys(("gap_outside_contact", "height_change", "necessary_adhesion_length", "perimeter"), LENGTH),
     **dict.fromkeys(("snap_in_wavelength", "spline_adhesion_length", "contact_radius", "indentation"), LENGTH),
