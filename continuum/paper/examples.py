@@ -41,7 +41,7 @@ class LennardJonesCrystal(NamedTuple):
     """a0, distance of nearest neighbours."""
     constants: CubicConstants
     work_of_adhesion: float
-    """Of two (100) surfaces, as cut."""
+    """Work of adhesion of two (100) surfaces, as cut."""
 
 
 def lennard_jones_crystal() -> LennardJonesCrystal:
