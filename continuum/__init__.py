@@ -46,7 +46,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from continuum.files.hdf5 import StoreError
     from continuum.files.toml import ConfigError
-    from continuum.front.commands import analyse, check, examples, plot, run
+    from continuum.front.commands import analyse, check, plot, run
     from continuum.front.contact import Contact
     from continuum.front.predict import predict
     from continuum.front.states import Path, State
@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from continuum.model.surface import SelfAffine, moments
     from continuum.model.surfaces import sine, sphere
     from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, TabulatedWall
+    from continuum.paper.examples import examples
     from continuum.runs.analysis import Analysis
     from continuum.runs.result import Result
     from continuum.solve.solution import NotConvergedError
@@ -66,9 +67,10 @@ __version__ = "0.1.0"
 _WHERE = {
     "front.contact": ("Contact",),
     "front.states": ("Path", "State"),
-    "front.commands": ("analyse", "check", "examples", "plot", "run"),
+    "front.commands": ("analyse", "check", "plot", "run"),
     "front.predict": ("predict",),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
+    "paper.examples": ("examples",),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments"),
     "model.surfaces": ("sine", "sphere"),

@@ -20,6 +20,8 @@ from continuum.front import commands as front
 from continuum.front import predict as predictions
 from continuum.front import sweeps
 from continuum.options import Formats, as_options, like
+from continuum.paper.examples import examples as paper_examples
+from continuum.paper.page import plot_figure
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.show.console import EstimatedProgress, progress, show, warn
@@ -152,7 +154,7 @@ def plot(
 ) -> int:
     # A page shows its figures as PNG.
     with written_as(["png", *format] if format and result == "page" else format):
-        paths = sweeps.plot_figure(result, *folders, into=output) if folders else front.plot(result, output)
+        paths = plot_figure(result, *folders, into=output) if folders else front.plot(result, output)
     for path in paths:
         print(path)
     return OK
@@ -261,9 +263,9 @@ def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Pat
         yield from ((path, name) for name in names or [None])
 
 
-@like(front.examples)
+@like(paper_examples)
 def examples() -> int:
-    print(front.examples(), end="")
+    print(paper_examples(), end="")
     return OK
 
 

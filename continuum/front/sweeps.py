@@ -315,22 +315,3 @@ def sweep_slurm(
     return slurm_script(
         shlex.join(words), nodes=nodes, time=time, workers=workers, memory=memory, name=described.name, shards=shards
     )
-
-
-def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None) -> list[Path]:
-    """Draw a figure of the paper, or a page with verdicts, from the files of sweeps alone; returns the files written.
-
-    Parameters
-    ----------
-    name : of the figure; "verdicts"; or "page", which may be of several sweeps.
-    folders : of the sweeps.
-    into : where to write; the folder of the first sweep if None.
-
-    Raises
-    ------
-    SweepError, FigureError, OutputError
-        If there is no sweep, no such figure, no point for it, or it cannot be written.
-    """
-    from continuum.show.paper_page import draw_figure
-
-    return draw_figure(name, [Path(folder) for folder in folders], None if into is None else Path(into))

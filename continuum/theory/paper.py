@@ -16,6 +16,7 @@ l_a = w/E* = ``adhesion_length``, d_rep = ``diameter``.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -152,6 +153,48 @@ def attractive_load(
     scale = attraction_width(rms_slope, diameter, 1.0)
     end = np.cbrt(cutoff)
     return float(quad(lambda s: 2 * s * scale * attraction(s**3), 0, end, epsabs=0, epsrel=1e-11, limit=400)[0])
+
+
+@dataclass(frozen=True)
+class ExpectedContact:
+    """What the paper expects of the contact between a surface and a wall, from the undeformed surface alone.
+
+    Parameters
+    ----------
+    rms_slope, rms_curvature : h' and h'' of the surface.
+    range : Δr of the wall, in κ_att the effective one of Eq. (S-5); 0 without attraction.
+    adhesion_length : l_a = w/E*, in E* = 1 also the work of adhesion w.
+    """
+
+    rms_slope: float
+    rms_curvature: float
+    range: float = 0.0
+    adhesion_length: float = 0.0
+
+    @property
+    def diameter(self) -> float:
+        """d_rep = 4h'/h''."""
+        return contact_diameter(self.rms_slope, self.rms_curvature)
+
+    @property
+    def width(self) -> float:
+        """d_att, Eq. (S-2); 0 without attraction."""
+        return attraction_width(self.rms_slope, self.diameter, self.range)
+
+    @property
+    def area_ratio(self) -> float:
+        """A_rep/A_att, Eq. (4); infinite without attraction."""
+        return area_ratio(self.rms_slope, self.diameter, self.range) if self.range > 0 else np.inf
+
+    @property
+    def kappa_att(self) -> float:
+        """κ_att, Eqs. (3) and (4); infinite without attraction."""
+        return kappa_att(self.rms_slope, self.range, self.adhesion_length, self.area_ratio) if self.range else np.inf
+
+    @property
+    def pressure_att(self) -> float:
+        """w/Δr in units of E*; NaN without attraction."""
+        return adhesive_pressure(self.adhesion_length, self.range) if self.range > 0 else np.nan
 
 
 # --- the onset of stickiness -------------------------------------------------------------------------------

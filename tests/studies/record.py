@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import output
+from continuum.paper.crossover import conformal_energies, crossovers
+from continuum.paper.points import sweep_points
 from continuum.runs.collect import PointTable, collect
-from continuum.show.paper_points import Points
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import CRITERIA, RoughContact
 from continuum.sticky.record import Surface, recorded
-from continuum.sticky.turns import conformal_energies, load_turns
 from continuum.sticky.verdict import count_verdicts, votes
 
 COLUMNS = (
@@ -39,22 +39,21 @@ MOMENTS = ("rms_height", "rms_slope", "rms_curvature")
 
 def turned(table: PointTable) -> Iterator[dict[str, object]]:
     """Surfaces with the work of adhesion at which attraction and repulsion cancel at 1 % area."""
-    for turn in load_turns(table):
-        surface = {name: turn.settings[f"surface.{name}"] for name in SURFACE}
-        yield {**surface, **_contact(turn.contact), "source": "turn", "law": turn.shape, "sticky": "turns"}
+    for turn in crossovers(table).itertuples():
+        surface = {name: getattr(turn, name) for name in SURFACE}
+        yield {**surface, **_contact(turn.contact), "source": "turn", "law": turn.law, "sticky": "turns"}
 
 
 def states(table: PointTable) -> Iterator[dict[str, object]]:
     """Surfaces of the paper's law with the sign of their load where κ is read: with A_rep >= 10 λ_s²."""
-    points, energies = Points(table), conformal_energies(table)
-    for row in np.flatnonzero(points.reference & (points.length > 0)).tolist():
-        key = table.keys[int(table.system[row])]
+    energies = conformal_energies(table)
+    for point in sweep_points(table).query("reference and length > 0").itertuples():
         contact = RoughContact(
-            *(float(points[name][row]) for name in MOMENTS), float(points.length[row]),
-            float(points["effective_range"][row]), conformal_energy=energies[key],
+            *(getattr(point, name) for name in MOMENTS), point.length, point.effective_range,
+            conformal_energy=energies[table.keys[point.system]],
         )  # fmt: skip
-        surface = {name: table.setting(key, f"surface.{name}") for name in SURFACE}
-        sticky = "yes" if points["load"][row] < 0 else "no"
+        surface = {name: getattr(point, name) for name in SURFACE}
+        sticky = "yes" if point.load < 0 else "no"
         yield {**surface, **_contact(contact), "source": "state", "law": "spline", "sticky": sticky}
 
 

@@ -13,8 +13,8 @@ import pytest
 from scipy import ndimage
 
 import continuum
-from continuum.show.paper_gaps import gap_profiles
-from continuum.show.paper_points import Points
+from continuum.paper.figures import FIGURES
+from continuum.paper.points import SweepData
 
 pytestmark = pytest.mark.long
 
@@ -22,13 +22,13 @@ pytestmark = pytest.mark.long
 INPUTS = Path(__file__).parents[3] / "inputs" / "sweep"
 
 
-def points_of_sweep(name: str, into: Path, **settings: object) -> Points:
-    """Points of a sweep of this repository, with other values of some keys."""
+def data_of_sweep(name: str, into: Path, **settings: object) -> SweepData:
+    """A sweep of this repository, with other values of some keys."""
     swept = continuum.sweep(
         INPUTS / f"{name}.toml", into, settings={k.replace("__", "."): v for k, v in settings.items()}
     )
     assert swept.ok
-    return Points(swept.collect())
+    return SweepData(swept.collect(), swept.folder)
 
 
 # --- perimeter, chord and diameter ---------------------------------------------------------------------------
@@ -37,13 +37,13 @@ def points_of_sweep(name: str, into: Path, **settings: object) -> Points:
 def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_below(tmp_path: Path) -> None:
     # Half the size is as many asperities where they are small.
     for n, waves in ((512, [4.0, 8.0]), (1024, [16.0, 32.0])):
-        points = points_of_sweep(
+        points = data_of_sweep(
             "figure-s2", tmp_path / str(n), grid__n=n, surface__lambda_L=n / 2, surface__hurst=[0.3, 0.8],
             surface__rms_slope=[0.1], surface__lambda_s=waves, wall__adhesion_length=[0.0005, 0.05],
             # Strong adhesion jumps over 1 % where λ_s is small: 4 % is there for it.
             loading__targets=[0.01, 0.04], loading__area_tolerance=0.3,
-        )  # fmt: skip
-        assert len(np.unique(points.table.system)) == 8
+        ).points  # fmt: skip
+        assert len(np.unique(points.system)) == 8
         chord = points["chord"]
         ratio = points["perimeter"] * chord / (np.pi * points["area_rep"] * points.area)
         assert (np.abs(ratio[chord > 10] - 1) < 0.1).all()  # Fig. S-2
@@ -55,12 +55,12 @@ def test_perimeter_and_chord_belong_together_above_ten_cells_and_fall_apart_belo
 
 
 def test_the_diameter_hardly_depends_on_the_area(tmp_path: Path) -> None:
-    points = points_of_sweep(
+    points = data_of_sweep(
         "figure3", tmp_path, grid__n=2048, surface__lambda_L=1024.0, surface__hurst=[0.8], surface__rms_slope=[0.1],
         surface__lambda_s=[16.0], wall__adhesion_length=[0.0], loading__targets=[0.001, 0.003, 0.01, 0.03, 0.1],
         loading__area_tolerance=0.05,
-    )  # fmt: skip
-    d, area, expected = points["diameter"], points["area_rep"], points.diameter
+    ).points  # fmt: skip
+    d, area, expected = points["diameter"], points["area_rep"], points.expected_diameter
     assert area.max() > 80 * area.min()
     assert ((d > 0.5 * expected) & (d < 2 * expected)).all()
     assert d[area > 0.005].max() < 1.25 * d[area > 0.005].min()
@@ -74,8 +74,7 @@ def test_the_diameter_hardly_depends_on_the_area(tmp_path: Path) -> None:
 
 def test_the_gap_outside_the_contact_follows_the_paper(tmp_path: Path) -> None:
     walls = [{"law": "hard"}, *({"law": "lennard-jones-spline", "adhesion_length": w} for w in (0.0, 0.0005, 0.005))]
-    points = points_of_sweep("gap-profile", tmp_path, wall=walls, surface__seed=[1])
-    sheet = gap_profiles(points.table, tmp_path / "gap-profile").sheet
+    sheet = FIGURES["gap-profile"].make(data_of_sweep("gap-profile", tmp_path, wall=walls, surface__seed=[1])).sheet
     heads = [column.name for column in sheet.columns]
     edge, cells = (
         heads.index("gap over S-1, least, from the edge"),

@@ -28,6 +28,7 @@ from continuum.cli import main
 from continuum.errors import InputError, OutputError
 from continuum.files.toml import ConfigError
 from continuum.model.surfaces import SelfAffineSurface
+from continuum.paper.points import sweep_points
 from continuum.runs.axes import Sweep
 from continuum.runs.collect import collect, status_of, verify
 from continuum.runs.conditions import condition, holds
@@ -35,7 +36,6 @@ from continuum.runs.cost import cost_of
 from continuum.runs.measured import numbers_of
 from continuum.runs.ranges import expand_range
 from continuum.runs.sweep import begin, run_sweep, solve_system, systems_of
-from continuum.show.paper_points import Points
 from continuum.solve.backend import back_end
 from tests.problems import SMALL
 from tests.stored import content, same
@@ -65,7 +65,7 @@ def test_a_key_that_follows_from_an_axis_is_not_taken_from_the_first_system(tmp_
     assert "grid.period" not in expand_range.common
     assert expand_range.common["surface.hurst"] == 0.8
     table = continuum.sweep(path, tmp_path).collect()
-    assert sorted(set(Points(table).area)) == [24 * 30, 48 * 60]
+    assert sorted(set(sweep_points(table).area)) == [24 * 30, 48 * 60]
 
 
 def test_a_sweep_of_no_system_is_one_message_and_nothing_is_written(

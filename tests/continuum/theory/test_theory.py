@@ -191,8 +191,8 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
         ("area_ratio", "kappa_att", "onset", "renormalised_kappa", "stiffness_reduction", "maugis_parameter"), NUMBER
     ),
     **dict.fromkeys(("tabor_parameter", "parameter", "alpha", "fuller_tabor", "dmt_asperities", "area"), NUMBER),
-    **dict.fromkeys(("persson_area", "bearing_area_limit", "generalised_tabor"), NUMBER),
-    **dict.fromkeys(("gap_scale",), LENGTH),
+    **dict.fromkeys(("persson_area", "bearing_area_limit", "generalised_tabor", "pressure_att"), NUMBER),
+    **dict.fromkeys(("gap_scale", "diameter", "width"), LENGTH),
     **dict.fromkeys(("asperity_radius", "attraction_width", "contact_diameter", "effective_range"), LENGTH),
     **dict.fromkeys(("gap_outside_contact", "height_change", "necessary_adhesion_length", "perimeter"), LENGTH),
     **dict.fromkeys(("snap_in_wavelength", "spline_adhesion_length", "contact_radius", "indentation"), LENGTH),
@@ -372,3 +372,20 @@ def test_missing_and_meaningless_inputs_are_refused() -> None:
         changed: dict[str, Any] = {name: value}
         with pytest.raises(ValueError, match=f"{name} = .*: allowed: a finite number greater than 0"):
             dataclasses.replace(contact, **changed)
+
+
+def test_the_expected_contact_is_what_the_equations_say() -> None:
+    slope, curvature, reach, length = 0.1, 0.02, 0.35, 0.005
+    expected = paper.ExpectedContact(slope, curvature, reach, length)
+    ratio = paper.area_ratio(slope, 20.0, reach)
+    assert expected.diameter == pytest.approx(20)
+    assert expected.area_ratio == pytest.approx(ratio)
+    assert expected.width == pytest.approx(20 / (np.pi * ratio))  # Eq. (4): A_rep/A_att = d_rep/(π d_att)
+    assert expected.kappa_att == pytest.approx(slope * reach / length * ratio)
+    assert expected.pressure_att == pytest.approx(length / reach)
+
+
+def test_without_attraction_no_attracted_area_is_expected() -> None:
+    bare = paper.ExpectedContact(0.1, 0.02)
+    assert (bare.width, bare.area_ratio, bare.kappa_att) == (0, np.inf, np.inf)
+    assert np.isnan(bare.pressure_att)

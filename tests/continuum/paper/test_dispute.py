@@ -9,18 +9,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pandas import DataFrame, concat
 
 from continuum.model.grid import Grid
 from continuum.model.surface import moments
 from continuum.model.surfaces import SelfAffineSurface
+from continuum.paper.crossover import conformal_energies, crossovers, exponent
+from continuum.paper.dispute import THEORIES, Theory, dispute_sheets, draw_crossovers, many_contacts, write_dispute
+from continuum.paper.points import FigureError
 from continuum.runs.axes import Axis
 from continuum.runs.collect import PointTable
 from continuum.runs.measured import COLUMNS
 from continuum.runs.sweep import SweepListing, System
-from continuum.show.dispute import THEORIES, Theory, dispute_sheets, draw_turns, many_contacts, write_dispute
-from continuum.show.paper_points import FigureError
 from continuum.sticky.criteria import RoughContact
-from continuum.sticky.turns import conformal_energies, exponent, load_turns, pull_off_turns
 from continuum.theory import rough
 from tests.studies.record import added
 
@@ -79,11 +80,10 @@ def sweep(theory: Theory, *, back: bool) -> PointTable:
 @pytest.mark.parametrize("theory", THEORIES, ids=lambda theory: theory.name)
 def test_the_theory_that_contacts_follow_is_found(theory: Theory, back: bool) -> None:
     table = sweep(theory, back=back)
-    turns = pull_off_turns(table) if back else load_turns(table)
+    turns = crossovers(table)
     assert len(turns) == len(CUTS) * len(SEEDS)
-    for turn in turns:
-        # The ratio is a power of w: linear in logarithms, so that nothing is lost between two works.
-        assert theory.work(turn) == pytest.approx(1, rel=1e-9)
+    # The ratio is a power of w: linear in logarithms, so that nothing is lost between two works.
+    assert theory.margins(turns).to_numpy() == pytest.approx(1, rel=1e-9)
     exponents, works = dispute_sheets(turns)
     column = [c.name for c in works.columns].index(theory.name)
     assert all(row[column] == "1 (x1.00)" for row in works.rows)
@@ -100,16 +100,16 @@ def test_a_turn_outside_of_the_works_is_not_guessed() -> None:
     for factor in (1e-9, 1e9):
         values = table.values.copy()
         values[:, column] *= factor
-        assert load_turns(replace(table, values=values)) == []
+        assert crossovers(replace(table, values=values)).empty
     with pytest.raises(FigureError, match="too few systems"):
-        dispute_sheets([])
+        dispute_sheets(DataFrame())
 
 
 def test_a_cycle_that_misses_a_point_says_nothing() -> None:
     table = sweep(THEORIES[0], back=True)
     kept = np.ones(len(table.values), dtype=bool)
     kept[1::4] = False
-    assert pull_off_turns(replace(table, values=table.values[kept], system=table.system[kept])) == []
+    assert crossovers(replace(table, values=table.values[kept], system=table.system[kept])).empty
 
 
 def test_the_energy_of_full_contact_is_that_of_the_surface() -> None:
@@ -138,20 +138,19 @@ def test_page_and_figures_are_written(tmp_path) -> None:
     names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-load-short.png"}
     assert {path.name for path in written} >= names
     assert all((tmp_path / name).stat().st_size > 5000 for name in ("dispute-load.png", "dispute-pull-off.pdf"))
-    drawing = draw_turns(load_turns(sweep(THEORIES[0], back=False)), "title")
+    drawing = draw_crossovers(crossovers(sweep(THEORIES[0], back=False)), "title")
     assert len(drawing.sheet.rows) == len(CUTS)
 
 
 def test_exponents_are_told_again_without_the_waves_of_which_few_touch() -> None:
     """Where 1 % of the map is less than 10 λ_s², single summits decide: λ_s = 16 is the longest on 506² points."""
-    turns = [
-        replace(t, settings={**t.settings, "grid.period": [506.0, 506.0]})
-        for t in load_turns(sweep(THEORIES[0], back=False))
-    ]
-    long = [replace(turn, settings={**turn.settings, "surface.lambda_s": 32.0}) for turn in turns]
-    assert min(turn.contacts for turn in turns) == pytest.approx(10, rel=1e-3)
+    table = sweep(THEORIES[0], back=False)
+    small = crossovers(table)
+    turns = small.assign(squares=small.squares * (506 / N) ** 2)
+    long = turns.assign(lambda_s=32.0, squares=turns.squares * (turns.lambda_s / 32) ** 2)
+    assert min(turns.squares) == pytest.approx(10, rel=1e-3)
     assert many_contacts(turns) == []
-    (again,) = many_contacts([*turns, *long])
+    (again,) = many_contacts(concat([turns, long]))
     assert again.rows == dispute_sheets(turns)[0].rows
 
 

@@ -9,14 +9,12 @@ import pytest
 
 import continuum
 from continuum.measure.curve import Curve, adhesion
+from continuum.paper.figures import FIGURES
+from continuum.paper.page import plot_figure
+from continuum.paper.points import FigureError, SweepData
 from continuum.runs.analysis import analyse_run
-from continuum.runs.collect import collect
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
-from continuum.show.paper_axes import AXES
-from continuum.show.paper_gaps import gap_profiles
-from continuum.show.paper_page import draw_figure
-from continuum.show.paper_points import FigureError, Points
 from continuum.show.sheet import Sheet
 from tests.problems import SMALL
 
@@ -28,12 +26,12 @@ WALLS = """
 """
 
 
-def swept(folder: Path, text: str) -> tuple[Points, Path]:
+def swept(folder: Path, text: str) -> SweepData:
     path = folder / "many.toml"
     path.write_text(text)
     done = continuum.sweep(path, folder)
     assert done.ok
-    return Points(done.collect()), done.folder
+    return SweepData(done.collect(), done.folder)
 
 
 def columns(sheet: Sheet) -> dict[str, np.ndarray]:
@@ -42,11 +40,11 @@ def columns(sheet: Sheet) -> dict[str, np.ndarray]:
 
 
 def test_pull_off_and_work_are_those_of_each_cycle(tmp_path: Path) -> None:
-    points, folder = swept(tmp_path, SMALL + DEPTHS)
-    drawing = AXES["pull-off"](points)
+    data = swept(tmp_path, SMALL + DEPTHS)
+    drawing = FIGURES["pull-off"].make(data)
     shown = columns(drawing.sheet)
-    for i, key in enumerate(points.table.keys):
-        found = adhesion(Curve.of(Result.read(Folder(folder).point(key)).points))
+    for i, key in enumerate(data.table.keys):
+        found = adhesion(Curve.of(Result.read(Folder(data.root).point(key)).points))
         assert shown["pull-off (E*)"][i] == found.pull_off
         assert shown["tension on approach (E*)"][i] == found.largest_tension
         assert shown["work of separation/w"][i] == pytest.approx(found.work_of_separation / 0.005, rel=1e-12)
@@ -57,13 +55,13 @@ def test_pull_off_and_work_are_those_of_each_cycle(tmp_path: Path) -> None:
 
 def test_a_sweep_without_a_way_back_has_no_pull_off(tmp_path: Path) -> None:
     text = SMALL.replace("retract = true\n", "") + '[sweep.axes]\n"surface.seed" = [1]\n'
-    points, folder = swept(tmp_path, text)
+    data = swept(tmp_path, text)
     with pytest.raises(FigureError, match="a way back"):
-        AXES["pull-off"](points)
+        FIGURES["pull-off"].make(data)
     # Three areas make a line of d_rep; what the figure shows is the table's own column.
-    shown = columns(AXES["diameter"](points).sheet)
-    np.testing.assert_allclose(shown["ratio"] * shown["4h'/h'' (a0)"], points["diameter"][points["diameter"] > 0])
-    assert {path.suffix for path in draw_figure("diameter", [folder])} == {".png", ".csv"}
+    shown = columns(FIGURES["diameter"].make(data).sheet)
+    np.testing.assert_allclose(shown["ratio"] * shown["4h'/h'' (a0)"], data.points.query("diameter > 0").diameter)
+    assert {path.suffix for path in plot_figure("diameter", data.root)} == {".png", ".csv"}
 
 
 def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
@@ -74,12 +72,12 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     )
     # Patches wide enough that points lie between 2 a0 and d_rep/4 of their edge.
     text = text.replace("24, 30", "96, 80").replace("lambda_s = 6.0", "lambda_s = 30.0").replace("12.0", "40.0")
-    points, folder = swept(tmp_path, text + WALLS)
-    drawing = gap_profiles(points.table, folder)
+    data = swept(tmp_path, text + WALLS)
+    drawing = FIGURES["gap-profile"].make(data)
     shown = columns(drawing.sheet)
     assert [axis.get_title() for axis in drawing.figure.axes] == ["hard wall", "wall with a law"]
-    for i, key in enumerate(points.table.keys):
-        (point,) = analyse_run(Folder(folder).point(key)).points
+    for i, key in enumerate(data.table.keys):
+        (point,) = analyse_run(Folder(data.root).point(key)).points
         assert point.fields is not None
         assert shown["d_rep (a0)"][i] == point.numbers.diameter
         low, high = shown["gap over S-1, least, from the edge"][i], shown["largest, from the edge"][i]
@@ -89,6 +87,6 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
 
 
 def test_gap_profiles_of_a_sweep_without_gaps_say_what_is_missing(tmp_path: Path) -> None:
-    _, folder = swept(tmp_path, SMALL.replace("fields = true", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
+    data = swept(tmp_path, SMALL.replace("fields = true", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
     with pytest.raises(FigureError, match="fields = true"):
-        gap_profiles(collect(folder), folder)
+        FIGURES["gap-profile"].make(data)

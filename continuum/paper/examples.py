@@ -41,7 +41,7 @@ class LennardJonesCrystal(NamedTuple):
     """a0, distance of nearest neighbours."""
     constants: CubicConstants
     work_of_adhesion: float
-    """Of two (100) surfaces, as cut."""
+    """Work of adhesion of two (100) surfaces, as cut."""
 
 
 def lennard_jones_crystal() -> LennardJonesCrystal:
@@ -181,8 +181,8 @@ of `continuum.theory.paper`, `continuum.theory.rough` and `continuum.model.walls
 """
 
 
-def as_markdown() -> str:
-    """The page ``docs/examples.md``."""
+def examples() -> str:
+    """The paper's worked examples beside ours, as Markdown."""
     rows = [
         f"| {e.about} | {e.quantity} | {e.paper} | {e.value:.3g}{' ' + e.unit if e.unit else ''} | {e.why} |"
         for e in worked_examples()

@@ -2,39 +2,34 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Rectangle
+from pandas import DataFrame
 
 from continuum.measure.contact import REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
-from continuum.runs.collect import PointTable
+from continuum.paper.points import SweepData
+from continuum.paper.relations import Drawn
 from continuum.runs.folder import Folder
 from continuum.runs.result import Result
 from continuum.show import plot
-from continuum.show.paper import Drawing
-from continuum.show.paper_points import FigureError
-from continuum.show.sheet import Sheet
 
 _TARGET = 0.02
 """A_rep/A0 of the maps of Fig. 1."""
 
 
-def _results(table: PointTable, root: Path) -> list[tuple[Result, int]]:
-    """One system for each adhesion length, of the first surface; and the point nearest to the area of Fig. 1."""
+def near_target_area(data: SweepData) -> list[tuple[Result, int]]:
+    """One system for each adhesion length, of the first surface; and the step nearest to the area of Fig. 1."""
     found: dict[float, tuple[Result, int]] = {}
-    folder = Folder(root)
-    for key in table.keys:
-        result = Result.read(folder.point(key))
+    for key in data.table.keys:
+        result = Result.read(Folder(data.root).point(key))
         good = [(abs(point.area_rep - _TARGET), i) for i, point in enumerate(result.points) if point.converged]
         if good:
             found.setdefault(float(result.attributes["work_of_adhesion"]), (result, min(good)[1]))
-    if not found:
-        msg = f"{root}: no system has a converged point to draw"
-        raise FigureError(msg)
     return [found[length] for length in sorted(found)]
 
 
@@ -46,10 +41,8 @@ def _window(inside: Mask, width: int) -> tuple[int, int]:
     return max(corners, key=lambda c: int(inside[c[0] : c[0] + width, c[1] : c[1] + width].sum()))
 
 
-@plot.styled
-def contact_maps(table: PointTable, root: Path) -> Drawing:
+def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     """Fig. 1: geometry, maps at a fixed repulsive area with growing adhesion, one patch, and a cut through it."""
-    chosen = _results(table, root)
     first, last = chosen[0], chosen[-1]
     n, spacing = first[0].grid.shape[0], first[0].grid.spacing[0]
     quarter, small = max(n // 4, 16), min(max(int(80 / spacing), 16), n // 2)
@@ -80,10 +73,8 @@ def contact_maps(table: PointTable, root: Path) -> Drawing:
     names = (("repulsive", plot.REPULSIVE_COLOUR), ("attracted", plot.ATTRACTED_COLOUR))
     handles = [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in names]
     axes[1, -1].legend(handles=handles, loc="center", title="contact maps")
-    heads = ("l_a (a0)", "A_rep/A0", "A_att/A0", "N_rep/A0 (E*)", "N/A0 (E*)", "mean gap (a0)")
-    return Drawing(
-        figure, Sheet.of("Fig. 1", heads, rows), "Fig. 1: contact at a fixed repulsive area, adhesion growing."
-    )
+    heads = ["l_a (a0)", "A_rep/A0", "A_att/A0", "N_rep/A0 (E*)", "N/A0 (E*)", "mean gap (a0)"]
+    return figure, DataFrame(rows, columns=heads)
 
 
 def _cut(axis: Axes, key: Axes, drawn: tuple[Result, int], k: int, m: int, small: int) -> None:
@@ -107,10 +98,9 @@ def _cut(axis: Axes, key: Axes, drawn: tuple[Result, int], k: int, m: int, small
     key.legend(*axis.get_legend_handles_labels(), fontsize=7, loc="center left")
 
 
-@plot.styled
-def patch_cells(table: PointTable, root: Path) -> Drawing:
+def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     """Fig. S-1: which cells are neighbours, and the perimeter cells of a patch."""
-    result, step = _results(table, root)[0]
+    result, step = chosen[0]
     inside = result.repulsive(step)
     width = min(40, inside.shape[0] // 2)
     edge = perimeter_map(inside)
@@ -129,8 +119,5 @@ def patch_cells(table: PointTable, root: Path) -> Drawing:
         axis.set_yticks([])
     left.set_title("neighbours of the black cell: grey")
     right.set_title("perimeter cells: grey")
-    count, rims = int(inside.sum()), int(edge.sum())
-    sheet = Sheet.of("Fig. S-1", ("cells of A_rep", "perimeter cells"), [(count, rims)])
-    return Drawing(
-        figure, sheet, f"Fig. S-1: cells and perimeter; of {count} cells of this map {rims} are perimeter cells."
-    )
+    counts = int(inside.sum()), int(edge.sum())
+    return figure, DataFrame([counts], columns=["cells of A_rep", "perimeter cells"])

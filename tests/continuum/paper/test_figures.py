@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from continuum.paper.claims import ClaimVerdict, Finding, claim_verdicts
+from continuum.paper.figures import FIGURES, save_drawing
+from continuum.paper.page import plot_figure
+from continuum.paper.points import FigureError, SweepData, sweep_points
 from continuum.runs.axes import Axis
 from continuum.runs.collect import PointTable
 from continuum.runs.measured import COLUMNS
 from continuum.runs.sweep import SweepListing, System
-from continuum.show.paper import FIGURES, points_of, save_drawing
-from continuum.show.paper_page import draw_figure
-from continuum.show.paper_points import FigureError
-from continuum.show.paper_verdicts import ClaimVerdict, claim_verdicts
 from continuum.theory import paper
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
@@ -60,41 +60,41 @@ def table(kappa_rep: float = 2.0, strip: float = 1.0) -> PointTable:
     return PointTable(listed, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
 
 
-def by_claim(found: list[ClaimVerdict]) -> dict[str, ClaimVerdict]:
-    return {verdict.claim: verdict for verdict in found}
+def by_claim(found: list[ClaimVerdict]) -> dict[str, Finding]:
+    return {claim.text: finding for claim, finding in found}
 
 
 def test_contacts_that_follow_the_paper_reproduce_it() -> None:
-    found = claim_verdicts(points_of(table()))
-    words = {verdict.claim: verdict.word for verdict in found if "Greenwood" not in verdict.claim}
+    found = claim_verdicts(sweep_points(table()))
+    words = {claim.text: finding.word for claim, finding in found if "Greenwood" not in claim.text}
     assert words.pop("kappa does not depend on lambda_L") == "not looked at"
     assert set(words.values()) == {"reproduced"}, words
-    assert all(verdict.points > 0 for verdict in found if verdict.claim in words)
+    assert all(finding.points > 0 for claim, finding in found if claim.text in words)
 
 
 def test_contacts_that_do_not_are_found_out() -> None:
-    soft = by_claim(claim_verdicts(points_of(table(kappa_rep=8.0))))
+    soft = by_claim(claim_verdicts(sweep_points(table(kappa_rep=8.0))))
     assert soft["kappa_rep is close to 2 without adhesion"].word == "not reproduced"
     assert "κ_rep = 8" in soft["kappa_rep is close to 2 without adhesion"].found
     # Sticky where 1/κ_att > 1/8, predicted where it is > 1/2.
     assert soft["sticky if and only if 1/kappa_att of theory > 1/kappa_rep"].word != "reproduced"
-    wide = by_claim(claim_verdicts(points_of(table(strip=3.0))))
+    wide = by_claim(claim_verdicts(sweep_points(table(strip=3.0))))
     assert wide["A_att is a strip of width d_att along the perimeter"].word == "not reproduced"
     assert wide["A_rep/A_att follows Eq. (4) where A_att < A_rep"].word == "not reproduced"
     assert wide["N_att = (w/range) A_att"].word == "reproduced"
 
 
 def test_points_with_too_few_asperities_do_not_count() -> None:
-    points = points_of(table())
+    points = sweep_points(table())
     few = points["area_rep"] * 4096**2 < 10 * points.lambda_s**2
     assert not (points.valid & few).any()
     assert points.reference.sum() == 16
     assert (points["area_rep"][points.reference] == AREAS[0]).all()
 
 
-@pytest.mark.parametrize("name", sorted(FIGURES))
+@pytest.mark.parametrize("name", ["figure2", "figure3", "figure4", "figure-s2", "figure-s3"])
 def test_every_figure_has_its_numbers_beside_it(name: str, tmp_path: Path) -> None:
-    drawing = FIGURES[name](points_of(table()))
+    drawing = FIGURES[name].make(SweepData(table(), tmp_path))
     picture, numbers = save_drawing(drawing, tmp_path / name)
     assert picture.stat().st_size > 10_000
     lines = numbers.read_text().splitlines()
@@ -106,4 +106,4 @@ def test_every_figure_has_its_numbers_beside_it(name: str, tmp_path: Path) -> No
 
 def test_a_figure_that_is_none_says_which_there_are(tmp_path: Path) -> None:
     with pytest.raises(FigureError, match="figure4"):
-        draw_figure("figure5", [tmp_path])
+        plot_figure("figure5", tmp_path)

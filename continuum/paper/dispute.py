@@ -1,0 +1,228 @@
+"""Which theory is right?  Figures and tables of the work of adhesion at the crossover, beside every camp."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from pandas import DataFrame, Series
+
+from continuum.files import output
+from continuum.paper.crossover import crossovers, exponent
+from continuum.paper.figures import Drawing, save_drawing
+from continuum.paper.points import ENOUGH, FigureError, sweep_points
+from continuum.paper.symbols import plain_ticks
+from continuum.runs.collect import PointTable
+from continuum.show import plot
+from continuum.show.sheet import Sheet
+from continuum.sticky.criteria import CRITERIA, Criterion
+from continuum.theory import dispute
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What one camp says about the crossover."""
+
+    name: str
+    criterion: Criterion
+    limit: Callable[[float], float]
+    """Exponent of λ_s for λ_L/λ_s to infinity, from H."""
+    colour: str
+
+    def margins(self, turns: DataFrame) -> Series:
+        """Measured work of adhesion at the crossover over that of this theory; above 1 where it asks for less."""
+        return turns.contact.map(lambda contact: self.criterion(contact).margin).astype(float)
+
+
+THEORIES = (
+    Theory("Pastewka-Robbins", CRITERIA["pastewka-robbins"], dispute.pastewka_robbins_exponent, "#d55e00"),
+    Theory("half conformal energy", CRITERIA["half-conformal-energy"], dispute.conformal_exponent, "#0072b2"),
+    Theory("Fuller-Tabor", CRITERIA["fuller-tabor"], dispute.fuller_tabor_exponent, "#009e73"),
+    Theory("bearing area (BAM)", CRITERIA["bearing-area"], dispute.long_wave_exponent, "#cc79a7"),
+)
+_MARKS = {"spline": "o", "exponential": "s"}
+
+
+def _mean(values: Sequence[float]) -> str:
+    """Mean and standard error over surfaces."""
+    found = np.array(values)
+    error = f" ± {found.std(ddof=1) / np.sqrt(found.size):.2f}" if found.size > 1 else ""
+    return f"{found.mean():+.2f}{error}"
+
+
+def _between(values: Iterable[float], digits: str = ".2g") -> str:
+    ends = {f"{value:{digits}}": None for value in (min(values), max(values))}
+    return " - ".join(ends)
+
+
+def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
+    """Exponents, measured and of each theory on the same surfaces; and the measured work over each theory's."""
+    exponents, works = [], []
+    peaked = len(turns) > 0 and turns.peak.any()
+    for (reach, hurst, law, peak), group in turns.groupby(["range", "hurst", "law", "peak"]) if len(turns) else ():
+        series = [each for _, each in group.sort_values("lambda_s", kind="stable").groupby("seed") if len(each) > 2]
+        if not series:
+            continue
+        used = group[group.seed.isin({each.seed.iloc[0] for each in series})]
+        name = (str(reach), *([peak] if peaked else []), law, str(hurst))
+        fits = [exponent(each.lambda_s, each.work) for each in series]
+        said = {
+            theory: np.mean([exponent(each.lambda_s, each.work / theory.margins(each)) for each in series])
+            for theory in THEORIES
+        }
+        exponents.append((
+            *name, len(series), _between(used.lambda_s, "g"),
+            # Δr/g0: the rim is thin below 0.1 (Monti, Sanner and Pastewka 2021).
+            _between([CRITERIA["range-over-gap"](contact).value for contact in used.contact]),
+            _between([CRITERIA["generalised-tabor"](contact).value for contact in used.contact]),
+            f"**{_mean(fits)}**",
+            *(f"{mean:+.2f} ({theory.limit(float(hurst)):+.2f})" for theory, mean in said.items()),
+        ))  # fmt: skip
+        ratios = [np.log(theory.margins(used).to_numpy()) for theory in THEORIES]
+        works.append((*name, len(used), *(f"{np.exp(r.mean()):.2g} (x{np.exp(r.std()):.2f})" for r in ratios)))
+    if not exponents:
+        msg = "no surface of this sweep has its turn at three λ_s: too few systems are done"
+        raise FigureError(msg)
+    names = [theory.name for theory in THEORIES]
+    head = ["Δr/h_rms", *(["turned back at (h_rms)"] if peaked else []), "law", "H"]
+    measured = [*head, "surfaces", "λ_s (a0)", "Δr/g0", "μ_T", "measured", *(f"{name} (limit)" for name in names)]
+    return (
+        Sheet.of("Exponents of λ_s", measured, exponents),
+        Sheet.of("Work at the turn over that of each theory", [*head, "turns", *names], works),
+    )
+
+
+@plot.styled
+def draw_crossovers(turns: DataFrame, title: str) -> Drawing:
+    """Work at the crossover against λ_s: means over surfaces with their scatter, and a line for each theory."""
+    rows = sorted(set(zip(turns["range"], turns.peak, strict=True)))
+    columns = sorted(set(turns.hurst))
+    figure = plot.new_figure(2.4 * len(columns) + 1.2, 2.2 * len(rows) + 0.9)
+    axes = figure.subplots(len(rows), len(columns), sharex=True, sharey="row", squeeze=False)
+    body = []
+    for i, (reach, peak) in enumerate(rows):
+        for axis, hurst in zip(axes[i], columns, strict=True):
+            mine = turns[(turns.hurst == hurst) & (turns["range"] == reach) & (turns.peak == peak)]
+            for law, same in mine.groupby("law"):
+                body += [(reach, law, hurst, *row) for row in _draw_panel(axis, same, law)]
+            turned = f", back at {peak} $h_{{rms}}$" if peak else ""
+            axis.set_title(rf"$H = {hurst:g}$, $\Delta r = {reach:g}\,h_{{rms}}${turned}", fontsize=8)
+            axis.set(xscale="log", yscale="log")
+            axis.minorticks_off()
+        plain_ticks(axes[i][0], "y")
+        axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_{rms}^2$ at the turn")
+    _finish(axes, turns)
+    figure.legend(loc="outside lower center", ncols=len(columns))
+    head = ("range/h_rms", "law", "H", "lambda_s (a0)", "surfaces", "l_a lambda_L/h_rms^2", "scatter (factor)",
+            *(theory.name for theory in THEORIES))  # fmt: skip
+    caption = f"{title}: means over surfaces, bars their scatter; lines are the theories on the same surfaces."
+    return Drawing(figure, Sheet.of(title, head, body), caption)
+
+
+def _finish(axes: np.ndarray, turns: DataFrame) -> None:
+    """Ticks, the legend's entries, and a shade where there are few contacts."""
+    cuts = sorted(set(turns.lambda_s))
+    few = (turns.lambda_s * np.sqrt(turns.squares / ENOUGH)).max()
+    shaded = []
+    for axis in axes.flat if few < cuts[-1] else ():
+        left, right = axis.get_xlim()
+        shaded.append(axis.axvspan(few, right, color="0.93", zorder=-1))
+        axis.set_xlim(left, right)
+    for axis in axes[-1]:
+        axis.set_xticks(cuts, [f"{cut:g}" for cut in cuts])
+        axis.set_xlabel(r"$\lambda_s$ ($a_0$)")
+    for theory in THEORIES:
+        axes[0][0].plot([], [], color=theory.colour, label=theory.name)
+    for law in sorted(set(turns.law)):
+        axes[0][0].plot([], [], _MARKS[law], color="0.2", markerfacecolor="0.2" if law == "spline" else "none",
+                        label=f"computed, {law} law")  # fmt: skip
+    for span in shaded[:1]:
+        span.set_label(rf"fewer than {ENOUGH:g} $\lambda_s^2$ in 1 % of the map")
+
+
+def _draw_panel(axis: Axes, turns: DataFrame, law: str) -> list[tuple[float, ...]]:
+    """One law in one panel; returns λ_s, number of surfaces, mean, scatter and the theories' works of each λ_s."""
+    groups = list(turns.groupby("lambda_s"))
+    logs = [np.log(group.work.to_numpy()) for _, group in groups]
+    cuts, mean = np.array([float(cut) for cut, _ in groups]), np.exp([each.mean() for each in logs])
+    scatter = np.array([np.exp(each.std(ddof=1)) if each.size > 1 else 1.0 for each in logs])
+    axis.errorbar(
+        cuts, mean, yerr=(mean - mean / scatter, mean * scatter - mean), fmt=_MARKS[law], color="0.2", capsize=2,
+        markerfacecolor="0.2" if law == "spline" else "none", elinewidth=0.7,
+    )  # fmt: skip
+    lines = []
+    for theory in THEORIES:
+        said = [np.log((group.work / theory.margins(group)).to_numpy()) for _, group in groups]
+        lines.append(np.array([np.exp(np.mean(each)) for each in said]))
+        axis.plot(cuts, lines[-1], "-" if law == "spline" else "--", color=theory.colour, linewidth=1)
+    return list(zip(cuts, map(len, logs), mean, scatter, *lines, strict=True))
+
+
+def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[Path]:
+    """Tables and figures of one or both observables, from their sweeps; returns the files written.
+
+    Parameters
+    ----------
+    sweeps : name of the folder and table; paths with a way back are judged by their pull-off, others by their load.
+    path : of the page, in Markdown; figures lie beside it.
+
+    Raises
+    ------
+    FigureError
+        If a sweep has too few surfaces that turn sticky.
+    """
+    parts, written = ["# Which theory is right: the numbers\n"], list[Path]()
+    for name, table in sweeps:
+        back = bool((table["retracting"] == 1).any())
+        title = "Pull-off equal to the load before" if back else "Attraction equal to repulsion at 1 % area"
+        turns = crossovers(table)
+        sheets = [*dispute_sheets(turns), *many_contacts(turns)]
+        drawing = draw_crossovers(turns, title)
+        stem = path.with_name(f"dispute-{'pull-off' if back else 'load'}")
+        stem = stem.with_name(f"{stem.name}-{name}") if stem.with_suffix(".png") in written else stem
+        written += save_drawing(drawing, stem)
+        made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
+        parts += [f"## {title}\n", f"Sweep `{name}`: {len(table.keys)} of {len(table.listed.systems)} systems done, "
+                  f"{len(turns)} turns. Computed with {made}.\n", f"![{drawing.caption}]({stem.name}.png)\n",
+                  f"{drawing.caption}\n"]  # fmt: skip
+        parts += [f"**{sheet.title}**\n\n{sheet.markdown()}\n" for sheet in sheets]
+        parts += [_losses(turns)] if back else [_diameters(table)]
+    return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
+
+
+def many_contacts(turns: DataFrame) -> list[Sheet]:
+    """The exponents of those λ_s only of which there are many in 1 % of the map."""
+    many = turns[turns.squares >= ENOUGH]
+    if len(many) in (0, len(turns)):
+        return []
+    try:
+        first, _ = dispute_sheets(many)
+    except FigureError:
+        return []
+    return [replace(first, title=f"{first.title}, of those only of which {ENOUGH:g} λ_s² or more make 1 % of the map")]
+
+
+def _losses(turns: DataFrame) -> str:
+    """The work lost in a cycle at the crossover."""
+    peaks = turns.assign(peak_gap=[float(peak or 0) for peak in turns.peak])
+    rows = [
+        (group.peak.iloc[0], str(hurst), str(cut), len(group), f"{np.mean(group.loss):.3f}")
+        for (_, hurst, cut), group in peaks.groupby(["peak_gap", "hurst", "lambda_s"])
+    ]
+    head = ("turned back at (h_rms)", "H", "λ_s (a0)", "surfaces", "work lost in the cycle over w")
+    return f"**Hysteresis at the turn**\n\n{Sheet.of('loss', head, rows).markdown()}\n"
+
+
+def _diameters(table: PointTable) -> str:
+    """How often the criterion's d_rep = 4h'/h'' is missed."""
+    ratio = sweep_points(table).eval("diameter / expected_diameter")
+    ratio = ratio[np.isfinite(ratio) & (ratio > 0)]
+    far = np.mean((ratio < 0.5) | (ratio > 2))
+    near = np.mean(np.abs(ratio - 1) < 0.25)
+    return (
+        f"d_rep over 4h'/h'' at 1 % area, {ratio.size} points: mean {ratio.mean():.2f}, {near:.0%} within a quarter "
+        f"of 1, {far:.1%} off by more than a factor of two.\n"
+    )

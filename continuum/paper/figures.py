@@ -1,0 +1,183 @@
+"""The paper's figures, one entry each: what it asks of a sweep, how it is drawn, and its caption."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sized
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from pandas import DataFrame
+
+from continuum.files import output
+from continuum.paper import further, gaps, maps, relations
+from continuum.paper.points import FigureError, SweepData
+from continuum.show import plot
+from continuum.show.sheet import Sheet
+
+Select = Callable[[SweepData], Sized]
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A figure with the numbers that it shows."""
+
+    figure: Figure
+    sheet: Sheet
+    caption: str
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """What a figure is made of, and how."""
+
+    title: str
+    """Title of the table of its numbers."""
+    select: Select
+    """What it shows of a sweep."""
+    needs: str
+    """What the sweep lacks where there is nothing to show."""
+    draw: Callable[[Any], relations.Drawn]
+    caption: str | Callable[[DataFrame], str]
+    """Its alternative text, too; made from the numbers where it tells some."""
+    fields: bool = False
+    """Whether it asks for stored gaps."""
+    general: bool = False
+    """Whether every sweep over loads has points for it."""
+
+    @plot.styled
+    def make(self, data: SweepData) -> Drawing:
+        """Draw the figure.
+
+        Raises
+        ------
+        FigureError
+            If the sweep has no point for it.
+        """
+        shown = self.select(data)
+        if not len(shown):
+            msg = f"{data.table.listed.name}: {self.needs}"
+            raise FigureError(msg)
+        figure, numbers = self.draw(shown)
+        caption = self.caption if isinstance(self.caption, str) else self.caption(numbers)
+        return Drawing(figure, Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None)), caption)
+
+
+def save_drawing(drawing: Drawing, stem: Path) -> list[Path]:
+    """Write ``stem.png``, ``stem.pdf`` and ``stem.csv``; returns PNG and CSV.
+
+    Raises
+    ------
+    OutputError
+        If they cannot be written there.
+    """
+    picture = plot.save_figure(drawing.figure, stem)
+    return [picture, output.save(stem.with_name(f"{stem.name}.csv"), drawing.sheet.csv())]
+
+
+def _where(query: str) -> Select:
+    return lambda data: data.points.query(query)
+
+
+def _along(key: str, query: str, least: int = 2) -> Select:
+    """The points that a query finds, of a sweep with an axis on which they have so many values."""
+
+    def found(data: SweepData) -> DataFrame:
+        points = data.points.query(query)
+        axis = f"sweep.{key}"
+        return points if axis in points and points[axis].nunique() >= least else points[:0]
+
+    return found
+
+
+_ANY = "the sweep has no point that this figure shows: too few systems are done, or it is another sweep"
+_TWO_VALUES = "this figure needs a sweep over {}, with points of enough contact at two values at least"
+
+FIGURES = {
+    "figure1": PaperFigure(
+        "Fig. 1", maps.near_target_area, "no system has a converged point to draw", maps.draw_contact_maps,
+        "Fig. 1: contact at a fixed repulsive area, adhesion growing.", fields=True,
+    ),
+    "figure-s1": PaperFigure(
+        "Fig. S-1", maps.near_target_area, "no system has a converged point to draw", maps.draw_patch_cells,
+        lambda n: "Fig. S-1: cells and perimeter; of {} cells of this map {} are perimeter cells.".format(*n.iloc[0]),
+        fields=True,
+    ),
+    "gap-profile": PaperFigure(
+        "gap profile", gaps.stored_profiles,
+        "no system has a contact with its gaps: this figure needs fields = true in [output]", gaps.draw_gap_profiles,
+        "Mean gap outside the contact at 1 % area, over Eq. (S-1) with the measured d_rep, against x from the edge.",
+        fields=True,
+    ),
+    "figure2": PaperFigure(
+        "Fig. 2", _where("lambda_s == 32 and hurst == 0.8 and slope == 0.1 and approach"), _ANY,
+        relations.draw_area_against_load,
+        "Fig. 2: repulsive area against load; H = 0.8, h'rms = 0.1, λ_s = 32 a0.", general=True,
+    ),
+    "figure3": PaperFigure(
+        "Fig. 3", _where("area_rep > 0 and valid"), _ANY, relations.draw_loads,
+        "Fig. 3: attractive and repulsive load, and perimeter, against the areas that the paper says they follow.",
+        general=True,
+    ),
+    "figure4": PaperFigure(
+        "Fig. 4", _where("reference and length > 0 and area_att > 0"), _ANY, relations.draw_kappa,
+        "Fig. 4: means over surfaces, bars their standard deviation, of the first point with A_rep >= 10 λ_s² from "
+        "1 %.", general=True,
+    ),
+    "figure-s2": PaperFigure(
+        "Fig. S-2", _where("chord > 0 and valid and approach"), _ANY, relations.draw_perimeter,
+        "Fig. S-2: perimeter, chord and area.", general=True,
+    ),
+    "figure-s3": PaperFigure(
+        "Fig. S-3", lambda data: relations.largest_tension(data.points), _ANY, relations.draw_tension,
+        lambda numbers: "Fig. S-3: largest tension on approach, at the points of each path; "
+        f"{np.sum(numbers['N_max/(N P_c)'] <= 0)} never pull.", general=True,
+    ),
+    "finite-size": PaperFigure(
+        "κ at 1 % area against the period L = 2λ_L", _along("surface.lambda_L", "reference"),
+        _TWO_VALUES.format("surface.lambda_L"),
+        partial(
+            further.draw_inverse_kappa, key="lambda_L", label=r"$\lambda_L = L/2$ ($a_0$)", column="kappa",
+            along=("grid.n",),
+        ),
+        "κ at 1 % area against the period L = 2λ_L; means over surfaces, bars their standard deviation.",
+    ),
+    "continuum-limit": PaperFigure(
+        "κ_rep at 1 % area against λ_s/a0", _along("surface.lambda_s", "reference"),
+        _TWO_VALUES.format("surface.lambda_s"),
+        partial(
+            further.draw_inverse_kappa, key="lambda_s", label=r"$\lambda_s/a_0$", column="kappa_rep",
+            along=("grid.n", "surface.lambda_L"),
+        ),
+        "κ_rep at 1 % area against λ_s/a0; means over surfaces, bars their standard deviation.",
+    ),
+    "lambda-L": PaperFigure(
+        "κ at 1 % area against λ_L, one period", _along("surface.lambda_L", "reference"),
+        _TWO_VALUES.format("surface.lambda_L"),
+        partial(further.draw_inverse_kappa, key="lambda_L", label=r"$\lambda_L$ ($a_0$)", column="kappa"),
+        "κ at 1 % area against λ_L, one period; means over surfaces, bars their standard deviation.",
+    ),
+    "other-potentials": PaperFigure(
+        "other potentials", _along("wall.law", "reference and length > 0", least=1),
+        "this figure needs a sweep over wall.law", further.draw_laws,
+        "Other laws of the wall beside the theory for the spline.",
+    ),
+    "stiffness": PaperFigure(
+        "stiffness", lambda data: data.points, _ANY, further.draw_stiffness, "Normal stiffness against load.",
+    ),
+    "pull-off": PaperFigure(
+        "pull-off", lambda data: further.whole_cycles(data.points),
+        "this figure needs paths with a way back (retract = true) of which every point converged",
+        further.draw_pull_off,
+        "Cycles of load, and pull-off against how far the contact was pressed; peak loads and work are in the table.",
+    ),
+    "diameter": PaperFigure(
+        "diameter", lambda data: further.long_paths(data.points),
+        "this figure needs paths of three areas at least, as those of figure3", further.draw_diameter,
+        "Mean diameter of contact patches against the area.", general=True,
+    ),
+}  # fmt: skip
+"""Every figure that can be made of one sweep, by the name that ``continuum plot`` knows."""

@@ -1,0 +1,114 @@
+"""The page of a sweep beside the paper: verdicts, figures with their captions, and where the numbers come from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from continuum.files import output
+from continuum.paper.claims import claim_verdicts, verdict_sheet
+from continuum.paper.dispute import write_dispute
+from continuum.paper.figures import FIGURES, save_drawing
+from continuum.paper.points import FigureError, SweepData
+from continuum.runs.collect import PointTable, collect
+
+NAMES = (*FIGURES, "verdicts", "page", "dispute")
+"""What ``continuum plot`` can make of a sweep."""
+
+
+def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None) -> list[Path]:
+    """Draw a figure of the paper, or a page with verdicts, from the files of sweeps alone; returns the files written.
+
+    Parameters
+    ----------
+    name : one of :data:`NAMES`; "page" is all that the sweep has points for, "dispute" the theories beside one another.
+    folders : of the sweep; several for page and dispute.
+    into : where to write; the folder of the first sweep if None.
+
+    Raises
+    ------
+    SweepError, FigureError, OutputError
+        If there is no sweep, no such figure, no point for it, or it cannot be written.
+    """
+    roots = [Path(folder) for folder in folders]
+    if name not in NAMES:
+        msg = f"{name}: no such figure; there are {', '.join(NAMES)}"
+        raise FigureError(msg)
+    place = output.folder(Path(into) if into else roots[0])
+    if name == "dispute":
+        return write_dispute([(root.resolve().name, collect(root)) for root in roots], place / "dispute.md")
+    if name == "page":
+        return write_page([SweepData(collect(root), root) for root in roots], place / "paper.md")
+    if len(roots) > 1:
+        msg = f"{name}: of one sweep at a time; only page and dispute have several"
+        raise FigureError(msg)
+    data = SweepData(collect(roots[0]), roots[0])
+    if name == "verdicts":
+        found = verdict_sheet(claim_verdicts(data.points))
+        text = f"# {found.title}\n\n{found.markdown()}\n\n{_provenance(data.table)}\n"
+        return [output.save(place / "verdicts.md", text), output.save(place / "verdicts.csv", found.csv())]
+    return save_drawing(FIGURES[name].make(data), place / name)
+
+
+def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
+    """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
+
+    Parameters
+    ----------
+    sweeps : their figures carry the names of the folders.
+    path : of the page, in Markdown; figures lie beside it.
+    """
+    names = [data.root.resolve().name for data in sweeps]
+    if len(set(names)) < len(names):
+        msg = f"folders of different names, whose figures do not overwrite one another, not {', '.join(names)}"
+        raise FigureError(msg)
+    written, parts = list[Path](), ["# The paper's figures and claims, from stored sweeps\n"]
+    for folder, data in zip(names, sweeps, strict=True):
+        parts += [f"## Sweep `{folder}`\n", _provenance(data.table), _sizes(data)]
+        looked = [verdict for verdict in claim_verdicts(data.points) if verdict.finding.word != "not looked at"]
+        parts += ["", verdict_sheet(looked).markdown(), ""]
+        for name in _meant(data):
+            try:
+                drawing = FIGURES[name].make(data)
+            except FigureError:
+                continue
+            stem = path.with_name(f"paper-{folder}-{name}")
+            written += save_drawing(drawing, stem)
+            parts += [f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
+    return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
+
+
+def _meant(data: SweepData) -> Iterator[str]:
+    """The figures that a sweep is for: its own by its name; else, as of figure4, all that there are points for."""
+    own = data.table.listed.name.removesuffix("-reduced")
+    if own in FIGURES and own != "figure4":
+        yield own
+        yield from {"figure1": ("figure-s1",), "figure3": ("diameter",)}.get(own, ())
+        return
+    if data.table.listed.common.get("output.fields"):
+        yield from (name for name, figure in FIGURES.items() if figure.fields)
+    if data.points.step.max() > 0:
+        yield from (name for name, figure in FIGURES.items() if figure.general)
+
+
+def _provenance(table: PointTable) -> str:
+    made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
+    return (
+        f"{len(table.keys)} of {len(table.listed.systems)} systems done, {len(table.system)} converged points; "
+        f"{table.unconverged} points did not converge or have no state, and are left out. Computed with {made}; "
+        f"{table.seconds.sum() / 3600:.2g} hours of wall time in all."
+    )
+
+
+def _sizes(data: SweepData) -> str:
+    def listed(values: Iterable[float]) -> str:
+        return ", ".join(f"{value:g}" for value in sorted(set(values)))
+
+    table, points = data.table, data.points
+    size = {json.dumps(table.setting(key, "grid.n")) for key in table.keys}
+    return (
+        f"\nPoints of the grid {', '.join(sorted(size))}; λ_s = {listed(points.lambda_s)} a0; "
+        f"l_a = {listed(points.length)} a0. {points.valid.sum()} points have A_rep >= 10 λ_s². κ is read at the first "
+        "of them from 1 % area on."
+    )
