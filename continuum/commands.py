@@ -28,7 +28,7 @@ from continuum.show.console import EstimatedProgress, progress, show, warn
 from continuum.show.plot import written_as
 from continuum.show.prediction_data import as_csv
 from continuum.show.runs import progress_line
-from continuum.show.sweeps import collected_sheet, ended_line, failed_sheet, status_sheet
+from continuum.show.sweeps import failed_sheet, result_line, status_sheet, table_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import UnresolvedError, resolvable
@@ -102,7 +102,7 @@ def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None,
         done = sweeps.sweep(
             file, settings=dict(settings or ()), memory=None if memory is None else 1e9 * memory, shard=shard, **given,
             begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
-            progress=lambda ended, n, total: report.ended(ended.task.path, ended_line(ended), new=not ended.found),
+            progress=lambda ended, n, total: report.end(ended.task.path, result_line(ended), new=not ended.found),
         )  # fmt: skip
     print(f"{done.folder}: {done.done} systems done, {done.found} were there, {len(done.failed)} failed")
     if done.held:
@@ -130,7 +130,7 @@ def sweep_status(**given: Any) -> int:
 @like(sweeps.sweep_collect)
 def sweep_collect(**given: Any) -> int:
     found = sweeps.sweep_collect(**given)
-    show(collected_sheet(found))
+    show(table_sheet(found))
     warn(found.faults)
     for path in found.files:
         print(path)

@@ -139,7 +139,6 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
                 "continuum.files.tables",
                 "continuum.files.inputs",
                 "continuum.files.reference",
-                "continuum.options",
                 "continuum.runs",
                 "continuum.sticky.tables",
                 "atomistic.config",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.lammps.shape import Interpolated
+from atomistic.lammps.shape import HeightSpline
 from continuum.model.fourier import Real
 
 
@@ -29,7 +29,7 @@ def follow_atoms(lammps: Any, shape: tuple[int, int]) -> Callable[[], None]:
         That raises what has gone wrong on the way, which LAMMPS would lose.
     """
     count = shape[0] * shape[1]
-    wall = Interpolated(np.array(lammps.gather("d_height", 1, 1), dtype=np.float64)[:count].reshape(shape))
+    wall = HeightSpline(np.array(lammps.gather("d_height", 1, 1), dtype=np.float64)[:count].reshape(shape))
     length = float(lammps.extract_variable("length_unit"))
     failures: list[BaseException] = []
 

@@ -168,7 +168,7 @@ class Waves:
 
 
 @dataclass(frozen=True, eq=False)
-class Interpolated:
+class HeightSpline:
     """Any heights, between their points a periodic spline of degree 5: smooth to its fourth derivative.
 
     Parameters
@@ -219,7 +219,7 @@ class Interpolated:
         return float(by_height), float(max(by_slope))
 
 
-def shape_of(heights: Real) -> Waves | Interpolated:
+def shape_of(heights: Real) -> Waves | HeightSpline:
     """The wall between the sites of an array: the sum of its waves if they are few, a spline if not.
 
     Parameters
@@ -234,7 +234,7 @@ def shape_of(heights: Real) -> Waves | Interpolated:
     there = (np.abs(waves_q) > 1e-13 * np.abs(waves_q).max()) & ((n > 0) | (m > 0))
     shortest = (2 * np.abs(m) == nx) | (2 * n == ny)
     if np.count_nonzero(there) > MOST_WAVES or np.any(np.abs(waves_q[shortest]) > 1e-13 * np.abs(waves_q).max()):
-        return Interpolated(heights)
+        return HeightSpline(heights)
     found = zip(waves_q[there], m[there], n[there], strict=True)
     waves = tuple((2 * float(abs(a)), int(i), int(j), float(np.angle(a))) for a, i, j in found)
     return Waves(grid.lengths, float(heights.mean()), waves)
@@ -279,7 +279,7 @@ def _(surface: SineSurface, heights: Real) -> Shape:
 
 def shape_notes(shape: Shape | None) -> tuple[str, ...]:
     """What a deck says of its wall between the sites."""
-    if not isinstance(shape, Interpolated):
+    if not isinstance(shape, HeightSpline):
         return ()
     by_height, by_slope = shape.error
     return (

@@ -227,6 +227,6 @@ class Path(Sequence[State]):
 def _with_picture(shown: State | Path) -> str:
     """Numbers and picture, as a notebook shows them."""
     from continuum.show.page import picture
-    from continuum.show.plot import drawn
+    from continuum.show.plot import image_bytes
 
-    return shown.sheet()._repr_html_() + picture(drawn(shown.plot()), repr(shown))
+    return shown.sheet()._repr_html_() + picture(image_bytes(shown.plot()), repr(shown))

@@ -238,7 +238,7 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     write_cube(found, cube)
     head, rows = found.rows()
     sheet = Sheet.of(
-        found.listed.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows
+        found.listing.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows
     )
     return replace(found, files=(save(text, sheet.csv()), cube))
 

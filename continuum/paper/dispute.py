@@ -185,7 +185,7 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
         stem = stem.with_name(f"{stem.name}-{name}") if stem.with_suffix(".png") in written else stem
         written += save_drawing(drawing, stem)
         made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
-        parts += [f"## {title}\n", f"Sweep `{name}`: {len(table.keys)} of {len(table.listed.systems)} systems done, "
+        parts += [f"## {title}\n", f"Sweep `{name}`: {len(table.keys)} of {len(table.listing.systems)} systems done, "
                   f"{len(turns)} turns. Computed with {made}.\n", f"![{drawing.caption}]({stem.name}.png)\n",
                   f"{drawing.caption}\n"]  # fmt: skip
         parts += [f"**{sheet.title}**\n\n{sheet.markdown()}\n" for sheet in sheets]

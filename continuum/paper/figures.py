@@ -59,7 +59,7 @@ class PaperFigure:
         """
         shown = self.select(data)
         if not len(shown):
-            msg = f"{data.table.listed.name}: {self.needs}"
+            msg = f"{data.table.listing.name}: {self.needs}"
             raise FigureError(msg)
         figure, numbers = self.draw(shown)
         caption = self.caption if isinstance(self.caption, str) else self.caption(numbers)

@@ -81,12 +81,12 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
 
 def _meant(data: SweepData) -> Iterator[str]:
     """The figures that a sweep is for: its own by its name; else, as of figure4, all that there are points for."""
-    own = data.table.listed.name.removesuffix("-reduced")
+    own = data.table.listing.name.removesuffix("-reduced")
     if own in FIGURES and own != "figure4":
         yield own
         yield from {"figure1": ("figure-s1",), "figure3": ("diameter",)}.get(own, ())
         return
-    if data.table.listed.common.get("output.fields"):
+    if data.table.listing.common.get("output.fields"):
         yield from (name for name, figure in FIGURES.items() if figure.fields)
     if data.points.step.max() > 0:
         yield from (name for name, figure in FIGURES.items() if figure.general)
@@ -95,20 +95,20 @@ def _meant(data: SweepData) -> Iterator[str]:
 def _provenance(table: PointTable) -> str:
     made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
     return (
-        f"{len(table.keys)} of {len(table.listed.systems)} systems done, {len(table.system)} converged points; "
+        f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(table.system)} converged points; "
         f"{table.unconverged} points did not converge or have no state, and are left out. Computed with {made}; "
         f"{table.seconds.sum() / 3600:.2g} hours of wall time in all."
     )
 
 
 def _sizes(data: SweepData) -> str:
-    def listed(values: Iterable[float]) -> str:
+    def in_order(values: Iterable[float]) -> str:
         return ", ".join(f"{value:g}" for value in sorted(set(values)))
 
     table, points = data.table, data.points
     size = {json.dumps(table.setting(key, "grid.n")) for key in table.keys}
     return (
-        f"\nPoints of the grid {', '.join(sorted(size))}; λ_s = {listed(points.lambda_s)} a0; "
-        f"l_a = {listed(points.length)} a0. {points.valid.sum()} points have A_rep >= 10 λ_s². κ is read at the first "
-        "of them from 1 % area on."
+        f"\nPoints of the grid {', '.join(sorted(size))}; λ_s = {in_order(points.lambda_s)} a0; "
+        f"l_a = {in_order(points.length)} a0. {points.valid.sum()} points have A_rep >= 10 λ_s². κ is read at the "
+        "first of them from 1 % area on."
     )

@@ -46,12 +46,12 @@ def sweep_points(table: PointTable) -> DataFrame:
         If there are none.
     """
     if table.values.size == 0:
-        msg = f"{table.listed.name}: no system of this sweep is done"
+        msg = f"{table.listing.name}: no system of this sweep is done"
         raise FigureError(msg)
     points = DataFrame(dict(zip(COLUMNS, table.values.T, strict=True)))
     for name, key in _SETTINGS.items():
         points[name] = table[key]
-    for key in (key for axis in table.listed.axes for key in axis.keys):
+    for key in (key for axis in table.listing.axes for key in axis.keys):
         points[f"sweep.{key}"] = np.array([str(table.setting(system, key)) for system in table.keys])[table.system]
     points["system"] = table.system
     points["length"] = points.work_of_adhesion.round(12)

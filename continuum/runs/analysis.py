@@ -24,6 +24,7 @@ from continuum.model.walls import Wall
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.theory import paper
+from continuum.theory.paper import ExpectedContact
 
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
@@ -63,31 +64,13 @@ class MeasuredPoint:
     """None where the run did not store gaps."""
 
 
-@dataclass(frozen=True)
-class Expected:
-    """The paper's relations for the undeformed surface and the wall of a run."""
-
-    rms_slope: float
-    rms_curvature: float
-    """Root-mean-square curvature, in 1/a0."""
-    range: float
-    """Range of the attraction Δr, in a0."""
-    diameter: float
-    """d_rep = 4h'/h'', in a0."""
-    width: float
-    """d_att, Eq. (S-2), in a0."""
-    area_ratio: float
-    """A_rep/A_att, Eq. (4); infinite without attraction."""
-    pressure_att: float
-    """Adhesive pressure w/Δr, in E*."""
-
-
 @dataclass(frozen=True, eq=False)
 class Analysis:
     """A stored run with all its measurements."""
 
     result: Result
-    expected: Expected
+    expected: ExpectedContact
+    """The paper's relations for the undeformed surface and the wall of the run; lengths in a0, pressures in E*."""
     points: tuple[MeasuredPoint, ...]
     """The equilibria, in the order of the path."""
     adhesion: Adhesion | None
@@ -149,20 +132,9 @@ def _measured(result: Result, step: int, point: Point, stiffness: float) -> Meas
     return MeasuredPoint(step, point, numbers, patches(result.grid, repulsive).areas, stiffness, found)
 
 
-def _expected(result: Result) -> Expected:
-    slope, curvature, wall = result.moments.rms_slope, result.moments.rms_curvature, result.wall
-    diameter = paper.contact_diameter(slope, curvature)
-    if wall.range == 0:
-        return Expected(slope, curvature, 0.0, diameter, 0.0, np.inf, np.nan)
-    return Expected(
-        slope,
-        curvature,
-        wall.range,
-        diameter,
-        paper.attraction_width(slope, diameter, wall.range),
-        paper.area_ratio(slope, diameter, wall.range),
-        paper.adhesive_pressure(wall.work_of_adhesion, wall.range),
-    )
+def _expected(result: Result) -> ExpectedContact:
+    moments, wall = result.moments, result.wall
+    return ExpectedContact(moments.rms_slope, moments.rms_curvature, wall.range, wall.work_of_adhesion)
 
 
 def _fields(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, numbers: Measurement) -> FieldMeasurement:

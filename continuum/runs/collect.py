@@ -35,7 +35,7 @@ _RECENT = 50
 class PointTable:
     """Table of all converged points of a sweep, one in a row."""
 
-    listed: SweepListing = field(repr=False)
+    listing: SweepListing = field(repr=False)
     keys: tuple[str, ...]
     """Systems that were read, in the order of the listing."""
     system: NDArray[np.int64]
@@ -65,12 +65,12 @@ class PointTable:
 
     def setting(self, key: str, name: str) -> Any:
         """The value of a key of the input in a system; NaN if it has none."""
-        found = self._settings[key].get(name, self.listed.common.get(name))
+        found = self._settings[key].get(name, self.listing.common.get(name))
         return np.nan if found is None else found
 
     def given(self, key: str, table: str) -> dict[str, Any]:
         """The keys of a table of the input that are given in a system, as its model takes them."""
-        values = {**self.listed.common, **self._settings[key]}
+        values = {**self.listing.common, **self._settings[key]}
         inside = {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{table}.")}
         return {name: frozen(value) for name, value in inside.items() if value is not None}
 
@@ -81,13 +81,13 @@ class PointTable:
     @property
     def _settings(self) -> dict[str, Mapping[str, Any]]:
         if "settings" not in self.__dict__:
-            self.__dict__["settings"] = {system.key: system.settings for system in self.listed.systems}
+            self.__dict__["settings"] = {system.key: system.settings for system in self.listing.systems}
         found: dict[str, Mapping[str, Any]] = self.__dict__["settings"]
         return found
 
     def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
         """Name and unit of each column, and the rows of the tidy table."""
-        axes = [key for axis in self.listed.axes for key in axis.keys]
+        axes = [key for axis in self.listing.axes for key in axis.keys]
         head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in COLUMNS.items())]
 
         def each() -> Iterator[list[Any]]:
@@ -110,11 +110,11 @@ def collect(root: str | Path) -> PointTable:
     SweepError
         If there is no sweep.
     """
-    folder, listed = Folder(Path(root)), systems_of(root)
+    folder, listing = Folder(Path(root)), systems_of(root)
     keys, system, tables, seconds, faults = list[str](), list[int](), list[Real](), list[float](), list[str]()
     made: Counter[str] = Counter()
     unconverged = missing = 0
-    for each in listed.systems:
+    for each in listing.systems:
         path = folder.point(each.key)
         if not path.is_file():
             missing += 1
@@ -133,7 +133,7 @@ def collect(root: str | Path) -> PointTable:
         made[found.made] += 1
     values = np.concatenate(tables) if tables else np.empty((0, len(COLUMNS)))
     return PointTable(
-        listed, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
+        listing, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
         tuple(faults), dict(made),
     )  # fmt: skip
 
@@ -148,7 +148,7 @@ def write_cube(found: PointTable, path: Path) -> None:
     OutputError
         If it cannot be written.
     """
-    axes = [axis for axis in found.listed.axes if axis.values]
+    axes = [axis for axis in found.listing.axes if axis.values]
     names = [axis.keys[0] for axis in axes]
     places = [{_place(values): i for i, values in enumerate(axis.values)} for axis in axes]
     of_system = {}
@@ -174,8 +174,8 @@ def write_cube(found: PointTable, path: Path) -> None:
         datasets[name] = Dataset(cube, (*names, "step"), unit, what)
     datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
     said = {
-        "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listed.name,
-        "common": json.dumps(found.listed.common), "systems": len(found.keys), "systems_missing": found.missing,
+        "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listing.name,
+        "common": json.dumps(found.listing.common), "systems": len(found.keys), "systems_missing": found.missing,
         "points": len(found.system), "points_unconverged": found.unconverged, "files_unreadable": len(found.faults),
         "made_with": json.dumps(dict(found.provenance)), **provenance(),
     }  # fmt: skip
@@ -193,7 +193,7 @@ def _place(values: tuple[Any, ...]) -> str:
 class SweepStatus:
     """How far a sweep is, from its files alone."""
 
-    listed: SweepListing = field(repr=False)
+    listing: SweepListing = field(repr=False)
     done: int
     running: tuple[str, ...]
     """Processes that work on a system, with when it was begun."""
@@ -209,7 +209,7 @@ class SweepStatus:
     @property
     def total(self) -> int:
         """Number of systems of the sweep."""
-        return len(self.listed.systems)
+        return len(self.listing.systems)
 
 
 def status_of(root: str | Path) -> SweepStatus:
@@ -220,13 +220,13 @@ def status_of(root: str | Path) -> SweepStatus:
     SweepError
         If there is none.
     """
-    folder, listed = Folder(Path(root)), systems_of(root)
+    folder, listing = Folder(Path(root)), systems_of(root)
     ended = {}
     with os.scandir(folder.points) as entries:
         for entry in entries:
             if entry.name.endswith(".h5"):
                 ended[entry.name.removesuffix(".h5")] = entry.stat().st_mtime
-    costs = {folder.point(system.key).stem: system for system in listed.systems}
+    costs = {folder.point(system.key).stem: system for system in listing.systems}
     done = {name: when for name, when in ended.items() if name in costs}
     failed = []
     for name, system in costs.items():
@@ -238,7 +238,7 @@ def status_of(root: str | Path) -> SweepStatus:
     left = sum(system.cost for name, system in costs.items() if name not in done)
     rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
     seconds = left / work_rate if work_rate > 0 else np.nan
-    return SweepStatus(listed, len(done), running, tuple(failed), rate, seconds, len(ended) - len(done))
+    return SweepStatus(listing, len(done), running, tuple(failed), rate, seconds, len(ended) - len(done))
 
 
 def _in_hand(folder: Folder) -> Iterator[tuple[str, Path]]:

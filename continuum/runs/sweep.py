@@ -84,13 +84,13 @@ def begin(
         If the folder cannot be written to, or holds another sweep or files of the user's own.
     """
     folder = Folder(Path(root))
-    listed, tasks = _listed(sweep, folder)
+    listing, tasks = _listed(sweep, folder)
     output.distinct(folder.description, [sweep.source.path])
     folder.require_free_of_others()
-    _require_same_sweep(folder, listed)
+    _require_same_sweep(folder, listing)
     folder.made()
     _save_once(folder.description, sweep.source.text)
-    _save_once(folder.listing, _json(listed))
+    _save_once(folder.listing, _json(listing))
     failed = names(folder.failed)
     if retry:
         for name in failed:
@@ -207,7 +207,7 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
     return SweepListing(sweep.name, sweep.axes, common, tuple(systems)), tasks
 
 
-def _require_same_sweep(folder: Folder, listed: SweepListing) -> None:
+def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
     """Refuse a folder that holds results of another sweep; what is known of systems that are dropped is kept.
 
     Two sweeps are one that has changed if they have a system in common.
@@ -216,7 +216,7 @@ def _require_same_sweep(folder: Folder, listed: SweepListing) -> None:
         before = {system.key for system in systems_of(folder.root).systems}
     except SweepError:
         return
-    now = {system.key for system in listed.systems}
+    now = {system.key for system in listing.systems}
     if folder.begun and not before & now:
         msg = (
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
@@ -235,12 +235,12 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
             yield prefix + name, value
 
 
-def _json(listed: SweepListing) -> str:
-    axes = [{"keys": axis.keys, "values": axis.values} for axis in listed.axes]
-    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listed.name, "axes": axes}
+def _json(listing: SweepListing) -> str:
+    axes = [{"keys": axis.keys, "values": axis.values} for axis in listing.axes]
+    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": axes}
     # One line for each system, so that a long list is still a text.
-    rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in listed.systems]
-    start = json.dumps({**head, "common": listed.common})
+    rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in listing.systems]
+    start = json.dumps({**head, "common": listing.common})
     return start[:-1] + ', "systems": [\n' + ",\n".join(rows) + "\n]}\n"
 
 

@@ -117,7 +117,7 @@ class EstimatedProgress:
         self._costs, self._total, self._began = dict(costs), len(costs), time.monotonic()
         self._report = self._stack.enter_context(progress(self._total, self._title, self._left))
 
-    def ended(self, part: Hashable, text: str, *, new: bool = True) -> None:
+    def end(self, part: Hashable, text: str, *, new: bool = True) -> None:
         """A part has ended; nothing is said of one that was there already."""
         cost = self._costs.pop(part, 0.0)
         if new:

@@ -71,12 +71,12 @@ def save_figure(figure: Figure, stem: Path) -> Path:
     output.folder(stem.parent)
     paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
     for one, path in zip(_formats.get(), paths, strict=True):
-        output.save(path, drawn(figure, one))
+        output.save(path, image_bytes(figure, one))
     return paths[0]
 
 
 @styled
-def drawn(figure: Figure, form: str = "png") -> bytes:
+def image_bytes(figure: Figure, form: str = "png") -> bytes:
     """The file of a figure, in a format."""
     file = BytesIO()
     figure.savefig(file, format=form, metadata=_UNDATED[form])

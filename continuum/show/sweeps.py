@@ -12,7 +12,7 @@ from continuum.show.sheet import Sheet, pairs
 _MOST = 20
 
 
-def ended_line(ended: TaskResult) -> str:
+def result_line(ended: TaskResult) -> str:
     """One system, in a line."""
     if ended.ok:
         return f"{ended.task.label}: {'was there' if ended.found else f'{ended.seconds:.1f} s'}"
@@ -37,7 +37,7 @@ def status_sheet(found: SweepStatus) -> Sheet:
         rows.append(("time left, about", f"{found.seconds_left / 3600:.2g} h at that rate"))
     if found.others:
         rows.append(("of an earlier input, kept", found.others))
-    return pairs(found.listed.name, rows)
+    return pairs(found.listing.name, rows)
 
 
 def failed_sheet(found: SweepStatus) -> Sheet:
@@ -47,7 +47,7 @@ def failed_sheet(found: SweepStatus) -> Sheet:
     return Sheet.of("failed; --retry tries them again", ("system", "reason"), rows, note)
 
 
-def collected_sheet(found: PointTable) -> Sheet:
+def table_sheet(found: PointTable) -> Sheet:
     """Table of the columns that were collected."""
     rows: list[tuple[str, str | int]] = [
         ("systems", len(found.keys)),
@@ -57,4 +57,4 @@ def collected_sheet(found: PointTable) -> Sheet:
         ("files that cannot be read", len(found.faults)),
         *(("computed with", f"{made}: {count} systems") for made, count in found.provenance.items()),
     ]
-    return pairs(found.listed.name, rows)
+    return pairs(found.listing.name, rows)

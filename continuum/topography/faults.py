@@ -74,7 +74,7 @@ class Marks(NamedTuple):
     """Points that stand out, outside of scars."""
 
 
-class Waves(NamedTuple):
+class SpectrumFindings(NamedTuple):
     """What the spectrum of a map says before short waves are left out."""
 
     roughness: Roughness
@@ -139,7 +139,7 @@ def find_faults(topography: Topography) -> Findings:
     lines = scan_lines(instance("topography", topography, Topography).heights)
     marks = Marks(lines, spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2))
     faults, clean = _looked_for(LEVELLING, topography, marks)
-    waves = Waves(roughness_of(clean), fit_self_affine(*spectrum(clean)))
+    waves = SpectrumFindings(roughness_of(clean), fit_self_affine(*spectrum(clean)))
     more, clean = _looked_for(ROUGHENING, clean, waves)
     return Findings(
         (*faults, *more),
@@ -191,7 +191,7 @@ def _line_share(topography: Topography, lines: ScanLines) -> float:
     """Part of the mean square slope across the lines that their offsets make, where all lines are displaced."""
     across = directions(topography).slopes[1 - lines.axis]
     spacing = topography.grid.spacing[1 - lines.axis]
-    return 2 * (lines.noise / spacing) ** 2 / across**2 if across > 0 and lines.restless else 0.0
+    return 2 * (lines.noise / spacing) ** 2 / across**2 if across > 0 and lines.independent else 0.0
 
 
 def _line_noise(topography: Topography, marks: Marks) -> MapFault | None:
@@ -240,7 +240,7 @@ def _cut(topography: Topography, wavelength: float | None) -> dict[str, str | fl
     return {"cutoff": wavelength} if wavelength is not None and smallest < wavelength < largest else {}
 
 
-def _noise(topography: Topography, waves: Waves) -> MapFault | None:
+def _noise(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     fit, slope = waves.fit, waves.roughness.whole.moments.rms_slope
     if topography.cutoff is not None or fit is None or fit.floor is None or not slope > 0:
         return None
@@ -252,7 +252,7 @@ def _noise(topography: Topography, waves: Waves) -> MapFault | None:
     return MapFault("noise", text, _cut(topography, SIGNAL * fit.floor))
 
 
-def _blunt_tip(topography: Topography, waves: Waves) -> MapFault | None:
+def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     tip = _tip(topography) if topography.cutoff is None else None
     if tip is None:
         return None
@@ -275,7 +275,7 @@ def _tip(topography: Topography) -> float | None:
     return -2 / low
 
 
-def _anisotropy(topography: Topography, waves: Waves) -> MapFault | None:
+def _anisotropy(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     by = directions(topography)
     if by.anisotropy <= ANISOTROPY:
         return None
@@ -283,7 +283,7 @@ def _anisotropy(topography: Topography, waves: Waves) -> MapFault | None:
     return MapFault("anisotropy", text + "isotropic surfaces")
 
 
-def _impossible_fit(topography: Topography, waves: Waves) -> MapFault | None:
+def _impossible_fit(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     fit = waves.fit
     if fit is None or 0 <= fit.hurst <= SMOOTHEST:
         return None
@@ -293,14 +293,14 @@ def _impossible_fit(topography: Topography, waves: Waves) -> MapFault | None:
 
 def above(
     kind: str,
-    quantity: Callable[[Topography, Waves], float],
+    quantity: Callable[[Topography, SpectrumFindings], float],
     limit: float,
     text: str,
     shown: Callable[[float], str] = "{:.3g}".format,
 ) -> Artefact:
     """An artefact that nothing mends: a quantity of the map above a limit; the text has a place for its value."""
 
-    def find(topography: Topography, waves: Waves) -> MapFault | None:
+    def find(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
         value = quantity(topography, waves)
         return MapFault(kind, text.format(shown(value))) if value > limit else None
 
@@ -326,7 +326,7 @@ ROUGHENING: tuple[Stage, ...] = (
               "pixels of {}: the size of the map is probably wrong", lambda pixel: _length(pixel)),
     ),
 )  # fmt: skip
-"""Artefacts in the spectrum and in the statistics: called with the map and its :class:`Waves`."""
+"""Artefacts in the spectrum and in the statistics: called with the map and its :class:`SpectrumFindings`."""
 MENDING: dict[str, Callable[[Topography, Any], Topography]] = {
     "fill": lambda topography, share: fill_outliers(topography, 1.0),
     "detrend": detrend,

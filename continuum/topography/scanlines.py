@@ -25,7 +25,7 @@ FAR = 6.0
 """Deviations, in robust standard deviations, beyond which a line or a point is no part of a Gaussian surface."""
 LONGEST_SPIKE = 3
 """Points; what is longer along a line is a scar, along both directions a feature."""
-RESTLESS = -0.45
+INDEPENDENT = -0.45
 """Correlation of successive bends of the line offsets: -2/3 for independent offsets, -1/2 for a random walk; positive
 for a smooth profile."""
 SCARRED = 0.05
@@ -46,7 +46,7 @@ class ScanLines:
     ratio: float
     """Bend of the offsets of lines over the same for columns; 1 for an isotropic surface."""
     correlation: float
-    """Correlation of successive bends; see :data:`RESTLESS`."""
+    """Correlation of successive bends; see :data:`INDEPENDENT`."""
     noise: float
     """Standard deviation of the offset of a line, beyond that of the surface."""
     outliers: NDArray[np.intp] = field(repr=False)
@@ -55,9 +55,9 @@ class ScanLines:
     """Points of scars."""
 
     @property
-    def restless(self) -> bool:
+    def independent(self) -> bool:
         """Whether the lines are displaced independently of one another, by more than the surface can."""
-        return self.ratio > 2 and self.correlation < RESTLESS
+        return self.ratio > 2 and self.correlation < INDEPENDENT
 
 
 def scan_lines(heights: Real) -> ScanLines:

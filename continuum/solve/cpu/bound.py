@@ -11,7 +11,7 @@ from continuum.model.fourier import Real, padded, rows_forward, rows_inverse
 from continuum.model.grid import Grid
 from continuum.solve.backend import reused
 from continuum.solve.cpu.compiled import Mask
-from continuum.solve.cpu.engine import KERNELS, CpuEngine, memory, whole
+from continuum.solve.cpu.engine import KERNELS, CpuEngine, memory, whole_rows
 
 
 class CpuBoundEngine(CpuEngine):
@@ -48,7 +48,7 @@ class CpuBoundEngine(CpuEngine):
 
     def download(self, field: Real) -> Real:
         # The rows are moved together in their own memory.
-        flat = whole(field).ravel()
+        flat = whole_rows(field).ravel()
         rows, n = self.grid.shape
         for i in range(rows):
             flat[i * n : (i + 1) * n] = field[i]

@@ -294,10 +294,10 @@ class CpuEngine:
         self.over(task, edges)
 
     def elastic_energy(self, offset: Real, gap: Real, one: Real, other: Real) -> float:
-        field = reused(whole(one), *self.grid.shape)
+        field = reused(whole_rows(one), *self.grid.shape)
         np.subtract(offset, gap, out=field)
         self.forward(field)
-        power = self.power(*(reused(whole(each), *self.grid.shape_q) for each in (other, one)))
+        power = self.power(*(reused(whole_rows(each), *self.grid.shape_q) for each in (other, one)))
         power *= self.K
         power[0, 0] = 0.0
         return 0.5 * float(power.sum())
@@ -317,6 +317,6 @@ def memory(values: Real | Complex) -> Real:
     return values.base.view(np.float64)
 
 
-def whole(values: Real) -> Real:
+def whole_rows(values: Real) -> Real:
     """The same of an array that may have padded rows or not."""
     return values if values.flags.c_contiguous else memory(values)

@@ -2,7 +2,7 @@
 
 A kernel is a Python function of one thread.  Its threads share the rows among the blocks and the columns among the
 threads of a block, whatever the numbers of these; the launch grid is fixed by the number of rows, and no kernel adds
-to what another thread has written.  A kernel that sums leaves one part for each thread, and :func:`collect` adds the
+to what another thread has written.  A kernel that sums leaves one part for each thread, and :func:`sum_parts` adds the
 parts in a fixed order: the same bits from run to run on one device.
 
 Without a GPU everything runs in numba's simulator, if NUMBA_ENABLE_CUDASIM=1 is set before numba is imported: slowly,
@@ -144,7 +144,7 @@ def leave(sums: Sums, slot: int, parts: tuple[float, ...]) -> None:
 
 
 @Kernel
-def collect(parts: Sums, count: int, largest: int, totals: Sums) -> None:
+def sum_parts(parts: Sums, count: int, largest: int, totals: Sums) -> None:
     """Add the first ``count`` parts of every sum; of the sum of that number take the largest part instead.
 
     A block adds one sum at a time, by halves in the end.
@@ -182,7 +182,7 @@ class Reduction:
         try:
             kernel(rows, *arguments, self.parts)
             count = min(rows, BLOCKS) * THREADS
-            collect(SUMS, self.parts, count, largest, self.totals, threads=COLLECTORS)
+            sum_parts(SUMS, self.parts, count, largest, self.totals, threads=COLLECTORS)
             totals: Real = self.totals.copy_to_host()[:, 0]
         except _driver_error() as error:
             # What a launch did wrong shows where its sums are waited for.

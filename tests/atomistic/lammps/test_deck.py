@@ -120,7 +120,7 @@ def test_a_deck_that_makes_no_sense_is_refused(changes, error, message):
 
 def test_a_base_thinner_than_the_forces_reach_is_refused():
     class Far(Springs):
-        reach = 3
+        coupled_layers = 3
 
     with pytest.raises(ValueError, match="3 frozen layers, which forces reach"):
         make_deck(model=Far(1.0))

@@ -23,7 +23,7 @@ from atomistic.lammps.motion import largest_timestep, thermal_energy
 from atomistic.lammps.protocol import Motion
 from atomistic.lammps.result import DeckStatus, LammpsError, finished_steps, read_result
 from atomistic.lammps.session import Session
-from atomistic.lammps.shape import Interpolated, Waves
+from atomistic.lammps.shape import HeightSpline, Waves
 from continuum.errors import InputError
 from continuum.units import Units
 
@@ -243,7 +243,7 @@ def test_an_array_slides_in_this_process(tmp_path):
     run = a.run_deck(made.write(tmp_path / "deck"))
     assert run.finished
     # Two a0 on, the wall is that of the start, shifted by two atoms.
-    above = Interpolated(contact.heights).evaluate(*np.moveaxis(
+    above = HeightSpline(contact.heights).evaluate(*np.moveaxis(
         made.slab.positions[0, ..., :2] + run.last.displacements[0, ..., :2] - [2, 0], -1, 0
     ))  # fmt: skip
     assert np.allclose(run.last.heights, above.height, rtol=0, atol=1e-12)

@@ -20,7 +20,7 @@ from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process, script
 from atomistic.lammps.result import DeckResult
 from atomistic.lammps.session import Session
-from atomistic.lammps.shape import MOST_WAVES, Interpolated, Round, Shape, Waves, shape_of
+from atomistic.lammps.shape import MOST_WAVES, HeightSpline, Round, Shape, Waves, shape_of
 from continuum.errors import InputError
 
 PERIOD = (8.0, 7.0)
@@ -34,7 +34,7 @@ SHAPES: dict[str, Shape] = {
     "waves": Waves(PERIOD, 0.0, ((0.1, 1, 0, 0.3), (0.05, 2, -2, -1.0), (0.02, 0, 2, 2.0))),
 }
 # Of wavelengths down to 3.5 a0: no array has more to say between its points.
-SHAPES["array"] = Interpolated(SHAPES["waves"].evaluate(*SITES).height)
+SHAPES["array"] = HeightSpline(SHAPES["waves"].evaluate(*SITES).height)
 
 rounds = st.builds(
     Round,
@@ -51,7 +51,7 @@ sums = st.builds(
         st.tuples(st.floats(-0.3, 0.3), st.integers(-3, 3), st.integers(-3, 3), st.floats(-7, 7)), max_size=MOST_WAVES
     ).map(tuple),
 )
-arrays = st.integers(0, 2**32).map(lambda seed: Interpolated(0.1 * np.random.default_rng(seed).standard_normal((8, 7))))
+arrays = st.integers(0, 2**32).map(lambda seed: HeightSpline(0.1 * np.random.default_rng(seed).standard_normal((8, 7))))
 
 
 def displaced(shape: Shape, amplitude: float = 0.2) -> Deck:
@@ -171,7 +171,7 @@ def test_few_waves_are_native_and_an_array_of_them_agrees_within_the_error_that_
     x, y = np.random.default_rng(1).uniform(-9, 9, (2, 50))
     for found, expected in zip(native.evaluate(x, y), SHAPES["waves"].evaluate(x, y), strict=True):
         assert np.allclose(found, expected, rtol=0, atol=1e-14)
-    spline = Interpolated(few)
+    spline = HeightSpline(few)
     by_height, by_slope = spline.error
     # A spline of degree 5 of wavelengths of 2.6 a0 and more: some per cent of 0.05 a0.
     assert 1e-5 < by_height < 5e-3
@@ -183,10 +183,10 @@ def test_few_waves_are_native_and_an_array_of_them_agrees_within_the_error_that_
     stiffness = np.abs(WALL.evaluate(results[0].gap).stiffness)
     assert (np.abs(results[1].traction - results[0].traction) <= 1.5 * by_height * stiffness.max()).all()
     rough = c.SelfAffine(0.8, 0.1, 3, 16).synthesise(c.Grid.square(16), np.random.default_rng(1))
-    assert isinstance(shape_of(rough), Interpolated)
+    assert isinstance(shape_of(rough), HeightSpline)
     # Heights of no wavelength below 8 a0 are known to 1e-5 of them.
     smooth = c.SelfAffine(0.8, 0.1, 8, 16).synthesise(c.Grid.square(32), np.random.default_rng(1))
-    assert Interpolated(smooth).error[0] < 1e-4 * np.ptp(smooth)
+    assert HeightSpline(smooth).error[0] < 1e-4 * np.ptp(smooth)
 
 
 def test_an_array_goes_through_a_staircase_in_process_and_is_refused_elsewhere(tmp_path, capsys):

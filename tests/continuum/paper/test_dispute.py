@@ -157,7 +157,7 @@ def test_exponents_are_told_again_without_the_waves_of_which_few_touch() -> None
 def test_a_surface_is_in_the_record_once_for_each_law_and_range() -> None:
     table = sweep(THEORIES[0], back=False)
     laws = [
-        replace(table, listed=replace(table.listed, common={**table.listed.common, "wall.shape": shape}))
+        replace(table, listing=replace(table.listing, common={**table.listing.common, "wall.shape": shape}))
         for shape in ("spline", "exponential")
     ]
     once = added([], laws)

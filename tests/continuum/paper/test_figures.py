@@ -51,13 +51,13 @@ def table(kappa_rep: float = 2.0, strip: float = 1.0) -> PointTable:
     systems = tuple(System(f"{i:024d}", dict(zip(keys, p, strict=True)), 1.0, 1.0) for i, p in enumerate(places))
     rows = [row for place in places for row in system(*place, kappa_rep, strip)]
     values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
-    listed = SweepListing(
+    listing = SweepListing(
         "made", tuple(Axis((k,), tuple((v,) for v in a)) for k, a in zip(keys, axes, strict=True)),
         {"surface.hurst": 0.8, "surface.seed": 1, "grid.n": [4096, 4096], "grid.period": [4096.0, 4096.0]}, systems,
     )  # fmt: skip
     index = np.repeat(np.arange(len(places)), AREAS.size)
     made = {"version 0": len(places)}
-    return PointTable(listed, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
+    return PointTable(listing, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
 
 
 def by_claim(found: list[ClaimVerdict]) -> dict[str, Finding]:

@@ -74,7 +74,7 @@ def serial(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> N
 
     def run(kernel: Kernel, rows: int, *arguments: Any, threads: int = 1) -> None:
         there = [getattr(argument, "_ary", argument) for argument in arguments]
-        if kernel is device.collect:
+        if kernel is device.sum_parts:
             parts, count, largest, totals = there
             totals[:, 0] = parts[:, :count].sum(axis=1)
             if largest >= 0:
@@ -389,7 +389,7 @@ def test_parts_are_collected_whatever_their_number() -> None:
     parts = np.random.default_rng(1).normal(size=(device.SUMS, 12))
     for count in (1, 5, 12):
         totals = to_device(np.zeros((device.SUMS, 1)))
-        device.collect(device.SUMS, to_device(parts), count, 2, totals, threads=device.COLLECTORS)
+        device.sum_parts(device.SUMS, to_device(parts), count, 2, totals, threads=device.COLLECTORS)
         expected = parts[:, :count].sum(axis=1)
         expected[2] = parts[2, :count].max()
         check(totals.copy_to_host()[:, 0], expected)

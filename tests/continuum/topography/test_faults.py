@@ -121,7 +121,7 @@ def test_the_noise_of_lines_is_measured(noise: float) -> None:
     heights = cut_out() + noise * np.random.default_rng(5).normal(size=(1, 256))
     found = scan_lines(heights)
     assert found.axis == 0
-    assert found.restless
+    assert found.independent
     # A median of 256 lines scatters by 6 %; what the surface adds is taken off in the mean only.
     assert found.noise == pytest.approx(noise, rel=0.25)
 

@@ -1,0 +1,54 @@
+"""Names: one word for one thing, as the table of docs/glossary.md has them."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+MODULES = sorted(path for package in ("continuum", "atomistic") for path in (ROOT / package).rglob("*.py"))
+# The two programs, and the two doors, which have a `check` each; a command has the name of the function that it calls.
+TWICE = {"main", "check"}
+COMMANDS = {"continuum/commands.py", "atomistic/commands.py"}
+
+
+def public(kind: type[ast.stmt] | tuple[type[ast.stmt], ...], *, methods: bool = False) -> dict[str, list[str]]:
+    """Public names of classes or functions, with the modules that define them."""
+    found = defaultdict(list)
+    for path in MODULES:
+        where = path.relative_to(ROOT).as_posix()
+        tree = ast.parse(path.read_text())
+        for node in ast.walk(tree) if methods else tree.body:
+            if isinstance(node, kind) and not node.name.startswith("_") and where not in COMMANDS:
+                found[node.name].append(where)
+    return found
+
+
+def words_that_are_not_used() -> dict[str, str]:
+    """The last column of the glossary's table of names, with what is said instead."""
+    table = (ROOT / "docs" / "glossary.md").read_text().partition("## Names in the code")[2]
+    rows = re.findall(r"^\| ([^|]+) \| [^|]+ \| ([^|]*) \|$", table, re.MULTILINE)
+    return {word: said for said, words in rows[1:] for word in re.findall(r"`(\w+)`", words)}
+
+
+def test_no_public_name_is_defined_twice() -> None:
+    names = public((ast.ClassDef, ast.FunctionDef))
+    twice = {name: places for name, places in names.items() if len(places) > 1 and name not in TWICE}
+    assert not twice
+
+
+def test_classes_are_nouns() -> None:
+    participles = {name for name in public(ast.ClassDef) if re.search(r"[a-z]ed$", name)}
+    assert not participles
+
+
+def test_words_that_the_glossary_rules_out_are_not_in_names() -> None:
+    ruled_out = words_that_are_not_used()
+    assert len(ruled_out) > 5
+    names = public((ast.ClassDef, ast.FunctionDef), methods=True)
+    for name, places in names.items():
+        words = {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)}
+        for word in words & set(ruled_out):
+            raise AssertionError(f"{name} in {places}: {ruled_out[word]}, not {word}")
