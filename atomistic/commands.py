@@ -26,7 +26,6 @@ from continuum.files.tables import Document, refuse
 from continuum.options import Formats
 from continuum.options import like as like_of
 from continuum.show.console import progress, show
-from continuum.show.plot import written_as
 from continuum.show.sheet import pairs
 from continuum.tables import Fault
 
@@ -116,6 +115,8 @@ def read(
     compare: Annotated[bool, Parameter(help="put the continuum of the same wall beside it")] = False,
     format: Formats = None,
 ) -> int:
+    from continuum.show.plot import written_as
+
     run = decks.read(directory)
     code = _show(run, compare=compare)
     with written_as(format):
@@ -140,6 +141,8 @@ def elastic(
     lattice: int | None = None,
     format: Formats = None,
 ) -> int:
+    from continuum.show.plot import written_as
+
     fewest, most = front.LATTICES
     if lattice is not None and not fewest <= lattice <= most:
         raise refuse(load(file, ElasticConfig), Fault((), f"--lattice of {fewest} to {most}, got {lattice}"))

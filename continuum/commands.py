@@ -21,11 +21,9 @@ from continuum.front import predict as predictions
 from continuum.front import sweeps
 from continuum.options import Formats, as_options, like
 from continuum.paper.examples import examples as paper_examples
-from continuum.paper.page import plot_figure
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.show.console import EstimatedProgress, progress, show, warn
-from continuum.show.plot import written_as
 from continuum.show.prediction_data import as_csv
 from continuum.show.runs import progress_line
 from continuum.show.sweeps import failed_sheet, result_line, status_sheet, table_sheet
@@ -152,6 +150,9 @@ def plot(
     output: Annotated[Path | None, Parameter(help="folder of the figures (default: that of the result)")] = None,
     format: Formats = None,
 ) -> int:
+    from continuum.paper.page import plot_figure
+    from continuum.show.plot import written_as
+
     # A page shows its figures as PNG.
     with written_as(["png", *format] if format and result == "page" else format):
         paths = plot_figure(result, *folders, into=output) if folders else front.plot(result, output)
@@ -167,6 +168,8 @@ def analyse(
     output: Annotated[Path | None, Parameter(help="folder of the figures (default: that of each result)")] = None,
     format: Formats = None,
 ) -> int:
+    from continuum.show.plot import written_as
+
     for path in (result, *results):
         found = front.analyse(path)
         for sheet in found.sheets():

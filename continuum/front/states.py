@@ -158,7 +158,7 @@ class State:
 
     def plot(self) -> Figure:
         """Draw the contact map."""
-        from continuum.show.runs import map_figure
+        from continuum.show.run_figures import map_figure
 
         return map_figure(self.contact_map, self.contact.grid.lengths, self.area_rep, self.load)
 
@@ -219,7 +219,7 @@ class Path(Sequence[State]):
 
     def plot(self) -> Figure:
         """Area and load along the path."""
-        from continuum.show.runs import curve_figure
+        from continuum.show.run_figures import curve_figure
 
         return curve_figure(self, self.contact.moments.rms_slope)
 

@@ -92,7 +92,7 @@ class Analysis:
 
     def plot(self, folder: Path | None = None) -> list[Path]:
         """Draw its figures, beside the run or into a folder; returns the PNG files."""
-        from continuum.show.runs import draw_analysis
+        from continuum.show.run_figures import draw_analysis
 
         return draw_analysis(self, folder)
 

@@ -146,7 +146,7 @@ class Result:
 
     def plot(self, folder: Path | None = None) -> list[Path]:
         """Draw its figures, beside it or into a folder; returns the PNG files."""
-        from continuum.show.runs import draw_run
+        from continuum.show.run_figures import draw_run
 
         return draw_run(self, folder)
 

@@ -6,7 +6,6 @@ from typing import Literal, get_args
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
-from scipy.signal.windows import tukey
 
 from continuum.arguments import choice, count, instance, number, pair
 from continuum.tables import LARGEST_N
@@ -62,6 +61,8 @@ def wall_from_map(
     if edges == "mirror":
         made = mirror(level)
     else:
+        from scipy.signal.windows import tukey
+
         taper = tukey(points + 1, _TAPER)[:-1]
         step = "brought to its mean at the edges by a Tukey window"
         made = detrend(level.after(level.heights * np.outer(taper, taper), step, periodic=True))

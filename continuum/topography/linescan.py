@@ -12,7 +12,6 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.signal import detrend, welch
 
 from continuum.arguments import ArgumentError, flag, number
 from continuum.model.fourier import Real
@@ -44,6 +43,8 @@ def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> 
     q : above zero, ascending.
     C1 : in length³.
     """
+    from scipy.signal import detrend, welch  # half a second that other commands need not wait
+
     lines = np.atleast_2d(lines)
     if periodic:
         frequency, density = welch(lines, 1 / spacing, "boxcar", lines.shape[1])
