@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
@@ -21,6 +22,15 @@ settings.load_profile("any machine")
 # process per core already.  A busy machine needed 30 times as long for matrices of 6 x 6.
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
+
+@pytest.fixture(autouse=True)
+def png_only() -> Iterator[None]:
+    """Figures are saved as PNG only, in a third of the time; with `written_as(["png", "pdf"])` as users get them."""
+    from continuum.show.plot import written_as
+
+    with written_as(["png"]):
+        yield
 
 
 @pytest.fixture
