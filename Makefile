@@ -5,18 +5,20 @@ BIN = .venv/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: validate test search mutants docs long verification figures bench bench-gpu lint clean
+.PHONY: validate test tests search mutants docs long verification figures bench bench-gpu lint clean
 
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
 
-# On all cores, at most 8.
-test: .venv/installed-dev lint
+# On all cores, at most 8.  The types are checked beside the tests, as one core idles otherwise.
+test: .venv/installed-dev
+	@$(MAKE) --no-print-directory --jobs 2 lint tests
+tests: .venv/installed-dev
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 # The site, into build/site; a warning is an error.
 docs: .venv/installed-dev
-	$(BIN)/python -m pip install --quiet --editable ".[docs]"
+	$(BIN)/python -m pip install --quiet --no-compile --editable ".[docs]"
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/site
 	@echo "build/site/index.html"
 
@@ -32,7 +34,7 @@ search: .venv/installed-dev
 # MUTANTS="--count 20 --seed 7": others.
 MUTANTS =
 mutants: .venv/installed-dev
-	$(BIN)/python -m pip install --quiet --editable ".[mutants]"
+	$(BIN)/python -m pip install --quiet --no-compile --editable ".[mutants]"
 	$(BIN)/python -m tests.mutants $(MUTANTS)
 
 # The solver beside analytic contacts: tables and figure of docs/verification.md.
@@ -74,18 +76,18 @@ lint: .venv/installed-dev
 	$(PYTHON) -m venv $(@:/bin/python=)
 
 .venv/installed: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable .
+	$(BIN)/python -m pip install --quiet --no-compile --editable .
 	@touch $@
 
 .venv/installed-dev: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --no-compile --editable '.[dev]'
 	@touch $@ .venv/installed
 
 # A peer that cannot be installed here is skipped, and its rows say so.
 .venv-bench/installed: pyproject.toml | .venv-bench/bin/python
-	.venv-bench/bin/python -m pip install --quiet --editable .
+	.venv-bench/bin/python -m pip install --quiet --no-compile --editable .
 	@for extra in bench-adhesion bench-tamaas; do \
-	  .venv-bench/bin/python -m pip install --quiet --editable ".[$$extra]" || echo "skipped: the peer of $$extra"; \
+	  .venv-bench/bin/python -m pip install --quiet --no-compile --editable ".[$$extra]" || echo "skipped: the peer of $$extra"; \
 	done
 	@touch $@
 
