@@ -4,6 +4,8 @@ BIN = .venv/bin
 # A process uses the threads that its configuration states; libraries must not add their own.
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
+# Modules are compiled once, when they are first imported, and not by every process anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: validate test tests search mutants docs long verification figures bench bench-gpu lint clean
 
