@@ -57,6 +57,7 @@ def _page(folder: Path) -> Path:
     return page
 
 
+@pytest.mark.long
 def test_a_run_fills_the_page_and_the_next_measures_nothing_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -114,6 +115,7 @@ def test_both_ways_to_the_equilibrium_of_atoms_end_at_one() -> None:
     assert f"| **{row['ours']['evaluations']}** |" in report.atoms([row])
 
 
+@pytest.mark.long
 def test_the_memory_of_a_job_is_its_own(tmp_path: Path) -> None:
     """Not that of the process that starts it, which is larger here."""
     ballast = np.ones(2**26)

@@ -42,6 +42,7 @@ reason = "of first order in the slope; the coefficient belongs to the surface"
 """Two paths, which two processes share, in a few seconds."""
 
 
+@pytest.mark.long
 def test_the_example_runs_as_printed_in_a_script(tmp_path: Path) -> None:
     """As a file without `if __name__ == "__main__"`, which the processes of a validation must not run again."""
     code = re.search(r"```python\n(.*?)```", README, re.DOTALL)

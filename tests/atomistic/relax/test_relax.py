@@ -160,7 +160,7 @@ def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhe
     assert 1e-3 < abs(fast.force - linear.sum()) / np.abs(linear).sum() < 0.05
 
 
-@pytest.mark.parametrize("name", ["lj", "Cu_mishin1.eam.alloy"])
+@pytest.mark.parametrize("name", ["lj", pytest.param("Cu_mishin1.eam.alloy", marks=pytest.mark.long)])
 def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path, name):
     # Lennard-Jones rises, copper sinks: either by several times what the wall is rough.
     problem, state, deck = on_atoms(slope=0.001, name=name)
@@ -203,6 +203,7 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
     assert np.allclose(forces, expected, rtol=0, atol=1e-12)
 
 
+@pytest.mark.long
 def test_ranks_share_the_atoms_of_the_iteration(tmp_path):
     _, _, deck = on_atoms(slope=0.05, adhesion_length=0.005)
     with Session(write_deck(tmp_path / "deck", deck)) as session:
