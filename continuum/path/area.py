@@ -212,10 +212,7 @@ class _Bracket:
         guess = abs(_step(problem, before, target, self.aim.work.slope))
         self.step = max(guess, 2 * self.step if self.stalled else resolution)
         mean_gap = before.mean_gap - (self.step if before.totals.area_rep < target else -self.step)
-        # In full contact a soft wall gives way below zero_gap, but no state lies at a mean gap below its core, or below
-        # the bound of a hard wall.
-        lowest = max(problem.wall.core, problem.wall.bound)
-        return max(mean_gap, (before.mean_gap + lowest) / 2)
+        return max(mean_gap, (before.mean_gap + _lowest(problem)) / 2)
 
     def _between(self, before: PathState, after: PathState) -> tuple[float, bool]:
         """Next mean gap inside of the bracket: by the secant, or half the way where that is slow."""
@@ -232,6 +229,11 @@ class _Bracket:
         if not closed and self.slow <= 1:
             fraction = _fraction(before, after, self.aim.target, self.aim.problem.grid.size)
         return before.mean_gap + fraction * (after.mean_gap - before.mean_gap), closed
+
+
+def _lowest(problem: ContactProblem) -> float:
+    """Mean gap below which there is no state: in full contact a soft wall gives way below zero_gap, up to its core."""
+    return max(problem.wall.core, problem.wall.bound)
 
 
 def _loosened(settings: Settings) -> Settings:
@@ -306,17 +308,18 @@ def _apart(aim: _Aim) -> PathState:
         del guess, state
     heights = _sample(problem.heights)
 
-    def rest(part: float, reach: float) -> PathState:
-        """Mean gap at which, undeformed, this part of the target would overlap, or ``reach`` above."""
-        mean_gap = problem.wall.zero_gap + reach + problem.mean_height - float(np.quantile(heights, part * target))
-        return aim.trial(mean_gap, aim.loose, None)
+    def overlapping(part: float) -> float:
+        """Mean gap at which, undeformed, this part of the target would overlap."""
+        return problem.wall.zero_gap + problem.mean_height - float(np.quantile(heights, part * target))
 
     for part in (0.5, 0.1):
-        state = rest(part, 0.0)
+        if (mean_gap := overlapping(part)) <= _lowest(problem):
+            continue
+        state = aim.trial(mean_gap, aim.loose, None)
         if short(state):
             return state
         del state
-    return rest(0.0, min(problem.wall.range, 10.0))
+    return aim.trial(overlapping(0.0) + min(problem.wall.range, 10.0), aim.loose, None)
 
 
 def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real] | None:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.path.loading import solve
 from continuum.path.state import Outcome, Search
@@ -63,3 +68,13 @@ def test_what_is_left_of_a_hard_contact_is_met_relative_to_itself() -> None:
     problem = Rough(64).problem(HardWall())
     state = solve(problem, "repulsive-area", 0.999, Settings(1e-7)).require()
     assert abs(state.totals.area_rep - 0.999) <= 0.5 / problem.grid.size * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_search_near_full_contact_begins_at_a_mean_gap_that_leaves_a_surface(seed: int) -> None:
+    """Where half of the surface lies above its mean, as much overlap is at no mean gap of a hard wall."""
+    grid = Grid.square(64)
+    problem = Rough(64).problem(HardWall())
+    heights = SelfAffine(0.8, 0.1, 4.0, 16.0).synthesise(grid, np.random.default_rng(seed))
+    state = solve(replace(problem, heights=heights), "repulsive-area", 0.999, Settings(1e-7)).require()
+    assert abs(state.totals.area_rep - 0.999) <= 0.5 / grid.size * (1 + 1e-9)
