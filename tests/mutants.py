@@ -107,11 +107,16 @@ def survives(mutant: Mutant, copy: Path) -> bool:
     module = copy / mutant.module
     before = module.read_text()
     module.write_text(mutant.source())
+    given = os.environ | {"PYTHONPATH": str(copy)}
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *nearest_tests(mutant.module)],
-            cwd=copy, env=os.environ | {"PYTHONPATH": str(copy)}, capture_output=True, timeout=SECONDS, check=False,
-        )  # fmt: skip
+        with tempfile.TemporaryDirectory() as compiled:
+            # Kernels that others call are part of those: what is compiled is not kept from one change to the next.
+            if "njit" in before:
+                given["NUMBA_CACHE_DIR"] = compiled
+            done = subprocess.run(
+                [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *nearest_tests(mutant.module)],
+                cwd=copy, env=given, capture_output=True, timeout=SECONDS, check=False,
+            )  # fmt: skip
     except subprocess.TimeoutExpired:
         return False
     finally:
