@@ -22,8 +22,8 @@ from continuum.files.hdf5 import StoreError
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import refuse
-from continuum.runs.engine import check_workers, run_tasks
-from continuum.runs.tasks import Task, TaskResult
+from continuum.sweeps.engine import check_workers, run_tasks
+from continuum.sweeps.tasks import Task, TaskResult
 from continuum.tables import Fault
 
 if TYPE_CHECKING:

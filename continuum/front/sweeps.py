@@ -13,22 +13,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import continuum.runs.collect
+import continuum.sweeps.collect
 from continuum.arguments import count, file_name, flag, function, number, pair
 from continuum.files.output import LockedError, folder, save
 from continuum.files.settings import settings_of
 from continuum.files.toml import Source, find, text_of
-from continuum.runs.axes import Sweep
-from continuum.runs.cluster import require_scheduler, slurm_script
-from continuum.runs.collect import PointTable, SweepStatus, status_of, write_cube
 from continuum.runs.cost import cost_of, pair_seconds
-from continuum.runs.engine import check_workers
-from continuum.runs.folder import Folder
 from continuum.runs.memory import physical_memory
-from continuum.runs.sweep import SystemTask, begin, run_sweep
-from continuum.runs.tasks import TaskResult
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
+from continuum.sweeps.axes import Sweep
+from continuum.sweeps.cluster import require_scheduler, slurm_script
+from continuum.sweeps.collect import PointTable, SweepStatus, status_of, write_cube
+from continuum.sweeps.engine import check_workers
+from continuum.sweeps.folder import Folder
+from continuum.sweeps.sweep import SystemTask, begin, run_sweep
+from continuum.sweeps.tasks import TaskResult
 
 After = Callable[[TaskResult, int, int], None]
 """Called after each system with how it ended, how many have, and how many there are."""
@@ -56,7 +56,7 @@ class SweepRun:
 
     def collect(self) -> PointTable:
         """Collect all points that are done in one table."""
-        return continuum.runs.collect.collect(self.folder)
+        return continuum.sweeps.collect.collect(self.folder)
 
 
 def sweep(
@@ -232,7 +232,7 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     """
     root = file_name("sweep", sweep)
     place = root if output is None else file_name("output", output)
-    found = continuum.runs.collect.collect(root)
+    found = continuum.sweeps.collect.collect(root)
     Folder(place).require_tables_of_ours()
     text, cube = Folder(folder(place)).tables
     write_cube(found, cube)
@@ -271,7 +271,7 @@ def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
     SweepError
         If there is no sweep.
     """
-    files, faults = continuum.runs.collect.verify(file_name("sweep", sweep), aside=flag("aside", aside))
+    files, faults = continuum.sweeps.collect.verify(file_name("sweep", sweep), aside=flag("aside", aside))
     return Verification(files, tuple(fault.what for fault in faults))
 
 

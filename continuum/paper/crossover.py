@@ -19,8 +19,8 @@ from continuum.measure.curve import adhesion
 from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import alike, curve_of, sweep_points
-from continuum.runs.collect import PointTable
 from continuum.sticky.criteria import AREA, RoughContact
+from continuum.sweeps.collect import PointTable
 from continuum.theory import rough
 
 NEAR = 1.1

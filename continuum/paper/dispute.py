@@ -15,10 +15,10 @@ from continuum.paper.crossover import crossovers, exponent
 from continuum.paper.figures import Drawing, save_drawing
 from continuum.paper.points import ENOUGH, FigureError, sweep_points
 from continuum.paper.symbols import plain_ticks
-from continuum.runs.collect import PointTable
 from continuum.show import plot
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import CRITERIA, Criterion
+from continuum.sweeps.collect import PointTable
 from continuum.theory import dispute
 
 

@@ -13,9 +13,9 @@ from continuum.paper.points import SweepData
 from continuum.paper.relations import Drawn
 from continuum.paper.symbols import adhesion_colour, adhesion_labels
 from continuum.runs.analysis import MeasuredPoint, analyse_run, gap_ratio
-from continuum.runs.folder import Folder
 from continuum.runs.result import Result
 from continuum.show import plot
+from continuum.sweeps.folder import Folder
 from continuum.theory import paper
 
 _TARGET = 0.01

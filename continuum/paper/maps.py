@@ -14,9 +14,9 @@ from continuum.measure.contact import REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
 from continuum.paper.points import SweepData
 from continuum.paper.relations import Drawn
-from continuum.runs.folder import Folder
 from continuum.runs.result import Result
 from continuum.show import plot
+from continuum.sweeps.folder import Folder
 
 _TARGET = 0.02
 """A_rep/A0 of the maps of Fig. 1."""

@@ -11,7 +11,7 @@ from continuum.paper.claims import claim_verdicts, verdict_sheet
 from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.points import FigureError, SweepData
-from continuum.runs.collect import PointTable, collect
+from continuum.sweeps.collect import PointTable, collect
 
 NAMES = (*FIGURES, "verdicts", "page", "dispute")
 """What ``continuum plot`` can make of a sweep."""

@@ -11,8 +11,8 @@ from pandas import DataFrame, Series
 
 from continuum.errors import InputError
 from continuum.measure.curve import Curve
-from continuum.runs.collect import PointTable
-from continuum.runs.measured import COLUMNS
+from continuum.sweeps.collect import PointTable
+from continuum.sweeps.measured import COLUMNS
 from continuum.theory.paper import ExpectedContact
 
 ENOUGH = 10.0
@@ -30,7 +30,7 @@ class FigureError(InputError, ValueError):
 def sweep_points(table: PointTable) -> DataFrame:
     """Converged points of a sweep, one a row.
 
-    Columns are those of :data:`continuum.runs.measured.COLUMNS`, lengths in a0, and
+    Columns are those of :data:`continuum.sweeps.measured.COLUMNS`, lengths in a0, and
 
     * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``: the input;
     * ``sweep.KEY``: what the input has on an axis of the sweep, as text;

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from continuum.files.output import LockedError
-from continuum.runs.collect import PointTable, SweepStatus
-from continuum.runs.tasks import TaskResult
 from continuum.show.sheet import Sheet, pairs
+from continuum.sweeps.collect import PointTable, SweepStatus
+from continuum.sweeps.tasks import TaskResult
 
 _MOST = 20
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import continuum as c
 from continuum.arguments import ArgumentError, choice, count, field, file_name, flag, number, pair, texts
 from continuum.path.loading import follow, solve
-from continuum.runs.engine import run_tasks
 from continuum.solve.solution import Settings
+from continuum.sweeps.engine import run_tasks
 from tests.problems import Rough
 
 ANYTHING = st.one_of(

@@ -23,11 +23,11 @@ import numpy as np
 from continuum.files import output
 from continuum.paper.crossover import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
-from continuum.runs.collect import PointTable, collect
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import CRITERIA, RoughContact
 from continuum.sticky.record import Surface, recorded
 from continuum.sticky.verdict import count_verdicts, votes
+from continuum.sweeps.collect import PointTable, collect
 
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",

@@ -17,11 +17,11 @@ from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.crossover import conformal_energies, crossovers, exponent
 from continuum.paper.dispute import THEORIES, Theory, dispute_sheets, draw_crossovers, many_contacts, write_dispute
 from continuum.paper.points import FigureError
-from continuum.runs.axes import Axis
-from continuum.runs.collect import PointTable
-from continuum.runs.measured import COLUMNS
-from continuum.runs.sweep import SweepListing, System
 from continuum.sticky.criteria import RoughContact
+from continuum.sweeps.axes import Axis
+from continuum.sweeps.collect import PointTable
+from continuum.sweeps.measured import COLUMNS
+from continuum.sweeps.sweep import SweepListing, System
 from continuum.theory import rough
 from tests.studies.record import added
 

@@ -12,10 +12,10 @@ from continuum.paper.claims import ClaimVerdict, Finding, claim_verdicts
 from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData, sweep_points
-from continuum.runs.axes import Axis
-from continuum.runs.collect import PointTable
-from continuum.runs.measured import COLUMNS
-from continuum.runs.sweep import SweepListing, System
+from continuum.sweeps.axes import Axis
+from continuum.sweeps.collect import PointTable
+from continuum.sweeps.measured import COLUMNS
+from continuum.sweeps.sweep import SweepListing, System
 from continuum.theory import paper
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)

@@ -13,9 +13,9 @@ from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
 from continuum.runs.analysis import analyse_run
-from continuum.runs.folder import Folder
 from continuum.runs.result import Result
 from continuum.show.sheet import Sheet
+from continuum.sweeps.folder import Folder
 from tests.problems import SMALL
 
 DEPTHS = '[sweep.axes]\n"loading.targets" = [{from = 1.8, to = 1.4, step = -0.1}, {from = 1.8, to = 1.0, count = 9}]\n'

@@ -19,11 +19,11 @@ from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.inputs import load
 from continuum.model.walls import LennardJonesSpline
-from continuum.runs.axes import Sweep
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import follow_run
 from continuum.show.plot import written_as
+from continuum.sweeps.axes import Sweep
 from tests.problems import SMALL
 from tests.stored import same, stop_after
 

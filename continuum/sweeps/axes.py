@@ -19,9 +19,9 @@ from pydantic import Field
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, find, text_of
-from continuum.runs.conditions import condition, holds
 from continuum.runs.config import RunConfig
 from continuum.runs.ranges import MOST, expand_range
+from continuum.sweeps.conditions import condition, holds
 from continuum.tables import Fault, Table, constraint
 
 _Values = dict[str, Any]

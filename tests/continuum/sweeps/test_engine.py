@@ -15,16 +15,16 @@ from pathlib import Path
 import pytest
 
 from continuum.arguments import ArgumentError
-from continuum.runs.engine import run_tasks
-from continuum.runs.tasks import DIED, Task
+from continuum.sweeps.engine import run_tasks
+from continuum.sweeps.tasks import DIED, Task
 
 ROOT = Path(__file__).parents[3]
 SCRIPT = """
 from functools import partial
 from pathlib import Path
-from continuum.runs.engine import run_tasks
-from continuum.runs.tasks import Task
-from tests.continuum.runs.test_engine import exists, work
+from continuum.sweeps.engine import run_tasks
+from continuum.sweeps.tasks import Task
+from tests.continuum.sweeps.test_engine import exists, work
 print("read", flush=True)
 tasks = [Task(Path(f"{i}.txt"), f"good {i}", float(i)) for i in (1, 2)]
 for ended in run_tasks(tasks, partial(work, Path("log")), exists):

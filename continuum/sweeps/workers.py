@@ -20,9 +20,9 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from continuum.errors import StickinessError
-from continuum.runs.tasks import Job, Task, timed
+from continuum.sweeps.tasks import Job, Task, timed
 
-_CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.runs.workers import serve; serve(int(sys.argv[1]))"
+_CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.sweeps.workers import serve; serve(int(sys.argv[1]))"
 _TERMINAL = (signal.SIGINT, signal.SIGHUP)
 """What a terminal sends to all that it runs: the process that started the work hears it, and ends the others."""
 

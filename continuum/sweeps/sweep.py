@@ -16,15 +16,15 @@ from typing import Any
 from continuum.errors import OutputError
 from continuum.files import output, store
 from continuum.files.provenance import journal
-from continuum.runs.axes import Axis, Sweep, SystemPlan
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
-from continuum.runs.engine import run_tasks
-from continuum.runs.folder import Folder, SweepError, names
-from continuum.runs.measured import add_measurements
 from continuum.runs.memory import physical_memory
 from continuum.runs.run import follow_run
-from continuum.runs.tasks import Task, TaskResult
+from continuum.sweeps.axes import Axis, Sweep, SystemPlan
+from continuum.sweeps.engine import run_tasks
+from continuum.sweeps.folder import Folder, SweepError, names
+from continuum.sweeps.measured import add_measurements
+from continuum.sweeps.tasks import Task, TaskResult
 
 _EVERY = 20.0
 """Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""

@@ -13,9 +13,9 @@ import continuum as c
 from continuum.cli import main
 from continuum.errors import OutputError
 from continuum.files import store
-from continuum.runs.axes import Sweep
-from continuum.runs.folder import Folder
-from continuum.runs.sweep import begin, systems_of
+from continuum.sweeps.axes import Sweep
+from continuum.sweeps.folder import Folder
+from continuum.sweeps.sweep import begin, systems_of
 from tests.problems import SMALL
 
 

@@ -23,9 +23,9 @@ from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
-from continuum.runs.folder import TABLE_SCHEMA, Folder
-from continuum.runs.measured import COLUMNS, numbers_of
-from continuum.runs.sweep import SweepListing, System, systems_of
+from continuum.sweeps.folder import TABLE_SCHEMA, Folder
+from continuum.sweeps.measured import COLUMNS, numbers_of
+from continuum.sweeps.sweep import SweepListing, System, systems_of
 
 _RECENT = 50
 """Systems that ended last, from which the rate is taken."""
@@ -41,7 +41,7 @@ class PointTable:
     system: NDArray[np.int64]
     """Index of each point's system in ``keys``."""
     values: Real
-    """One row for each point, one column for each of :data:`continuum.runs.measured.COLUMNS`."""
+    """One row for each point, one column for each of :data:`continuum.sweeps.measured.COLUMNS`."""
     seconds: Real
     """Wall time of each system."""
     unconverged: int

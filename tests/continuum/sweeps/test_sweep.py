@@ -29,14 +29,14 @@ from continuum.errors import InputError, OutputError
 from continuum.files.toml import ConfigError
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import sweep_points
-from continuum.runs.axes import Sweep
-from continuum.runs.collect import collect, status_of, verify
-from continuum.runs.conditions import condition, holds
 from continuum.runs.cost import cost_of
-from continuum.runs.measured import numbers_of
 from continuum.runs.ranges import expand_range
-from continuum.runs.sweep import begin, run_sweep, solve_system, systems_of
 from continuum.solve.backend import back_end
+from continuum.sweeps.axes import Sweep
+from continuum.sweeps.collect import collect, status_of, verify
+from continuum.sweeps.conditions import condition, holds
+from continuum.sweeps.measured import numbers_of
+from continuum.sweeps.sweep import begin, run_sweep, solve_system, systems_of
 from tests.problems import SMALL
 from tests.stored import content, same
 
@@ -462,7 +462,7 @@ def driver(path: Path, root: Path, *options: str) -> subprocess.Popen[bytes]:
 def workers_of(process: subprocess.Popen[bytes]) -> list[int]:
     """Its processes that solve systems."""
     children = psutil.Process(process.pid).children()
-    return [child.pid for child in children if any("continuum.runs.workers" in word for word in child.cmdline())]
+    return [child.pid for child in children if any("continuum.sweeps.workers" in word for word in child.cmdline())]
 
 
 def until_some_are_done(root: Path, process: subprocess.Popen[bytes], count: int) -> None:

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.runs.tasks import DIED, Job, Task, TaskResult
-from continuum.runs.workers import Worker
+from continuum.sweeps.tasks import DIED, Job, Task, TaskResult
+from continuum.sweeps.workers import Worker
 
 _MOST = 1024
 """Processes, and threads of each."""
@@ -60,7 +60,7 @@ def run_tasks(
             todo.append(task)
     todo.sort(key=lambda task: -task.cost)
     if scheduler_file is not None:
-        from continuum.runs.cluster import on_cluster
+        from continuum.sweeps.cluster import on_cluster
 
         yield from on_cluster(todo, work, scheduler_file)
         return

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from continuum.arguments import ArgumentError, count
 from continuum.errors import InputError
-from continuum.runs.tasks import DIED, Job, Task, TaskResult, timed
+from continuum.sweeps.tasks import DIED, Job, Task, TaskResult, timed
 
 if TYPE_CHECKING:
     from distributed import Client
