@@ -10,7 +10,7 @@ import numpy as np
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, check_model
 from atomistic.lammps.law import native_law
-from atomistic.lammps.protocol import Motion, Protocol
+from atomistic.lammps.protocol import Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
 from continuum.arguments import ArgumentError, count, file_name, instance, number
 from continuum.arguments import field as field_of
@@ -112,10 +112,8 @@ class Deck:
             raise ArgumentError("protocol", protocol, "Separations, MeanPressures or Motion")
         if self.separation != protocol.separations[0]:
             raise ArgumentError("separation", self.separation, f"that of the first step, {protocol.separations[0]}")
-        if isinstance(protocol, Motion):
-            count("layers", protocol.layers, 1, self.slab.mobile - 1, why="a thermostat holds fewer layers than move")
-            if protocol.slides and self.shape is None:
-                raise ArgumentError("shape", None, "a shape where the wall slides: a function of the site cannot slide")
+        if misfit := protocol.misfit(self.slab.mobile, stays=self.shape is None):
+            raise ArgumentError(*misfit)
 
     @property
     def stock(self) -> bool:

@@ -32,8 +32,7 @@ from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.mesh import wall_mesh
-from atomistic.lammps.motion import motion_values, time_unit
-from atomistic.lammps.protocol import LOAD_TOLERANCE, MeanPressures, Separations
+from atomistic.lammps.motion import time_unit
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import folder, save, whole
@@ -77,7 +76,6 @@ def render(deck: Deck) -> dict[str, str]:
     model, wall = deck.model, deck.wall
     bonds = model.atom_style == "bond"
     surface_atoms = deck.slab.ids[0].size
-    protocol, steps = _protocol(deck)
     values = {
         "units": model.units,
         "length": formatted(model.length),
@@ -108,10 +106,12 @@ def render(deck: Deck) -> dict[str, str]:
         "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
         "commands": _COMMANDS if deck.stock else _IN_PROCESS,
         **force_lines(deck.shape),
-        **steps,
+        **_steps(deck),
     }
-    scripts = [*SCRIPTS, "in.motion" if protocol == "motion" else "in.relax"]
-    names = {name: name for name in scripts} | {"in.contact": f"contact.{protocol}"}
+    script, included = (
+        ("single", "in.relax") if deck.protocol is None else (deck.protocol.script, deck.protocol.included)
+    )
+    names = {name: name for name in (*SCRIPTS, included)} | {"in.contact": f"contact.{script}"}
     texts = {name: _template(template).substitute(values) for name, template in names.items()}
     mesh = wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
     return texts | {"wall.table": wall_table(wall), "wall.vtk": mesh}
@@ -121,37 +121,33 @@ def _template(name: str) -> _Template:
     return _Template((files("atomistic.lammps") / "templates" / name).read_text(encoding="utf-8"))
 
 
-def _protocol(deck: Deck) -> tuple[str, dict[str, str]]:
-    """Name of the script of a protocol, and what it holds beside the numbers of all decks."""
-    protocol = deck.protocol
-    relaxed = {
+_INCLUDED = {
+    "in.relax": {
         "how": "in.relax      how an equilibrium is found",
         "found": "load, areas, energies, largest force left: converged if largest_force <= tolerance",
         "averages": "",
         "velocities": "",
-    }
+    },
+    "in.motion": {
+        "how": "in.motion     how the atoms move, and what is averaged",
+        "found": "means over the window with their standard errors, and load and areas at its end",
+    },
+}
+"""What the texts of a deck say of the script that each of its steps includes."""
+
+
+def _steps(deck: Deck) -> dict[str, str]:
+    """What the scripts of the protocol hold beside the numbers of all decks."""
+    protocol = deck.protocol
     if protocol is None:
-        return "single", relaxed | {"results": "", "steps": "1"}
-    shared = relaxed | {
+        return _INCLUDED["in.relax"] | {"results": "", "steps": "1"}
+    return {
+        **_INCLUDED[protocol.included],
         "results": ".N",
         "steps": f"{protocol.steps:d}",
         "separations": listing(protocol.separations),
+        **protocol.placeholders(deck.model, deck.slab.mobile, deck.slab.ids[0].size),
     }
-    if isinstance(protocol, Separations):
-        return "separations", shared
-    surface_atoms = deck.slab.ids[0].size
-    if isinstance(protocol, MeanPressures):
-        return "pressures", shared | {
-            "pressures": listing(protocol.pressures),
-            "load_tolerance": f"{LOAD_TOLERANCE:g}",
-            "stiffness": formatted(protocol.stiffness * surface_atoms),
-            "largest_move": "0.2",
-        }
-    moving = {
-        "how": "in.motion     how the atoms move, and what is averaged",
-        "found": "means over the window with their standard errors, and load and areas at its end",
-    }
-    return "motion", shared | moving | motion_values(protocol, deck.model, deck.slab.mobile, surface_atoms)
 
 
 def _printable(text: str) -> str:

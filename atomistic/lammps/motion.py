@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import ceil
+from typing import Literal
+
 import numpy as np
 
 from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.language import formatted, listing
-from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
+from atomistic.lammps.protocol import Protocol, finite_numbers
 from continuum.model.walls import Wall
 from continuum.units import Units
 
@@ -27,6 +31,10 @@ AVERAGES = {
     "temperature": "v_temperature",
 }
 """What is averaged over a window, and what LAMMPS calls it; units as in ``result.json``."""
+BLOCKS = 10
+"""Blocks of a time window, from whose means its standard errors come."""
+SAMPLED = 10
+"""Time steps from one sample of the wall's numbers to the next."""
 _PER_PERIOD = 30
 """Time steps of the shortest period: velocity Verlet errs by (π/30)² = 1 % in the kinetic energy of that mode."""
 _BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
@@ -69,55 +77,126 @@ def thermal_energy(kelvin: float, real: Units | None) -> float:
     return kelvin * k / real.si("energy")
 
 
-def motion_values(motion: Motion, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
-    """What the scripts of a motion hold beside the numbers of all decks, by the placeholders of the templates.
+@dataclass(frozen=True)
+class Motion(Protocol):
+    """The wall moves at constant velocity above warm atoms, whose load and areas are averaged over time windows.
+
+    Times are in a0 (m/(E* a0³))^(1/2).
 
     Parameters
     ----------
-    motion : of the wall.
-    model : of the atoms.
-    mobile : layers.
-    surface_atoms : atoms of a layer.
+    separations : at the beginning of the first window and at the end of each, in a0.
+    offsets : of the wall along ``along``, likewise.
+    durations : of each window.
+    temperature : k_B T, in E* a0³.
+    layers : above the frozen base, that a Langevin thermostat holds.
+    damping : its time constant.
+    seed : of the first velocities and of the thermostat.
+    timestep : at most.
+    along : direction of the offsets.
+
+    Raises
+    ------
+    ValueError
+        If a number is not allowed, or there is not one more separation and offset than windows.
     """
-    unit, boltzmann = time_unit(model), _BOLTZMANN[model.units]
-    temperature = motion.temperature * model.energy / boltzmann
-    count = len(AVERAGES)
-    moments, means, averages = [], [], []
-    for i, name in enumerate(AVERAGES, 1):
-        moments += [
-            f"variable        square{i} equal f_block[{i}]^2",
-            f"variable        trend{i} equal f_block[{i}]*(step/${{block}}-{(BLOCKS + 1) / 2})",
-        ]
-        # Of the blocks about their line: <b²> - <b>² - <b t>²/<t²>, with <t²> = (n² - 1)/12.
-        rest = f"(f_window[{count + i}]-f_window[{i}]^2-f_window[{2 * count + i}]^2/{(BLOCKS**2 - 1) / 12})"
-        means += [
-            f"variable        mean_{name} string $(f_window[{i}]:%.17g)",
-            f"variable        error_{name} string $(sqrt({rest}*({rest}>0)/{BLOCKS - 2}):%.17g)",
-        ]
-        averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
-    return {
-        "from": listing(motion.separations[:-1]),
-        "to": listing(motion.separations[1:]),
-        "slide_from": listing(motion.offsets[:-1]),
-        "slide_to": listing(motion.offsets[1:]),
-        "along": motion.along,
-        "across": "y" if motion.along == "x" else "x",
-        "blocks": listing(motion.block),
-        "timesteps": listing([unit * dt for dt in motion.timesteps]),
-        "twice_temperature": formatted(2 * temperature),
-        "temperature": formatted(temperature),
-        "reduced_temperature": f"{motion.temperature:.6g}",
-        "seed": f"{motion.seed:d}",
-        "layers": f"{motion.layers:d}",
-        "first_warm": f"{(mobile - motion.layers) * surface_atoms + 1:d}",
-        "damping": formatted(unit * motion.damping),
-        "boltzmann": formatted(boltzmann),
-        "sampled": f"{SAMPLED:d}",
-        "window_blocks": f"{BLOCKS:d}",
-        "averaged": " ".join(AVERAGES.values()),
-        "moments": "\n".join(moments),
-        "moment_names": " ".join(f"v_{kind}{i}" for kind in ("square", "trend") for i in range(1, count + 1)),
-        "means": "\n".join(means),
-        "averages": "".join(averages),
-        "velocities": " vx vy vz",
-    }
+
+    script, included = "motion", "in.motion"
+    separations: tuple[float, ...]
+    offsets: tuple[float, ...]
+    durations: tuple[float, ...]
+    temperature: float
+    layers: int
+    damping: float
+    seed: int
+    timestep: float
+    along: Literal["x", "y"] = "x"
+
+    def __post_init__(self) -> None:
+        for name in ("separations", "offsets", "durations"):
+            finite_numbers(self, name)
+        if not len(self.separations) == len(self.offsets) == len(self.durations) + 1:
+            msg = (
+                f"{len(self.durations)} windows have one separation and one offset more, got {len(self.separations)} "
+                f"and {len(self.offsets)}"
+            )
+            raise ValueError(msg)
+        for name in ("temperature", "damping", "timestep"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "temperature"))):
+                msg = f"the {name} of a motion is a positive finite number, got {value}"
+                raise ValueError(msg)
+        if min(self.durations) <= 0 or self.layers < 1 or not 1 <= self.seed <= 1_000_000:
+            msg = "a motion has windows of positive duration, at least one warm layer, and a seed of 1 to 1000000"
+            raise ValueError(msg)
+
+    @property
+    def steps(self) -> int:
+        """Number of time windows."""
+        return len(self.durations)
+
+    @property
+    def slides(self) -> bool:
+        """Whether the wall moves sideways."""
+        return any(self.offsets)
+
+    @property
+    def block(self) -> tuple[int, ...]:
+        """Time steps of a block of each window: its samples are whole, its time step at most that allowed."""
+        return tuple(SAMPLED * max(1, ceil(time / (self.timestep * BLOCKS * SAMPLED))) for time in self.durations)
+
+    @property
+    def timesteps(self) -> tuple[float, ...]:
+        """Time step in each window."""
+        return tuple(time / (BLOCKS * block) for time, block in zip(self.durations, self.block, strict=True))
+
+    def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
+        unit, boltzmann = time_unit(model), _BOLTZMANN[model.units]
+        temperature = self.temperature * model.energy / boltzmann
+        count = len(AVERAGES)
+        moments, means, averages = [], [], []
+        for i, name in enumerate(AVERAGES, 1):
+            moments += [
+                f"variable        square{i} equal f_block[{i}]^2",
+                f"variable        trend{i} equal f_block[{i}]*(step/${{block}}-{(BLOCKS + 1) / 2})",
+            ]
+            # Of the blocks about their line: <b²> - <b>² - <b t>²/<t²>, with <t²> = (n² - 1)/12.
+            rest = f"(f_window[{count + i}]-f_window[{i}]^2-f_window[{2 * count + i}]^2/{(BLOCKS**2 - 1) / 12})"
+            means += [
+                f"variable        mean_{name} string $(f_window[{i}]:%.17g)",
+                f"variable        error_{name} string $(sqrt({rest}*({rest}>0)/{BLOCKS - 2}):%.17g)",
+            ]
+            averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
+        return {
+            "from": listing(self.separations[:-1]),
+            "to": listing(self.separations[1:]),
+            "slide_from": listing(self.offsets[:-1]),
+            "slide_to": listing(self.offsets[1:]),
+            "along": self.along,
+            "across": "y" if self.along == "x" else "x",
+            "blocks": listing(self.block),
+            "timesteps": listing([unit * dt for dt in self.timesteps]),
+            "twice_temperature": formatted(2 * temperature),
+            "temperature": formatted(temperature),
+            "reduced_temperature": f"{self.temperature:.6g}",
+            "seed": f"{self.seed:d}",
+            "layers": f"{self.layers:d}",
+            "first_warm": f"{(mobile - self.layers) * surface_atoms + 1:d}",
+            "damping": formatted(unit * self.damping),
+            "boltzmann": formatted(boltzmann),
+            "sampled": f"{SAMPLED:d}",
+            "window_blocks": f"{BLOCKS:d}",
+            "averaged": " ".join(AVERAGES.values()),
+            "moments": "\n".join(moments),
+            "moment_names": " ".join(f"v_{kind}{i}" for kind in ("square", "trend") for i in range(1, count + 1)),
+            "means": "\n".join(means),
+            "averages": "".join(averages),
+            "velocities": " vx vy vz",
+        }
+
+    def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
+        if not 1 <= self.layers < mobile:
+            return "layers", self.layers, f"from 1 to {mobile - 1}: a thermostat holds fewer layers than move"
+        if self.slides and stays:
+            return "shape", None, "a shape where the wall slides: a function of the site cannot slide"
+        return None

@@ -16,8 +16,8 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.law import native_law
-from atomistic.lammps.motion import largest_timestep, thermal_energy
-from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations
+from atomistic.lammps.motion import Motion, largest_timestep, thermal_energy
+from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus, distortion
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.limits import require_steps

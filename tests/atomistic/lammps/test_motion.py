@@ -19,8 +19,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process, script
-from atomistic.lammps.motion import largest_timestep, thermal_energy
-from atomistic.lammps.protocol import Motion
+from atomistic.lammps.motion import Motion, largest_timestep, thermal_energy
 from atomistic.lammps.result import DeckStatus, LammpsError, finished_steps, read_result
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, Waves

@@ -20,14 +20,13 @@ from atomistic.lammps import motion as scripts
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
-from atomistic.lammps.motion import motion_values
-from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
+from atomistic.lammps.motion import BLOCKS, SAMPLED, Motion
 from continuum.model.walls import LennardJonesSpline
 
 SERIES = 4000
 MOTION = Motion((1.0, 1.0), (0.0, 0.0), (30.0,), 0.0, 1, 2.0, 1, 0.03)
 NAMES = list(scripts.AVERAGES)
-LINES = motion_values(MOTION, Springs(), 2, 9)
+LINES = MOTION.placeholders(Springs(), 2, 9)
 
 
 def mean_and_error(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
