@@ -12,6 +12,7 @@ from scipy.integrate import simpson
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
+from continuum.model.laws import FORMULAS, evaluate
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.attraction import Shape, attraction_on_core
 from continuum.model.walls.tabulated import TabulatedWall
@@ -209,3 +210,24 @@ def test_an_exponential_on_a_stiffer_core_tends_to_the_exponential() -> None:
 def test_an_untruncated_law_that_is_none_is_refused(make: Callable[[], Wall]) -> None:
     with pytest.raises(ArgumentError, match="allowed"):
         make()
+
+
+@pytest.mark.parametrize(
+    "wall",
+    [
+        LennardJonesSpline(adhesion_length=0.005),
+        InversePowers((9, 3), adhesion_length=0.005),
+        InversePowers((13, 7), adhesion_length=0.05),
+        Exponential(0.005, 0.3, 2.0),
+        table_of(LennardJonesSpline(0.35), 60),
+    ],
+    ids=lambda wall: type(wall).__name__,
+)
+def test_a_formula_of_one_gap_is_that_of_many(wall: Wall) -> None:
+    """Processors take a law tile by tile, GPUs point by point; both round the same few products."""
+    law = wall.law
+    assert law is not None
+    gap = np.concatenate([np.linspace(max(wall.core, 0.4) - 0.2, 2.5, 400), [5.0, 40.0]])
+    single = np.array([FORMULAS[law.kind](z, law.parameters) for z in gap]).T
+    for one, many in zip(single, evaluate(law, gap), strict=True):
+        np.testing.assert_allclose(one, many, rtol=1e-13, atol=1e-15)
