@@ -4,8 +4,8 @@ The model is that of L. Pastewka and M. O. Robbins, "When are rough surfaces sti
 called "the paper" throughout.  Equations are cited by their printed numbers, those of its supplement as Eq. (S-1).
 
 What a person calls stands in ``continuum.__all__``: a contact of your own is a :class:`Contact`, pressed to a
-:class:`State` or along a :class:`Path`; :func:`run` follows an input file, :func:`predict` asks every theory about a
-measured map.  The rooms behind are short modules; each room's docstring says what lives there.
+:class:`State` or along a :class:`LoadingPath`; :func:`run` follows an input file, :func:`predict` asks every theory
+about a measured map.  The rooms behind are short modules; each room's docstring says what lives there.
 
 Conventions (stated here once; everything else refers to this page)
 --------------------------------------------------------------------
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from continuum.front.commands import analyse, check, plot, run
     from continuum.front.contact import Contact
     from continuum.front.predict import predict
-    from continuum.front.states import Path, State
+    from continuum.front.states import LoadingPath, State
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
@@ -66,7 +66,7 @@ __version__ = "0.1.0"
 
 _WHERE = {
     "front.contact": ("Contact",),
-    "front.states": ("Path", "State"),
+    "front.states": ("LoadingPath", "State"),
     "front.commands": ("analyse", "check", "plot", "run"),
     "front.predict": ("predict",),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
@@ -98,8 +98,8 @@ __all__ = [
     "InversePowers",
     "Layer",
     "LennardJonesSpline",
+    "LoadingPath",
     "NotConvergedError",
-    "Path",
     "Prediction",
     "Result",
     "SelfAffine",

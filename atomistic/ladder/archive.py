@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
-from atomistic.ladder.comparison import GEOMETRY, STEPS, LoadingPath, PathResult, ValidatedState, paths_of
+from atomistic.ladder.comparison import GEOMETRY, STEPS, PathPlan, PathResult, ValidatedState, paths_of
 from atomistic.ladder.rungs import RUNGS, Difference, Rung, RungName, kinds_of
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
@@ -276,12 +276,12 @@ def _growing(dataset: Dataset) -> int | None:
     return next((i for i, dim in enumerate(dataset.dims) if dim in ("state", "curve_point")), None)
 
 
-def key_of(path: LoadingPath) -> tuple[str, float, int]:
+def key_of(path: PathPlan) -> tuple[str, float, int]:
     """What tells a path of an input from the others."""
     return path.case, path.rms_slope, path.seed
 
 
-def remaining(config: ValidateConfig, columns: dict[str, np.ndarray]) -> tuple[LoadingPath, ...]:
+def remaining(config: ValidateConfig, columns: dict[str, np.ndarray]) -> tuple[PathPlan, ...]:
     """Paths of an input whose states are not all there."""
     if not columns:
         return paths_of(config)

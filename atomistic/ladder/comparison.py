@@ -56,7 +56,7 @@ GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-latt
 """The part of the nonlinearity that is geometry, for crystals other than springs."""
 
 
-class LoadingPath(NamedTuple):
+class PathPlan(NamedTuple):
     """One wall, pressed along one path: what a process takes."""
 
     case: str
@@ -114,17 +114,17 @@ class RungCurve(NamedTuple):
 class PathResult:
     """Compared states of one path."""
 
-    path: LoadingPath
+    path: PathPlan
     mean_stiffness: float
     """K_0 of the slab, in E*/a0."""
     states: tuple[ValidatedState, ...]
     curves: tuple[RungCurve, ...]
 
 
-def paths_of(config: ValidateConfig) -> tuple[LoadingPath, ...]:
+def paths_of(config: ValidateConfig) -> tuple[PathPlan, ...]:
     """The paths that an input asks for.  Curves belong to the first surface at the steepest slope of each case."""
     return tuple(
-        LoadingPath(
+        PathPlan(
             case.name,
             case.adhesion_length,
             *config.wavelengths(case),
@@ -142,7 +142,7 @@ def paths_of(config: ValidateConfig) -> tuple[LoadingPath, ...]:
 
 
 def compare_on_path(
-    config: ValidateConfig, path: LoadingPath, decks: Path | None = None, lmp_command: str | None = None
+    config: ValidateConfig, path: PathPlan, decks: Path | None = None, lmp_command: str | None = None
 ) -> PathResult:
     """Follow a path and compare all rungs at its states.
 
@@ -168,7 +168,7 @@ class _Comparison:
     """Everything that the rungs of one path share."""
 
     config: ValidateConfig
-    path: LoadingPath
+    path: PathPlan
     decks: Path | None
     lmp_command: str | None
 

@@ -14,7 +14,7 @@ from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import archive, budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
-from atomistic.ladder.comparison import LoadingPath, compare_on_path, paths_of
+from atomistic.ladder.comparison import PathPlan, compare_on_path, paths_of
 from atomistic.ladder.rungs import NoJumpError
 from atomistic.relax.specimen import specimen_of
 from continuum.errors import StickinessError
@@ -161,7 +161,7 @@ def _gather(
         raise ValidationError(msg)
 
 
-def _remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[LoadingPath, ...]:
+def _remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[PathPlan, ...]:
     """Paths whose states are not all there."""
     return archive.remaining(config, {name: dataset.values for name, dataset in datasets.items()})
 
@@ -180,7 +180,7 @@ class _Parts:
     config: ValidateConfig
 
     def run(
-        self, todo: Sequence[LoadingPath], workers: int, decks: Path | None, lmp_command: str | None
+        self, todo: Sequence[PathPlan], workers: int, decks: Path | None, lmp_command: str | None
     ) -> Generator[TaskResult, None, None]:
         """Compare the paths that have no file yet."""
         if todo:
@@ -203,7 +203,7 @@ class _Parts:
 
 
 def _compared(
-    config: ValidateConfig, paths: Mapping[str, LoadingPath], decks: Path | None, lmp_command: str | None, task: Task
+    config: ValidateConfig, paths: Mapping[str, PathPlan], decks: Path | None, lmp_command: str | None, task: Task
 ) -> None:
     """One path, in a process of its own."""
     result = compare_on_path(config, paths[task.path.name], decks, lmp_command)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
-from continuum.front.states import Path, State
+from continuum.front.states import LoadingPath, State
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
@@ -167,7 +167,7 @@ class Contact:
         pressure: Sequence[float] | None = None,
         event_resolution: float | None = None,
         progress: Callable[[State], None] | None = None,
-    ) -> Path:
+    ) -> LoadingPath:
         """Equilibria one after the other, each started from the one before: approach, and the way back.
 
         Keeps the gap of every state; :func:`continuum.run` keeps them on disk.
@@ -187,7 +187,7 @@ class Contact:
             states.append(State(self, found))
             if progress is not None:
                 progress(states[-1])
-        return Path(self, tuple(states))
+        return LoadingPath(self, tuple(states))
 
 
 def _chosen(**given: Any) -> tuple[str, Any]:

@@ -164,7 +164,7 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Path(Sequence[State]):
+class LoadingPath(Sequence[State]):
     """Equilibria of a contact, in the order in which they were reached."""
 
     contact: Contact = field(repr=False)
@@ -176,8 +176,8 @@ class Path(Sequence[State]):
     @overload
     def __getitem__(self, index: int) -> State: ...
     @overload
-    def __getitem__(self, index: slice) -> Path: ...
-    def __getitem__(self, index: int | slice) -> State | Path:
+    def __getitem__(self, index: slice) -> LoadingPath: ...
+    def __getitem__(self, index: int | slice) -> State | LoadingPath:
         if isinstance(index, slice):
             return replace(self, states=self.states[index])
         return self.states[index]
@@ -187,7 +187,7 @@ class Path(Sequence[State]):
 
     def __repr__(self) -> str:
         good = sum(one.converged for one in self)
-        return f"Path({len(self)} states, {good} converged, pull-off tension {self.pull_off:.4g} E*)"
+        return f"LoadingPath({len(self)} states, {good} converged, pull-off tension {self.pull_off:.4g} E*)"
 
     def _repr_html_(self) -> str:
         return _with_picture(self)
@@ -224,7 +224,7 @@ class Path(Sequence[State]):
         return curve_figure(self, self.contact.moments.rms_slope)
 
 
-def _with_picture(shown: State | Path) -> str:
+def _with_picture(shown: State | LoadingPath) -> str:
     """Numbers and picture, as a notebook shows them."""
     from continuum.show.page import picture
     from continuum.show.plot import image_bytes

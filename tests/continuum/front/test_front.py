@@ -146,7 +146,7 @@ def test_the_largest_slope_of_the_paper_is_not_called_steep(seed: int) -> None:
 
 def test_a_path_of_which_nothing_converged_shows_why(contact: c.Contact) -> None:
     path = c.Contact(contact.heights, wall=contact.wall, max_iterations=1).path(mean_gap=[2.0, 1.5, 2.0])
-    assert repr(path) == "Path(3 states, 0 converged, pull-off tension nan E*)"
+    assert repr(path) == "LoadingPath(3 states, 0 converged, pull-off tension nan E*)"
     assert path._repr_html_().count("iteration_limit") == 3
     with pytest.raises(ValueError, match="no equilibrium"):
         _ = path.adhesion
