@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import LennardJones, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from atomistic.response.material import CrystalModel, measure_crystal, model_of
+from atomistic.response.material import Crystal, CrystalModel, measure_crystal, model_of
+from continuum.model.cubic import CubicConstants
 from continuum.units import GPA_PER_EV_PER_A3
 
 
@@ -165,3 +167,14 @@ def test_forces_end_continuously(law):
         assert force(law.cutoff + 1e-9) == 0
         assert abs(force(law.cutoff - 1e-6)) < 1e-5
         assert abs(force(2.0)) > 0.01
+
+
+@pytest.mark.parametrize("layers", range(2, 8))
+def test_a_layer_exactly_at_the_range_is_not_coupled(layers: int) -> None:
+    """There forces are zero, on whichever side of it rounding puts the layer."""
+    for cutoff in (2.5, 3.0, 3.7):
+        a0 = cutoff / (layers * LAYER_SPACING)
+        crystal = Crystal(a0 * 2**0.5, -1.0, CubicConstants(3.0, 1.5, 1.5), {})
+        assert CrystalModel(LennardJones(cutoff), crystal).coupled_layers == layers - 1
+        smaller = dataclasses.replace(crystal, lattice_constant=crystal.lattice_constant * (1 - 1e-6))
+        assert CrystalModel(LennardJones(cutoff), smaller).coupled_layers == layers
