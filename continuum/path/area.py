@@ -40,6 +40,11 @@ MOST_TRIALS = 80
 RIGID = (0.2, 100.0)
 """Step of a search at least and at most, in units of the one that would do if the surface moved rigidly: it gives way,
 the less there is left to go the more."""
+DECAY, FIRST = 2.2, 4.0
+"""The area of rough surfaces decays with the mean gap as exp(-2.2 u/h_rms) (Persson, Phys. Rev. Lett. 99, 125502
+(2007), has 2 - 2.5); a first step by that is at most so many times the rigid one."""
+WEAK = 0.3
+"""Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
 LOST_SLOPE = 0.01
 """A grid carries a surface if the waves that it cannot resolve hold at most this part of the mean square slope."""
 
@@ -236,6 +241,11 @@ def _lowest(problem: ContactProblem) -> float:
     return max(problem.wall.core, problem.wall.bound)
 
 
+def _weak(problem: ContactProblem) -> bool:
+    """Whether a search may count on the area of rough surfaces without adhesion, or nearly so."""
+    return problem.wall.range < WEAK * float(_sample(problem.heights).std())
+
+
 def _loosened(settings: Settings) -> Settings:
     return replace(settings, tolerance=max(settings.tolerance, min(LOOSE * settings.tolerance, LOOSEST)))
 
@@ -275,11 +285,16 @@ def _step(problem: ContactProblem, before: PathState, target: float, slope: floa
     """
     wall, gap = problem.wall, _sample(before.gap)
     rigid = float(np.quantile(gap, target)) - wall.zero_gap
-    if not slope < 0 or before.totals.area_rep == 0:
+    if before.totals.area_rep == 0:
         return rigid
+    fewest, most = RIGID
+    if not slope < 0:
+        if not _weak(problem):
+            return rigid
+        slope, fewest, most = -DECAY / float(_sample(problem.heights).std()), 1.0, FIRST
     size = problem.grid.size
     secant = (_logarithm(before.totals.area_rep, size) - _logarithm(target, size)) / slope
-    return float(np.clip(secant / rigid, *RIGID)) * rigid if rigid else secant
+    return float(np.clip(secant / rigid, fewest, most)) * rigid if rigid else secant
 
 
 def _sample(field: Real) -> Real:
@@ -292,14 +307,23 @@ def _sample(field: Real) -> Real:
 
 
 def _apart(aim: _Aim) -> PathState:
-    """A state on the approach, at the target or just before."""
+    """A state on the approach, at the target or just before; without adhesion, where there is one branch, beside it."""
     problem, target = aim.problem, aim.target
+    adhesive, tolerance = problem.wall.work_of_adhesion > 0, aim.search.area_tolerance
 
     def short(state: PathState) -> bool:
-        return state.status.ok and state.totals.area_rep <= target + aim.allowed
+        return state.status.ok and (not adhesive or state.totals.area_rep <= target + aim.allowed)
 
-    for part in (1 - aim.search.area_tolerance, 0.8, 0.5):
-        guess = _from_coarser(aim, part * target)
+    weak = _weak(problem)
+    # A grid of half the points sees up to a hundredth more area; what is found beyond the target is of no use on a
+    # branch, and costs most where attraction is strong.
+    parts: tuple[float, ...] = (1 - tolerance, 0.8, 0.5)
+    if not adhesive:
+        parts = (1 + 0.8 * tolerance,)
+    elif weak:
+        parts = (1 - 0.5 * tolerance, 1 - 3 * tolerance, 0.8, 0.5)
+    for part in parts:
+        guess = _from_coarser(aim, min(part * target, 1.0))
         if guess is None:
             break
         state = aim.trial(guess[0], aim.loose, guess[1])
@@ -310,9 +334,10 @@ def _apart(aim: _Aim) -> PathState:
 
     def overlapping(part: float) -> float:
         """Mean gap at which, undeformed, this part of the target would overlap."""
-        return problem.wall.zero_gap + problem.mean_height - float(np.quantile(heights, part * target))
+        return problem.wall.zero_gap + problem.mean_height - float(np.quantile(heights, min(part * target, 1.0)))
 
-    for part in (0.5, 0.1):
+    # Of what would overlap, a little less than a half touches; strong attraction adds to it.
+    for part in (1.2, 0.5, 0.1) if weak else (0.5, 0.1):
         if (mean_gap := overlapping(part)) <= _lowest(problem):
             continue
         state = aim.trial(mean_gap, aim.loose, None)
@@ -332,7 +357,13 @@ def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real] | None:
     tolerance = max(search.area_tolerance, min(COARSER * search.area_tolerance, 0.3))
     roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * search.area_resolution)
     found = find_area(coarse, target, rough, roughly, (), aim.branch, loose=rough, work=aim.work)
-    return (found.mean_gap, _carried(coarse, aim.problem, found)) if found.solution.status.ok else None
+    if not found.solution.status.ok:
+        return None
+    # What is left to the target, by the slope that the search saw last.
+    size, slope = coarse.grid.size, aim.work.slope
+    left = _logarithm(target, size) - _logarithm(found.totals.area_rep, size)
+    step = left / slope if slope < 0 and _weak(coarse) else 0.0
+    return found.mean_gap + step, _carried(coarse, aim.problem, found)
 
 
 @dataclass(frozen=True, eq=False)
