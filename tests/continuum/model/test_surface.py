@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
 from continuum.arguments import ArgumentError
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments, power_spectrum
-from continuum.model.surfaces import cylinder, punch, sine, sphere
+from continuum.model.surfaces import SelfAffineSurface, cylinder, punch, sine, sphere
 from tests.wrong import ANYTHING, refused_by_name
 
 PAPER = SelfAffine(hurst=0.8, rms_slope=0.1, lambda_s=16.0, lambda_L=128.0)
@@ -224,3 +225,12 @@ def test_no_size_of_a_surface_is_computed_with_that_is_no_number() -> None:
     # A roll-off beyond all periods is none.
     long = SelfAffine(0.8, 0.1, 2.0, 1e300)
     np.testing.assert_array_equal(long.power_q(SMALL), SelfAffine(0.8, 0.1, 2.0, 1e3).power_q(SMALL))
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.8])
+def test_the_slope_that_belongs_to_a_height_is_that_of_all_waves_between_the_two(hurst: float) -> None:
+    surface = SelfAffineSurface(kind="self-affine", hurst=hurst, rms_height=0.5, lambda_s=8.0, lambda_L=64.0, seed=1)
+    low, high = 2 * np.pi / 64, 2 * np.pi / 8
+    # C ~ q^(-2-2H): mean squares of heights and slopes are integrals of q C and q³ C.
+    heights, slopes = (quad(lambda q, p=p: q ** (p - 2 - 2 * hurst), low, high)[0] for p in (1, 3))
+    assert surface.expected_slope == pytest.approx(0.5 * np.sqrt(slopes / heights), rel=1e-9)

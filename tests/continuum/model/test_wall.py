@@ -13,7 +13,7 @@ from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
 from continuum.model.laws import FORMULAS, evaluate
-from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.attraction import Shape, attraction_on_core
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
@@ -231,3 +231,7 @@ def test_a_formula_of_one_gap_is_that_of_many(wall: Wall) -> None:
     single = np.array([FORMULAS[law.kind](z, law.parameters) for z in gap]).T
     for one, many in zip(single, evaluate(law, gap), strict=True):
         np.testing.assert_allclose(one, many, rtol=1e-13, atol=1e-15)
+
+
+def test_a_hard_wall_touches_where_no_gap_is_left() -> None:
+    np.testing.assert_array_equal(HardWall().touches(np.array([-0.1, 0.0, 1e-300, 0.5])), [True, True, False, False])
