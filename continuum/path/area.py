@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from continuum.model.fourier import Real, cut, padded, prolong, restrict
-from continuum.model.grid import Grid
+from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.path.coarser import carried_gap, coarser_problem
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import Branch, Outcome, PathState, Search, event, numbers
 from continuum.solve.solution import Settings
@@ -45,8 +45,6 @@ DECAY, FIRST = 2.2, 4.0
 (2007), has 2 - 2.5); a first step by that is at most so many times the rigid one."""
 WEAK = 0.3
 """Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
-LOST_SLOPE = 0.01
-"""A grid carries a surface if the waves that it cannot resolve hold at most this part of the mean square slope."""
 
 
 class _Work:
@@ -349,7 +347,7 @@ def _apart(aim: _Aim) -> PathState:
 
 def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real] | None:
     """Mean gap and gap of the state of that area on the next coarser grid, if that carries the surface."""
-    coarse, loose, search = _coarser(aim.problem, aim.solver.smallest), aim.loose, aim.search
+    coarse, loose, search = coarser_problem(aim.problem, aim.solver.smallest), aim.loose, aim.search
     if coarse is None:
         return None
     rough = replace(loose, tolerance=max(COARSER * loose.tolerance, _loosened(loose).tolerance))
@@ -363,44 +361,4 @@ def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real] | None:
     size, slope = coarse.grid.size, aim.work.slope
     left = _logarithm(target, size) - _logarithm(found.totals.area_rep, size)
     step = left / slope if slope < 0 and _weak(coarse) else 0.0
-    return found.mean_gap + step, _carried(coarse, aim.problem, found)
-
-
-@dataclass(frozen=True, eq=False)
-class _Cut:
-    """The response of a finer grid on the waves of a coarser one."""
-
-    stiffness_q: Real
-
-    def stiffness(self, grid: Grid) -> Real:
-        """K_q over the half spectrum."""
-        assert grid.shape_q == self.stiffness_q.shape
-        return self.stiffness_q
-
-
-def _coarser(problem: ContactProblem, smallest: int) -> ContactProblem | None:
-    """The same contact on every second point, if that still shows four points for each wave."""
-    grid, coarse = problem.grid, problem.grid.coarser
-    if coarse is None or coarse.coarser is None or min(coarse.shape) < smallest:
-        return None
-    heights_q = grid.forward(problem.heights)
-    power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2
-    rows, columns = coarse.coarser.shape_q
-    carried = cut(power, (rows, columns - 1)).sum()
-    if carried < (1 - LOST_SLOPE) * power.sum():
-        return None
-    coarse_q = padded(coarse.shape_q, np.complex128)
-    restrict(heights_q, coarse_q)
-    response = _Cut(cut(problem.stiffness_q, coarse.shape_q))
-    return ContactProblem(coarse, problem.wall, coarse.inverse(coarse_q), response)
-
-
-def _carried(coarse: ContactProblem, fine: ContactProblem, state: PathState) -> Real:
-    """The gap of a coarse state on the finer grid."""
-    displacement_q = padded(fine.grid.shape_q, np.complex128)
-    level = state.mean_gap - coarse.mean_height
-    prolong(coarse.grid.forward(coarse.heights + level - state.gap), displacement_q)
-    gap = fine.grid.inverse(displacement_q, overwrite=True)
-    np.subtract(fine.heights, gap, out=gap)
-    gap += state.mean_gap - fine.mean_height
-    return gap
+    return found.mean_gap + step, carried_gap(coarse, aim.problem, found)

@@ -102,7 +102,7 @@ FILES: Calls = {
     ),
 }  # fmt: skip
 # Made by the functions, and by nobody else.  What `predict` is given has tests of its own.
-RESULTS = {"Analysis", "Path", "Prediction", "Result", "State"}
+RESULTS = {"Analysis", "LoadingPath", "Prediction", "Result", "State"}
 APART = {"HardWall", "examples", "predict"}
 ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 OF_FILES = [(call, name) for call, (_, good) in FILES.items() for name in good]
