@@ -81,6 +81,10 @@ class Model(Potential, Protocol):
         """Edge of the cubic cell at zero pressure, in a0: sqrt(2), so that surface atoms are a0 apart."""
 
     @property
+    def harmonic(self) -> bool:
+        """Whether forces are linear in the stretch of bonds that never change: then all response is exact."""
+
+    @property
     def coupled_layers(self) -> int:
         """Number of (100) layers that forces reach: the frozen base has at least so many."""
 
@@ -145,6 +149,7 @@ class Springs:
 
     stiffness: float = field(default_factory=lambda: 1 / contact_modulus(Springs(1.0).elastic_constants))
 
+    harmonic: Literal[True] = field(default=True, init=False)
     units: Literal["lj"] = field(default="lj", init=False)
     atom_style: Literal["bond"] = field(default="bond", init=False)
     mass: float = field(default=1.0, init=False)

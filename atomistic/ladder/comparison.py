@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
-from atomistic.crystal.interatomic import Springs
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
     Difference,
@@ -179,7 +178,7 @@ class _Comparison:
     @cached_property
     def springs(self) -> Specimen | None:
         """The same slab of springs, where the crystal is another."""
-        return None if isinstance(self.specimen.model, Springs) else self.specimen.springs()
+        return None if self.specimen.model.harmonic else self.specimen.springs()
 
     @cached_property
     def wall(self) -> LennardJonesSpline:

@@ -38,8 +38,9 @@ class Specimen:
     @classmethod
     def of_slab(cls, slab: Slab, model: Model) -> Specimen:
         """A slab that was checked (:func:`slab_under`); a response that must be measured is kept on disk."""
-        if isinstance(model, Springs):
-            return cls(model, LatticeResponse.of_springs(slab, model))
+        # Nothing has to be measured of springs, so that nothing is kept of them.
+        if model.harmonic:
+            return cls(model, LatticeResponse.of_model(slab, model))
         return cls(model, stored_response(slab, model, default_folder()))
 
     @classmethod

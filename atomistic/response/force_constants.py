@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, singledispatch
 
 import numpy as np
 from scipy.optimize import root
@@ -127,6 +127,29 @@ class ForceConstants:
         return float(b[0, 0, 0, 0]), float(2 * b[0, 1, 0, 1] - b[0, 0, 1, 1]), float(b[0, 0, 1, 1])
 
 
+@singledispatch
+def force_constants(model: Model, mobile: int) -> ForceConstants:
+    """Force constants of a slab of any model: exact for springs, else measured in LAMMPS.
+
+    Parameters
+    ----------
+    model : of the atoms.
+    mobile : number of layers that move.
+
+    Raises
+    ------
+    PotentialError
+        If the surface does not relax, or what is measured is no harmonic crystal.
+    """
+    return measure_force_constants(model, mobile)
+
+
+@force_constants.register
+def _(model: Springs, mobile: int) -> ForceConstants:
+    del mobile
+    return spring_force_constants(model)
+
+
 def spring_force_constants(springs: Springs) -> ForceConstants:
     """Force constants of springs at rest: -k_s n n^T between neighbours."""
     bulk = np.zeros((2, 3, 3, 3, 3))
@@ -155,7 +178,7 @@ def relaxation(model: Model, mobile: int) -> Real:
         If the surface relaxation does not converge.
     """
     layers = min(mobile, _RELAXING)
-    if isinstance(model, Springs):
+    if model.harmonic:
         return np.zeros(mobile)
     slab = Slab((3, 3), layers, max(model.coupled_layers, 1))
     sites = slab.positions[:, 0, 0]  # one atom of each layer: layers move as a whole

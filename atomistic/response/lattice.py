@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Springs, check_model
 from atomistic.crystal.potentials import PotentialError
-from atomistic.response.force_constants import ForceConstants, measure_force_constants, spring_force_constants
+from atomistic.response.force_constants import ForceConstants, force_constants, spring_force_constants
 from continuum.arguments import ArgumentError, array, instance
 from continuum.arguments import field as map_of
 from continuum.model.fourier import Complex, Real
@@ -118,10 +118,8 @@ class LatticeResponse:
         LammpsError
             If LAMMPS fails.
         """
-        if isinstance(model, Springs):
-            return cls.of_springs(slab, model)
         require_room(instance("slab", slab, Slab), check_model("model", model))
-        return cls(slab, measure_force_constants(model, slab.mobile))
+        return cls(slab, force_constants(model, slab.mobile))
 
     @cached_property
     def rise(self) -> Real:

@@ -7,7 +7,7 @@ constants: an fcc crystal is a Bravais lattice, so that its atoms follow the str
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.interatomic import Model, Potential, Springs
+from atomistic.crystal.interatomic import Model, Potential
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.cell import Cell
@@ -70,6 +70,7 @@ class CrystalModel:
 
     potential: Potential
     crystal: Crystal
+    harmonic: Literal[False] = field(default=False, init=False)
 
     @property
     def units(self) -> Literal["lj", "metal"]:
@@ -171,7 +172,7 @@ class CrystalModel:
 
 
 def model_of(potential: Potential) -> Model:
-    """Any potential as a model; springs are one by themselves.
+    """Any potential as a model; springs, and what was measured before, are one by themselves.
 
     Raises
     ------
@@ -180,7 +181,7 @@ def model_of(potential: Potential) -> Model:
     LammpsError
         If LAMMPS fails.
     """
-    return potential if isinstance(potential, Springs) else CrystalModel(potential, measure_crystal(potential))
+    return potential if isinstance(potential, Model) else CrystalModel(potential, measure_crystal(potential))
 
 
 def measure_crystal(potential: Potential) -> Crystal:
