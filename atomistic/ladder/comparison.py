@@ -9,7 +9,7 @@ from __future__ import annotations
 import tempfile
 import time
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -162,6 +162,12 @@ def compare_on_path(
     return _Comparison(config, path, decks, lmp_command).result()
 
 
+@lru_cache(maxsize=1)
+def _specimen_of_worker(config: ValidateConfig) -> Specimen:
+    """The substrate of all paths that a process compares: it ends with the validation, and the response with it."""
+    return specimen_of(config)
+
+
 @dataclass(frozen=True, eq=False)
 class _Comparison:
     """Everything that the rungs of one path share."""
@@ -173,7 +179,7 @@ class _Comparison:
 
     @cached_property
     def specimen(self) -> Specimen:
-        return specimen_of(self.config)
+        return _specimen_of_worker(self.config)
 
     @cached_property
     def springs(self) -> Specimen | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
@@ -106,7 +105,6 @@ def slab_of(config: ValidateConfig | DeckConfig, model: Model) -> Slab:
         raise refuse(config, Fault(("slab",), error.allowed, cause)) from None
 
 
-@lru_cache(maxsize=1)
 def specimen_of(config: ValidateConfig) -> Specimen:
     """The substrate of an input.
 

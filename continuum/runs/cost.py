@@ -1,13 +1,15 @@
 """What a run will take, from its input alone: memory, transforms, and core-seconds of this machine.
 
-The counts of transforms were fitted to the runs of ``inputs/``, which they meet to a factor of two; the time is that of
-one transform here, now, measured.
+The counts of transforms, in ``cost.toml``, were fitted to the runs of ``inputs/``, which they meet to a factor of two;
+the time is that of one transform here, now, measured.
 """
 
 from __future__ import annotations
 
 import time
+import tomllib
 from dataclasses import dataclass
+from importlib import resources
 from itertools import pairwise
 
 import numpy as np
@@ -16,27 +18,10 @@ from continuum.model.fourier import columns_forward, columns_inverse, padded, ro
 from continuum.model.grid import Grid
 from continuum.runs.config import RunConfig
 
-# Peak memory of a run in bytes: the libraries, and per grid point; seen: 83 with a law (4096²), 110 with a hard wall.
-_BYTES, _BYTES_PER_POINT = 2.5e8, 115
-# FFT pairs of a point at a given gap, separation or pressure, and of one at a given area, its search included, without
-# attraction, to a residual of 1e-6 h'rms E*; how they grow with the range r, in a0, that the paper's law of the same
-# work of adhesion has: by 1 + r, and by 1 + 4 r²; and with the grid beyond 512²: as n^0.24 (docs/benchmarks.md).
-_PAIRS, _PAIRS_OF_AREA = 25, 65
-_GROWTH, _FLAT = 0.24, 512
-# Of a point at a given area of a self-affine surface, fitted to 400 systems of inputs/sweep/ on 512² to 2048² points,
-# of which all but one in twenty lie within a factor of two: 51 pairs at λ_s = 64 and h'rms = 0.1, and how they grow
-# with 1/λ_s, with h', by 1 + 1.6 (r/(h' λ_s))^1.5, and with the grid.
-_ROUGH, _FINENESS, _STEEPNESS, _REACH, _ROUGH_GROWTH = 51, 0.17, 0.81, (1.63, 1.5), 0.47
-# Where work, range and core are given apart, fitted to 454 such systems: 4.5 times that, whatever h', and more where
-# the attraction is so stiff, w/range², that single points snap; four of five lie within a factor of two.
-_APART, _SNAP = 4.5, (0.245, 3)
-# As far as they were seen; beyond, they are taken to stay.
-_STIFFEST, _GENTLEST, _FARTHEST = 3.0, 0.03, 3.0
-_BISECTIONS = 5  # solves for each halving of an interval in which jumps are bracketed: of both sides, for several jumps
-_DECADES = 6.0  # of tolerance, for which these hold; pairs grow linearly with them
-# An iteration takes this many times its transforms, and more on small grids, where coarser ones cost as much.
-_BESIDE, _SMALL = 1.7, 0.8
-_POINT_SECONDS, _START_SECONDS = 0.03, 0.1  # to measure and store a point of a small grid; to begin and end
+_SEEN = tomllib.loads(resources.files("continuum.runs").joinpath("cost.toml").read_text(encoding="utf-8"))
+_MEMORY, _PAIRS, _ROUGH, _APART, _TIME = (
+    _SEEN[name] for name in ("memory", "pairs", "self_affine", "attraction_on_core", "time")
+)
 
 
 @dataclass(frozen=True)
@@ -54,9 +39,9 @@ class Cost:
 
     def seconds(self, pair: float) -> float:
         """Core-seconds, where a pair of transforms of this grid takes ``pair`` (:func:`pair_seconds`)."""
-        beside = _BESIDE * (1 + _SMALL * np.sqrt(_FLAT / np.sqrt(self.size)))
-        # Outlines, areas and the file of a point are as dear as four iterations.
-        return float((self.fft_pairs + 4 * self.points) * pair * beside + self.points * _POINT_SECONDS) + _START_SECONDS
+        beside = _TIME["beside"] * (1 + _TIME["small"] * np.sqrt(_PAIRS["flat"] / np.sqrt(self.size)))
+        iterations = (self.fft_pairs + _TIME["iterations"] * self.points) * pair * beside
+        return float(iterations + self.points * _TIME["point"] + _TIME["start"])
 
 
 def cost_of(config: RunConfig) -> Cost:
@@ -65,21 +50,22 @@ def cost_of(config: RunConfig) -> Cost:
     size, points = nx * ny, config.loading.points
     # Contact maps take two bits per point, fields four bytes, and a rewrite holds them twice.
     kept = points * size * 2 * (0.25 + (4 if config.output.fields else 0))
-    decades = max(-float(np.log10(config.solver.tolerance)), 1.0) / _DECADES
-    larger = max(1.0, np.sqrt(size) / _FLAT)
-    grown, reach = larger**_GROWTH * decades, config.wall.equivalent_range
+    decades = max(-float(np.log10(config.solver.tolerance)), 1.0) / _PAIRS["decades"]
+    larger = max(1.0, np.sqrt(size) / _PAIRS["flat"])
+    reach = config.wall.equivalent_range
+    point = _PAIRS["point"] * (1 + reach) * larger ** _PAIRS["growth"] * decades
     pairs = 0.0
     for control, targets in config.loading.legs:
         area = control == "repulsive-area"
-        each = _pairs_of_area(config, larger) * decades if area else _PAIRS * (1 + reach) * grown
+        each = _pairs_of_area(config, larger) * decades if area else point
         pairs += len(targets) * min(each, _most(config, area))
         resolution = config.loading.event_resolution
         if resolution is not None and not area and reach > 0:
             # Where the retraction begins is known when the approach has ended: its first interval is as the second.
             intervals = [abs(b - a) for a, b in pairwise(targets)]
             halvings = sum(np.log2(max(width / resolution, 2.0)) for width in [*intervals[:1], *intervals])
-            pairs += _BISECTIONS * halvings * _PAIRS * (1 + reach) * grown
-    return Cost(int(_BYTES + size * _BYTES_PER_POINT + kept), points, round(pairs), size)
+            pairs += _PAIRS["bisection"] * halvings * point
+    return Cost(int(_MEMORY["libraries"] + size * _MEMORY["per_point"] + kept), points, round(pairs), size)
 
 
 def _pairs_of_area(config: RunConfig, larger: float) -> float:
@@ -87,13 +73,15 @@ def _pairs_of_area(config: RunConfig, larger: float) -> float:
     surface, wall = config.surface, config.wall
     shortest, slope = surface.shortest, surface.expected_slope
     if shortest is None or slope is None:
-        return float(_PAIRS_OF_AREA * (1 + 4 * wall.equivalent_range**2) * larger**_GROWTH)
-    rough = _ROUGH * (64 / shortest) ** _FINENESS * larger**_ROUGH_GROWTH
+        reach = 1 + _PAIRS["area_range"] * wall.equivalent_range**2
+        return float(_PAIRS["area"] * reach * larger ** _PAIRS["growth"])
+    rough = _ROUGH["pairs"] * (64 / shortest) ** _ROUGH["fineness"] * larger ** _ROUGH["growth"]
     if wall.pull is not None:
-        pull = min(wall.pull, _STIFFEST)
-        return float(rough * _APART * (1 + _SNAP[0] * pull ** _SNAP[1]))
-    near = min(wall.equivalent_range / (slope * shortest), _FARTHEST)
-    return float(rough * (max(slope, _GENTLEST) / 0.1) ** _STEEPNESS * (1 + _REACH[0] * near ** _REACH[1]))
+        pull = min(wall.pull, _APART["stiffest"])
+        return float(rough * _APART["apart"] * (1 + _APART["snap"] * pull ** _APART["snap_exponent"]))
+    near = min(wall.equivalent_range / (slope * shortest), _ROUGH["farthest"])
+    steep = (max(slope, _ROUGH["gentlest"]) / 0.1) ** _ROUGH["steepness"]
+    return float(rough * steep * (1 + _ROUGH["range"] * near ** _ROUGH["range_exponent"]))
 
 
 def _most(config: RunConfig, area: bool) -> float:
