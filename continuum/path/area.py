@@ -6,10 +6,12 @@ root is kept in a bracket of two equilibria, ``before`` and ``after`` in the dir
 the logarithm of the area (near full contact of what is left of the surface), or by halving where that is slow; each
 trial starts from ``before``.  Without adhesion there
 is one state at each mean gap, and trials have a looser tolerance: a state that meets the target is solved to the full
-one and looked at again.  With adhesion a loose trial may be about to jump, and there is no way back from that.
+one and looked at again.  With adhesion a loose trial may be about to jump, and there is no way back from that: only a
+search that begins apart, under an attraction that reaches little farther than the wall, makes some, and begins anew
+without them where it ends at a jump.
 
 Where no state is known, the approach is followed on the coarsest grid that carries the surface, up to just before the
-target, and carried from grid to grid.
+target, and carried from grid to grid.  A grid that carries it only roughly still tells at which mean gap to begin.
 """
 
 from __future__ import annotations
@@ -23,6 +25,15 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.coarser import carried_gap, coarser_problem
 from continuum.path.equilibrium import equilibrium, solver_of
+from continuum.path.secant import (
+    area_logarithm,
+    area_slope,
+    attracts_little,
+    rough_slope,
+    sample,
+    secant_fraction,
+    step_to,
+)
 from continuum.path.state import Branch, Outcome, PathState, Search, event, numbers
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
@@ -33,25 +44,29 @@ NARROW = 0.5
 """Beyond this contact trials have the full tolerance: what is left of the gap is too small for a loose one."""
 FEW_POINTS = 4.5
 """A change of the area by fewer points is no jump before the bracket is a sixteenth of the resolution."""
+FARTHER, NO_FARTHER = 1000.0, 1e-4
+"""As LOOSE and LOOSEST, for trials on coarser grids, where attraction adds little: they only tell where to begin."""
+CLOSE = 10.0
+"""A loose trial that misses the area by fewer tolerances is not repeated: the next one has the full tolerance."""
+COLD_TRIALS = 4
+"""Mean gaps that are tried from the undeformed surface, before the search begins where nothing touches."""
+JUMP_STEP, JUMP_TRIALS = 4.0, 4
+"""Where a coarser grid has jumped over the area, first step in units of its bracket, and steps, each as many times the
+last, in which a state before the jump is looked for."""
 COARSER = 3.0
 """Tolerances and resolution of the search on the next coarser grid, in units of those on this one."""
 MOST_TRIALS = 80
 """A search gives up after so many equilibria."""
-RIGID = (0.2, 100.0)
-"""Step of a search at least and at most, in units of the one that would do if the surface moved rigidly: it gives way,
-the less there is left to go the more."""
-DECAY, FIRST = 2.2, 4.0
-"""The area of rough surfaces decays with the mean gap as exp(-2.2 u/h_rms) (Persson, Phys. Rev. Lett. 99, 125502
-(2007), has 2 - 2.5); a first step by that is at most so many times the rigid one."""
-WEAK = 0.3
-"""Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
 
 
 class _Work:
-    """What a search has cost, in FFT pairs of one grid, and the last d ln(area)/d(mean gap) that it saw."""
+    """What a search has cost, in FFT pairs of one grid, and the last d ln(area)/d(mean gap) that it saw.
+
+    ``jump`` is the width of the bracket of a jump over the area that a coarser grid has; 0 without one.
+    """
 
     def __init__(self, size: int) -> None:
-        self.size, self.pairs, self.solves, self.slope = size, 0.0, 0, np.nan
+        self.size, self.pairs, self.solves, self.slope, self.jump = size, 0.0, 0, np.nan, 0.0
 
     def add(self, state: PathState) -> PathState:
         self.pairs += state.solution.fft_pairs * state.solution.gap.size / self.size
@@ -82,15 +97,31 @@ class _Aim:
     def met(self, state: PathState) -> bool:
         return abs(state.totals.area_rep - self.target) <= self.allowed
 
+    def serves(self, state: PathState) -> bool:
+        """Whether a search may go on from a state: on a branch, from none beyond the target."""
+        return state.status.ok and (not self.adhesive or state.totals.area_rep <= self.target + self.allowed)
+
+    def left(self, state: PathState, part: float = 1.0) -> float:
+        """What is left from a state to a part of the target, in the logarithm of the area."""
+        size = self.problem.grid.size
+        return area_logarithm(part * self.target, size) - area_logarithm(state.totals.area_rep, size)
+
+    def close(self, state: PathState) -> bool:
+        """Whether what is left to the target is so little that the next trial may be the last."""
+        return abs(state.totals.area_rep - self.target) <= CLOSE * self.allowed
+
     def short(self, state: PathState, before: PathState) -> bool:
         """Whether a state is on that side of the target on which the one before it is."""
         sign = 1.0 if before.totals.area_rep < self.target else -1.0
         return (self.target - state.totals.area_rep) * sign > 0
 
+    @property
+    def adhesive(self) -> bool:
+        return self.problem.wall.work_of_adhesion > 0
+
     def trial(self, mean_gap: float, settings: Settings, start: Real | None, *, near: bool = False) -> PathState:
-        """Equilibrium at a mean gap; near its start it is looked for in the basin of that only."""
-        # Without adhesion there is one basin only.
-        if near and self.problem.wall.work_of_adhesion > 0:
+        """Equilibrium at a mean gap; near its start it is looked for on the fine grid, and in that basin, only."""
+        if near:
             settings = replace(settings, warm_grids=0)
         state = equilibrium(self.problem, "mean-gap", mean_gap, settings, start, self.branch, self.solver)
         return self.work.add(state)
@@ -140,10 +171,11 @@ def find_area(
         over the target: the state is then the one before the jump, and has the one beyond it and the event.
     """
     solver, work = solver or solver_of(problem, settings), work or _Work(problem.grid.size)
-    careful = problem.wall.work_of_adhesion > 0 or target > NARROW
+    known = previous if isinstance(previous, list) else list(previous)
+    hysteretic = problem.wall.work_of_adhesion > 0 and (bool(known) or not attracts_little(problem))
+    careful = hysteretic or target > NARROW
     loose = loose or (settings if careful else _loosened(settings))
     aim = _Aim(problem, target, settings, loose, search, branch, solver, work)
-    known = previous if isinstance(previous, list) else list(previous)
     after = None
     if known:
         older = known[0] if len(known) == 2 else None
@@ -151,29 +183,40 @@ def find_area(
         if aim.met(known[0]):
             return replace(aim.done(known[0]), solution=replace(known[0].solution, work=(), iterations=0, seconds=0.0))
         if older is not None:
-            work.slope = _slope(older, known[0], problem.grid.size)
+            work.slope = area_slope(older, known[0], problem.grid.size)
             after = older if _beyond(older, known[0], target, branch) else None
     else:
-        known.append(_apart(aim))
-        if not known[0].status.ok:
+        first, after = _apart(aim)
+        known.append(first)
+        if not first.status.ok:
             return aim.done(known.pop())
     return _close_in(aim, known, _Bracket(aim, after))
 
 
 def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState:
     """Trials from the last state before the target, the one in ``known``, until one of them meets it."""
-    now, misled = aim.loose, False
+    now, misled, rough = aim.loose, False, aim.loose != aim.settings
     while aim.work.solves < MOST_TRIALS:
         before = known[0]
-        if aim.met(before) and now == aim.settings:
+        if aim.met(before) and not rough:
             return aim.done(before)
+        if rough and aim.close(before):
+            now = aim.settings
         mean_gap, closed = bracket.next(before)
-        if now != aim.settings and (closed or aim.met(before)):
+        if rough and (closed or aim.met(before)):
+            if closed and aim.adhesive:
+                # It may have been about to jump: once more, with equilibria only.
+                first, after = _apart(replace(aim, loose=aim.settings))
+                known[:] = [first]
+                bracket, now, rough = _Bracket(aim, after), aim.settings, False
+                continue
             # The last state to the full tolerance.
             now = aim.settings
             state = aim.trial(before.mean_gap, now, before.gap, near=True)
         else:
-            state = aim.trial(mean_gap, now, before.gap, near=misled or bracket.after is not None)
+            last = rough and now == aim.settings
+            near = last or (aim.adhesive and (misled or bracket.after is not None))
+            state = aim.trial(mean_gap, now, before.gap, near=near)
             if closed:
                 if state.status.ok and not (aim.met(state) or aim.short(state, before)):
                     return aim.done(before, Outcome.JUMPED_OVER, state)
@@ -184,8 +227,8 @@ def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState
         if closed or aim.met(state) or aim.met(before) or aim.short(state, before):
             bracket.stalled = state.totals.area_rep == before.totals.area_rep
             if state.mean_gap != before.mean_gap:
-                aim.work.slope = _slope(before, state, aim.problem.grid.size)
-            known[:] = [state]
+                aim.work.slope = area_slope(before, state, aim.problem.grid.size)
+            known[:], rough = [state], now != aim.settings
         else:
             bracket.after = numbers(state)
         del before, state  # while the next one is looked for, one field is held
@@ -212,7 +255,9 @@ class _Bracket:
         """Next mean gap outside of the bracket; farther if the area did not change on the last step."""
         problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
         self.width, self.span, self.slow = np.inf, np.inf, 0
-        guess = abs(_step(problem, before, target, self.aim.work.slope))
+        guess = abs(step_to(problem, before, target, self.aim.work.slope))
+        if self.aim.work.jump > 0:
+            guess, self.aim.work.jump = JUMP_STEP * self.aim.work.jump, 0.0
         self.step = max(guess, 2 * self.step if self.stalled else resolution)
         mean_gap = before.mean_gap - (self.step if before.totals.area_rep < target else -self.step)
         return max(mean_gap, (before.mean_gap + _lowest(problem)) / 2)
@@ -230,7 +275,7 @@ class _Bracket:
         self.slow += self.width > old / 2
         fraction = 1.0 if closed else 0.5
         if not closed and self.slow <= 1:
-            fraction = _fraction(before, after, self.aim.target, self.aim.problem.grid.size)
+            fraction = secant_fraction(before, after, self.aim.target, self.aim.problem.grid.size)
         return before.mean_gap + fraction * (after.mean_gap - before.mean_gap), closed
 
 
@@ -239,13 +284,8 @@ def _lowest(problem: ContactProblem) -> float:
     return max(problem.wall.core, problem.wall.bound)
 
 
-def _weak(problem: ContactProblem) -> bool:
-    """Whether a search may count on the area of rough surfaces without adhesion, or nearly so."""
-    return problem.wall.range < WEAK * float(_sample(problem.heights).std())
-
-
-def _loosened(settings: Settings) -> Settings:
-    return replace(settings, tolerance=max(settings.tolerance, min(LOOSE * settings.tolerance, LOOSEST)))
+def _loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:
+    return replace(settings, tolerance=max(settings.tolerance, min(factor * settings.tolerance, most)))
 
 
 def _beyond(older: PathState, last: PathState, target: float, branch: Branch) -> bool:
@@ -254,103 +294,87 @@ def _beyond(older: PathState, last: PathState, target: float, branch: Branch) ->
     return same and (older.totals.area_rep - target) * (last.totals.area_rep - target) < 0
 
 
-def _logarithm(area: float, size: int) -> float:
-    """The area on a scale on which it is nearly linear in the mean gap: ln A, but -ln(1 - A) beyond half contact.
-
-    Both are joined with one value and slope.  No area, and full contact, count as half a point less.
-    """
-    half = 0.5 / size
-    area = min(max(area, half), 1 - half)
-    return float(np.log(area) if area <= 0.5 else 2 * np.log(0.5) - np.log(1 - area))
-
-
-def _slope(one: PathState, other: PathState, size: int) -> float:
-    change = other.mean_gap - one.mean_gap
-    rise = _logarithm(other.totals.area_rep, size) - _logarithm(one.totals.area_rep, size)
-    return rise / change if change else np.nan
-
-
-def _fraction(before: PathState, after: PathState, target: float, size: int) -> float:
-    """Part of the way from ``before`` to ``after`` at which the secant meets the target."""
-    low, high = (_logarithm(state.totals.area_rep, size) for state in (before, after))
-    return float(np.clip((_logarithm(target, size) - low) / (high - low), 0.02, 0.98))
-
-
-def _step(problem: ContactProblem, before: PathState, target: float, slope: float) -> float:
-    """Step by which the mean gap is lowered.
-
-    The area changes less than if the surface were moved rigidly, which gives the scale.
-    """
-    wall, gap = problem.wall, _sample(before.gap)
-    rigid = float(np.quantile(gap, target)) - wall.zero_gap
-    if before.totals.area_rep == 0:
-        return rigid
-    fewest, most = RIGID
-    if not slope < 0:
-        if not _weak(problem):
-            return rigid
-        slope, fewest, most = -DECAY / float(_sample(problem.heights).std()), 1.0, FIRST
-    size = problem.grid.size
-    secant = (_logarithm(before.totals.area_rep, size) - _logarithm(target, size)) / slope
-    return float(np.clip(secant / rigid, fewest, most)) * rigid if rigid else secant
-
-
-def _sample(field: Real) -> Real:
-    """Every k-th row and column, about a million points."""
-    k = max(1, round((field.size / 1e6) ** 0.5))
-    return field[::k, ::k]
-
-
 # --- where no state is known -------------------------------------------------------------------------------
 
 
-def _apart(aim: _Aim) -> PathState:
-    """A state on the approach, at the target or just before; without adhesion, where there is one branch, beside it."""
-    problem, target = aim.problem, aim.target
-    adhesive, tolerance = problem.wall.work_of_adhesion > 0, aim.search.area_tolerance
+def _apart(aim: _Aim) -> tuple[PathState, PathState | None]:
+    """A state on the approach, at the target or just before, and the numbers of one beyond it if some was met.
 
-    def short(state: PathState) -> bool:
-        return state.status.ok and (not adhesive or state.totals.area_rep <= target + aim.allowed)
-
-    weak = _weak(problem)
+    Without adhesion, where there is one branch, the state may lie on either side.
+    """
+    tolerance, weak = aim.search.area_tolerance, attracts_little(aim.problem)
     # A grid of half the points sees up to a hundredth more area; what is found beyond the target is of no use on a
     # branch, and costs most where attraction is strong.
     parts: tuple[float, ...] = (1 - tolerance, 0.8, 0.5)
-    if not adhesive:
+    if not aim.adhesive:
         parts = (1 + 0.8 * tolerance,)
     elif weak:
         parts = (1 - 0.5 * tolerance, 1 - 3 * tolerance, 0.8, 0.5)
+    beyond: PathState | None = None
     for part in parts:
-        guess = _from_coarser(aim, min(part * target, 1.0))
+        guess = _from_coarser(aim, min(part * aim.target, 1.0))
         if guess is None:
             break
-        state = aim.trial(guess[0], aim.loose, guess[1])
-        if short(state):
-            return state
-        del guess, state
-    heights = _sample(problem.heights)
+        mean_gap, start, jump = guess
+        for _ in range(JUMP_TRIALS if jump > 0 else 2 if weak else 1):
+            state = aim.trial(mean_gap, aim.loose, start)
+            if aim.serves(state):
+                aim.work.jump = jump
+                return state, beyond
+            if not state.status.ok:
+                break
+            beyond = numbers(state)
+            if jump > 0:
+                jump, start = JUMP_STEP * jump, None
+                mean_gap += jump
+            elif weak:
+                # Farther by what it is beyond the target, and by a tolerance.
+                mean_gap += aim.left(state, 1 - tolerance) / rough_slope(aim.problem)
+        del guess, start, state
+    return _undeformed(aim, beyond)
+
+
+def _undeformed(aim: _Aim, beyond: PathState | None) -> tuple[PathState, PathState | None]:
+    """As :func:`_apart`, from the undeformed surface."""
+    problem, heights, weak = aim.problem, sample(aim.problem.heights), attracts_little(aim.problem)
 
     def overlapping(part: float) -> float:
         """Mean gap at which, undeformed, this part of the target would overlap."""
-        return problem.wall.zero_gap + problem.mean_height - float(np.quantile(heights, min(part * target, 1.0)))
+        return problem.wall.zero_gap + problem.mean_height - float(np.quantile(heights, min(part * aim.target, 1.0)))
 
     # Of what would overlap, a little less than a half touches; strong attraction adds to it.
-    for part in (1.2, 0.5, 0.1) if weak else (0.5, 0.1):
-        if (mean_gap := overlapping(part)) <= _lowest(problem):
-            continue
+    first = [overlapping(part) for part in ((1.2, 0.5, 0.1) if weak else (0.5, 0.1))]
+    mean_gap = next((each for each in first if each > _lowest(problem)), np.nan)
+    slope = rough_slope(problem)
+    for attempt in range(COLD_TRIALS if np.isfinite(mean_gap + slope) else 0):
         state = aim.trial(mean_gap, aim.loose, None)
-        if short(state):
-            return state
+        if aim.serves(state):
+            return state, beyond
+        if not state.status.ok:
+            break
+        if attempt > 0 and beyond is not None and (seen := area_slope(beyond, state, problem.grid.size)) < 0:
+            slope = seen
+        # Back to nine tenths of the target, and to less each time.
+        beyond = numbers(state)
+        mean_gap += aim.left(state, 0.9 ** (attempt + 1)) / slope
         del state
-    return aim.trial(overlapping(0.0) + min(problem.wall.range, 10.0), aim.loose, None)
+    return aim.trial(overlapping(0.0) + min(problem.wall.range, 10.0), aim.loose, None), beyond
 
 
-def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real] | None:
-    """Mean gap and gap of the state of that area on the next coarser grid, if that carries the surface."""
+def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real | None, float] | None:
+    """Mean gap and gap of the state of that area on the next coarser grid, if that carries the surface.
+
+    Where the area jumps over the target there, they are those before the jump, with the width of its bracket.
+    One that carries it roughly tells no more than the mean gap, but where attraction adds little.
+    """
     coarse, loose, search = coarser_problem(aim.problem, aim.solver.smallest), aim.loose, aim.search
+    weak, carries = attracts_little(aim.problem), coarse is not None
+    if not carries:
+        coarse = coarser_problem(aim.problem, aim.solver.smallest, roughly=True)
     if coarse is None:
         return None
-    rough = replace(loose, tolerance=max(COARSER * loose.tolerance, _loosened(loose).tolerance))
+    most = (FARTHER, NO_FARTHER) if weak else (LOOSE, LOOSEST)
+    rough = replace(loose, tolerance=max(COARSER * loose.tolerance, _loosened(aim.settings, *most).tolerance))
     # Never so rough that the guess says nothing: after many grids the tolerance would exceed the area itself.
     tolerance = max(search.area_tolerance, min(COARSER * search.area_tolerance, 0.3))
     roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * search.area_resolution)
@@ -359,6 +383,8 @@ def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real] | None:
         return None
     # What is left to the target, by the slope that the search saw last.
     size, slope = coarse.grid.size, aim.work.slope
-    left = _logarithm(target, size) - _logarithm(found.totals.area_rep, size)
-    step = left / slope if slope < 0 and _weak(coarse) else 0.0
-    return found.mean_gap + step, carried_gap(coarse, aim.problem, found)
+    left = area_logarithm(target, size) - area_logarithm(found.totals.area_rep, size)
+    step = left / slope if slope < 0 and attracts_little(coarse) else 0.0
+    jump = 0.0 if found.beyond is None else abs(found.mean_gap - found.beyond.mean_gap)
+    start = carried_gap(coarse, aim.problem, found) if carries or weak else None
+    return found.mean_gap + step, start, jump

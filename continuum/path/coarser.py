@@ -27,14 +27,14 @@ class _Cut:
         return self.stiffness_q
 
 
-def coarser_problem(problem: ContactProblem, smallest: int) -> ContactProblem | None:
-    """The same contact on every second point, if that still shows four points for each wave."""
+def coarser_problem(problem: ContactProblem, smallest: int, *, roughly: bool = False) -> ContactProblem | None:
+    """The same contact on every second point, if that still shows four points for each wave, or two: roughly."""
     grid, coarse = problem.grid, problem.grid.coarser
     if coarse is None or coarse.coarser is None or min(coarse.shape) < smallest:
         return None
     heights_q = grid.forward(problem.heights)
     power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2
-    rows, columns = coarse.coarser.shape_q
+    rows, columns = (coarse if roughly else coarse.coarser).shape_q
     carried = cut(power, (rows, columns - 1)).sum()
     if carried < (1 - LOST_SLOPE) * power.sum():
         return None

@@ -1,0 +1,77 @@
+"""How the area changes with the mean gap: the steps of a search for an area."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuum.model.fourier import Real
+from continuum.model.problem import ContactProblem
+from continuum.path.state import PathState
+
+RIGID = (0.2, 100.0)
+"""Step of a search at least and at most, in units of the one that would do if the surface moved rigidly: it gives way,
+the less there is left to go the more."""
+DECAY, FIRST = 2.2, 4.0
+"""The area of rough surfaces decays with the mean gap as exp(-2.2 u/h_rms) (Persson, Phys. Rev. Lett. 99, 125502
+(2007), has 2 - 2.5); a first step by that is at most so many times the rigid one."""
+WEAK = 0.3
+"""Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
+
+
+def attracts_little(problem: ContactProblem) -> bool:
+    """Whether a search may count on the area of rough surfaces without adhesion, or nearly so."""
+    return problem.wall.range < WEAK * float(sample(problem.heights).std())
+
+
+def rough_slope(problem: ContactProblem) -> float:
+    """Slope d ln(area)/d(mean gap) of a rough surface without adhesion, roughly, in 1/a0; none of a flat one: -inf."""
+    height = float(sample(problem.heights).std())
+    return -DECAY / height if height > 0 else -np.inf
+
+
+def area_logarithm(area: float, size: int) -> float:
+    """The area on a scale on which it is nearly linear in the mean gap: ln A, but -ln(1 - A) beyond half contact.
+
+    Both are joined with one value and slope.  No area, and full contact, count as half a point less.
+    """
+    half = 0.5 / size
+    area = min(max(area, half), 1 - half)
+    return float(np.log(area) if area <= 0.5 else 2 * np.log(0.5) - np.log(1 - area))
+
+
+def area_slope(one: PathState, other: PathState, size: int) -> float:
+    """Change of the logarithm of the area from one state to another over that of the mean gap, in 1/a0."""
+    change = other.mean_gap - one.mean_gap
+    rise = area_logarithm(other.totals.area_rep, size) - area_logarithm(one.totals.area_rep, size)
+    return rise / change if change else np.nan
+
+
+def secant_fraction(before: PathState, after: PathState, target: float, size: int) -> float:
+    """Part of the way from ``before`` to ``after`` at which the secant meets the target."""
+    low, high = (area_logarithm(state.totals.area_rep, size) for state in (before, after))
+    return float(np.clip((area_logarithm(target, size) - low) / (high - low), 0.02, 0.98))
+
+
+def step_to(problem: ContactProblem, before: PathState, target: float, slope: float) -> float:
+    """Step by which the mean gap is lowered.
+
+    The area changes less than if the surface were moved rigidly, which gives the scale.
+    """
+    wall, gap = problem.wall, sample(before.gap)
+    rigid = float(np.quantile(gap, target)) - wall.zero_gap
+    if before.totals.area_rep == 0:
+        return rigid
+    fewest, most = RIGID
+    if not slope < 0:
+        if not attracts_little(problem):
+            return rigid
+        slope, fewest, most = rough_slope(problem), 1.0, FIRST
+    size = problem.grid.size
+    secant = (area_logarithm(before.totals.area_rep, size) - area_logarithm(target, size)) / slope
+    return float(np.clip(secant / rigid, fewest, most)) * rigid if rigid else secant
+
+
+def sample(field: Real) -> Real:
+    """Every k-th row and column, about a million points."""
+    k = max(1, round((field.size / 1e6) ** 0.5))
+    return field[::k, ::k]
