@@ -112,6 +112,8 @@ def test_stripes_have_exact_distances() -> None:
     np.testing.assert_allclose(profile.distance, np.arange(6) * 0.5 + 0.5 - 0.28125)
     assert (profile.cells == 12).all()
     np.testing.assert_allclose(profile.gap, 0.5 * (5 + 17.5))  # one row on each side of the gap between stripes
+    # x = 5, 5.5, ... on the one side and 17.5, 17, ... on the other: two values, half of their difference apart.
+    np.testing.assert_allclose(profile.spread, 0.5 * (17.5 - 5) - 0.5 * np.arange(6))
 
 
 def test_no_contact_and_full_contact_have_no_profile() -> None:
@@ -186,7 +188,12 @@ def test_hertz_pressures_are_uniform_in_their_square() -> None:
     share = p.density * np.diff(p.edges) / np.sum(p.density * np.diff(p.edges))
     # Images at four radii take a few per cent of the load; the lowest bin holds the cut cells of the edge.
     np.testing.assert_allclose(share[2:-1], (2 * np.arange(10) + 1)[2:-1] / 100, rtol=0.15)
-    assert gap_distribution(grid, np.full(grid.shape, 2.0)).density.sum() > 0
+
+
+def test_a_flat_surface_has_one_gap_in_the_middle_of_its_bins() -> None:
+    found = gap_distribution(Grid.square(8), np.full((8, 8), 2.0), bins=5)
+    np.testing.assert_allclose(found.edges, [1.5, 1.7, 1.9, 2.1, 2.3, 2.5])
+    np.testing.assert_allclose(found.density, [0, 0, 5, 0, 0], atol=1e-12)
 
 
 # --- rough contacts ----------------------------------------------------------------------------------------

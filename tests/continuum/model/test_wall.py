@@ -14,7 +14,7 @@ from scipy.special import gamma
 from continuum.arguments import ArgumentError
 from continuum.model.laws import FORMULAS, evaluate
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
-from continuum.model.walls.attraction import Shape, attraction_on_core
+from continuum.model.walls.attraction import AttractionWall, Shape, attraction_on_core
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
 
@@ -235,3 +235,14 @@ def test_a_formula_of_one_gap_is_that_of_many(wall: Wall) -> None:
 
 def test_a_hard_wall_touches_where_no_gap_is_left() -> None:
     np.testing.assert_array_equal(HardWall().touches(np.array([-0.1, 0.0, 1e-300, 0.5])), [True, True, False, False])
+
+
+def test_the_pull_of_an_attraction_is_that_of_the_law_that_it_is_made_of() -> None:
+    """Twice the stiffness at the minimum of the paper's law of this work and range, up to its effective range."""
+    table = AttractionWall(
+        law="attraction-on-core", shape="spline", adhesion_length=0.005, effective_range=0.35, core_stiffness=5.0
+    )
+    law = LennardJonesSpline(adhesion_length=0.005)
+    of_one_range = 24 * law.work_of_adhesion / law.range**2
+    assert of_one_range == pytest.approx(2 * law.minimum_stiffness)
+    assert table.pull == pytest.approx(of_one_range * (law.range / 0.35) ** 2)

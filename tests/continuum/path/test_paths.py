@@ -470,6 +470,7 @@ def _points(result: Path) -> int:
     [
         (8.0, 0.1, LennardJonesSpline(adhesion_length=0.005), []),
         (3.0, 0.1, LennardJonesSpline(0.0), ["shortest wavelength"]),
+        (4.0, 0.1, LennardJonesSpline(0.0), []),  # just the four points that are needed
         (8.0, 0.3, LennardJonesSpline(adhesion_length=0.0005), ["attracts over 0.11"]),
         (8.0, 0.1, Exponential(0.2, 0.4, 5.0), ["softens"]),  # γ/ρ² = 1.25: waves above 2.5 a0 snap in
     ],
