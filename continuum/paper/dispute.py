@@ -84,8 +84,7 @@ def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
         ratios = [np.log(theory.margins(used).to_numpy()) for theory in THEORIES]
         works.append((*name, len(used), *(f"{np.exp(r.mean()):.2g} (x{np.exp(r.std()):.2f})" for r in ratios)))
     if not exponents:
-        msg = "no surface of this sweep has its turn at three λ_s: too few systems are done"
-        raise FigureError(msg)
+        raise FigureError("no surface of this sweep has its turn at three λ_s: too few systems are done")
     names = [theory.name for theory in THEORIES]
     head = ["Δr/h_rms", *(["turned back at (h_rms)"] if peaked else []), "law", "H"]
     measured = [*head, "surfaces", "λ_s (a0)", "Δr/g0", "μ_T", "measured", *(f"{name} (limit)" for name in names)]

@@ -59,8 +59,7 @@ class PaperFigure:
         """
         shown = self.select(data)
         if not len(shown):
-            msg = f"{data.table.listing.name}: {self.needs}"
-            raise FigureError(msg)
+            raise FigureError(f"{data.table.listing.name}: {self.needs}")
         figure, numbers = self.draw(shown)
         caption = self.caption if isinstance(self.caption, str) else self.caption(numbers)
         return Drawing(figure, Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None)), caption)

@@ -46,8 +46,7 @@ def sweep_points(table: PointTable) -> DataFrame:
         If there are none.
     """
     if table.values.size == 0:
-        msg = f"{table.listing.name}: no system of this sweep is done"
-        raise FigureError(msg)
+        raise FigureError(f"{table.listing.name}: no system of this sweep is done")
     points = DataFrame(dict(zip(COLUMNS, table.values.T, strict=True)))
     for name, key in _SETTINGS.items():
         points[name] = table[key]

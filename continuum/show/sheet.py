@@ -74,8 +74,7 @@ class Sheet:
         body = tuple(map(tuple, rows))
         wrong = next((row for row in body if len(row) != len(heads)), None)
         if wrong is not None:
-            msg = f"{title}: a row of {len(wrong)} cells under {len(heads)} columns: {wrong}"
-            raise ValueError(msg)
+            raise ValueError(f"{title}: a row of {len(wrong)} cells under {len(heads)} columns: {wrong}")
         return cls(title, heads, body, note)
 
     @property

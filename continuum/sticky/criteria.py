@@ -174,8 +174,7 @@ class Criterion:
     def __call__(self, contact: RoughContact) -> Estimate:
         """The estimate for a contact; ValueError where the contact lacks what it needs."""
         if not self.possible(contact):
-            msg = f"{self.name} needs the {self.needs} of the contact"
-            raise ValueError(msg)
+            raise ValueError(f"{self.name} needs the {self.needs} of the contact")
         value = self.formula(contact)
         inputs = {name: float(getattr(contact, name)) for name in self.uses}
         why = tuple(filter(None, (limit.why(contact) for limit in self.limits)))

@@ -106,8 +106,7 @@ class Body:
         if modulus is None and poisson is None:
             return None
         if modulus is None or poisson is None:
-            msg = "a body has a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`"
-            raise InterfaceError(msg)
+            raise InterfaceError("a body has a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`")
         return modulus / (1 - poisson**2)
 
 
@@ -187,8 +186,7 @@ def interface(
     elif range is None:
         missing.append("a range of attraction (`range`, or `material`)")
     if contact_modulus is None or work_of_adhesion is None or range is None:
-        msg = "missing: " + "; ".join(missing)
-        raise InterfaceError(msg)
+        raise InterfaceError("missing: " + "; ".join(missing))
     if spacing is None:
         spacings = [m.spacing for m in materials]
         spacing = max((s for s in spacings if s is not None), default=None) if None not in spacings else None

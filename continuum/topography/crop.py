@@ -54,8 +54,7 @@ def wall_from_map(
     for fraction in pair("centre", centre):
         number("centre", fraction, above=0, below=1)
     if count("n", n, 1, LARGEST_N) % 2 and edges == "mirror":
-        msg = f"{topography.source}: mirrors need an even number n of atoms along a side, got {n}"
-        raise TopographyError(msg)
+        raise TopographyError(f"{topography.source}: mirrors need an even number n of atoms along a side, got {n}")
     points = n // 2 if edges == "mirror" else n
     level = detrend(_cut(topography, points, spacing, centre))
     if edges == "mirror":
@@ -77,18 +76,16 @@ def _cut(topography: Topography, points: int, spacing: float, centre: tuple[floa
     at = [s + (np.arange(points) + 0.5) * spacing for s in start]
     if any(x[0] < pixel[0] or x[-1] > pixel[-1] for x, pixel in zip(at, pixels, strict=True)):
         size = " x ".join(readable(length, "length") for length in topography.lengths)
-        msg = (
+        raise TopographyError(
             f"{topography.source}: a part {readable(side, 'length')} wide about {centre} does not lie within the map, "
             f"{size}: a smaller n or spacing, another centre, or another map"
         )
-        raise TopographyError(msg)
     if any(side < _FEWEST * pixel[1] for pixel in pixels):
         widest = readable(max(pixel[1] for pixel in pixels), "length")
-        msg = (
+        raise TopographyError(
             f"{topography.source}: a part {readable(side, 'length')} wide has fewer than {_FEWEST} pixels of {widest}: "
             "it holds no roughness that was measured; a larger n or spacing, or a finer map"
         )
-        raise TopographyError(msg)
     heights = RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])
     pixel = " x ".join(readable(x[1], "length") for x in pixels)
     cut = topography.after(

@@ -72,22 +72,19 @@ def from_instrument(path: Path, part: str | None) -> RawMap:
         except Exception as error:  # vendors' formats fail in all ways
             unknown = type(error).__name__ == "CannotDetectFileFormat"
             reason = "none of its formats" if unknown else str(error) or type(error).__name__
-            msg = f"{path}: SurfaceTopography cannot read it: {reason}"
-            raise TopographyError(msg) from error
+            raise TopographyError(f"{path}: SurfaceTopography cannot read it: {reason}") from error
     names = ", ".join(map(repr, maps)) or "none"
     none = f"holds no map named {part!r}" if part else "holds no map"
     several = f"holds {len(chosen)} maps, choose one by `part`, or all by `part` {ALL!r}"
-    msg = f"{path}: {several if chosen else none}; maps: {names}"
-    raise TopographyError(msg)
+    raise TopographyError(f"{path}: {several if chosen else none}; maps: {names}")
 
 
 def _need_reader(path: Path) -> None:
     if util.find_spec("SurfaceTopography") is None:
-        msg = (
+        raise TopographyError(
             f"{path}: to read this format install SurfaceTopography (pip install 'stickiness[topography]'), "
             "or save the map as .npy or text"
         )
-        raise TopographyError(msg)
 
 
 def is_container(path: Path) -> bool:

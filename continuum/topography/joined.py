@@ -66,15 +66,13 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
         If there is none, or their waves fill less than two bands.
     """
     if not (isinstance(topographies, Sequence) and topographies):
-        msg = f"{source}: topographies: no measurement to join"
-        raise TopographyError(msg)
+        raise TopographyError(f"{source}: topographies: no measurement to join")
     for one in topographies:
         instance("topographies", one, Topography)
     count("seed", seed, 0)
     q, c, scatter = joined_spectrum(topographies)
     if q.size < 2:
-        msg = f"{source}: too few waves to join: a map of at least 16 x 16 points has enough"
-        raise TopographyError(msg)
+        raise TopographyError(f"{source}: too few waves to join: a map of at least 16 x 16 points has enough")
     steps = np.log(q), np.log(c)
 
     def density(wavenumber: Real) -> Real:

@@ -112,8 +112,7 @@ class Topography:
         object.__setattr__(self, "lengths", lengths)
 
     def _refuse(self, why: str) -> None:
-        msg = f"{self.source}: {why}"
-        raise TopographyError(msg)
+        raise TopographyError(f"{self.source}: {why}")
 
     @cached_property
     def grid(self) -> Grid:
@@ -156,11 +155,10 @@ def opposed(first: Topography, second: Topography) -> Topography:
     instance("second", second, Topography)
     if not np.allclose(first.grid.spacing, second.grid.spacing, rtol=1e-6, atol=0):
         pixels = [" x ".join(units.readable(d, "length") for d in t.grid.spacing) for t in (first, second)]
-        msg = (
+        raise TopographyError(
             f"{first.source} and {second.source} have pixels of {pixels[0]} and {pixels[1]}: "
             "heights can be added only on the same points; resample one (statistics need no such thing)"
         )
-        raise TopographyError(msg)
     nx, ny = np.minimum(first.heights.shape, second.heights.shape)
     same = first.heights.shape == second.heights.shape
     heights = first.heights[:nx, :ny] + second.heights[::-1][:nx, :ny]

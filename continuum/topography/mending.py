@@ -50,8 +50,7 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
         heights = heights - heights.mean()
         step += f", then the median of each line along {'xy'[found.axis]}"
     if np.abs(heights).max() <= FLAT * max(np.abs(topography.heights).max(), np.ptp(topography.heights)) * 1e2:
-        msg = f"{topography.source}: the map is a plane: nothing is left when its plane is taken off"
-        raise TopographyError(msg)
+        raise TopographyError(f"{topography.source}: the map is a plane: nothing is left when its plane is taken off")
     return topography.after(heights, step)
 
 
@@ -76,8 +75,7 @@ def prepare(
     except ArgumentError:
         raise
     except ValueError as error:
-        msg = f"`cutoff` {error}"
-        raise TopographyError(msg) from error
+        raise TopographyError(f"`cutoff` {error}") from error
     return cut_off(topography, wavelength)
 
 
@@ -138,8 +136,7 @@ def harmonic(heights: Real, holes: Mask) -> Real:
     if not holes.any():
         return heights.copy()
     if holes.all():
-        msg = "all heights are missing"
-        raise ValueError(msg)
+        raise ValueError("all heights are missing")
     number = np.full(heights.shape, -1)
     number[holes] = np.arange(np.count_nonzero(holes))
     rows, columns, weights = [], [], []

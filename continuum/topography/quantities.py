@@ -21,11 +21,9 @@ def sizes(source: str, text: str | None) -> tuple[float, ...] | None:
     try:
         found = tuple(units.parse(one, "length") for one in text.split(","))
     except ValueError as error:
-        msg = f"{source}: `size` {error}"
-        raise TopographyError(msg) from error
+        raise TopographyError(f"{source}: `size` {error}") from error
     if len(found) > 2:
-        msg = f"{source}: `size` {text!r}: a map has one or two lengths"
-        raise TopographyError(msg)
+        raise TopographyError(f"{source}: `size` {text!r}: a map has one or two lengths")
     return found
 
 
@@ -36,8 +34,7 @@ def length_unit(source: str, name: str | None) -> float | None:
     try:
         return units.unit_size(name, "length")
     except ValueError as error:
-        msg = f"{source}: `unit`: {error}"
-        raise TopographyError(msg) from error
+        raise TopographyError(f"{source}: `unit`: {error}") from error
 
 
 def share(fill: str | float | None) -> float:
@@ -52,8 +49,7 @@ def share(fill: str | float | None) -> float:
     except ValueError:
         value = -1.0
     if not 0 < value <= 0.5:
-        msg = f"`fill` {text!r}: the largest share of points that may be filled, like 5%, at most 50%"
-        raise TopographyError(msg)
+        raise TopographyError(f"`fill` {text!r}: the largest share of points that may be filled, like 5%, at most 50%")
     return value
 
 
@@ -67,8 +63,7 @@ def corners(crop: str | None) -> tuple[float, float, float, float] | None:
         a, b, c, d = (0.0 if _is_zero(one) else units.parse(one, "length") for one in parts)
     except ValueError as error:
         why = error if len(parts) == 4 else f"{len(parts)} lengths"
-        msg = f"`crop` {crop!r}: four lengths, x0,x1,y0,y1, as 1um,9um,1um,9um ({why})"
-        raise TopographyError(msg) from error
+        raise TopographyError(f"`crop` {crop!r}: four lengths, x0,x1,y0,y1, as 1um,9um,1um,9um ({why})") from error
     return a, b, c, d
 
 

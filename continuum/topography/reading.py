@@ -65,11 +65,9 @@ def read_topography(
     """
     path = file_name("path", path)
     if not path.is_file():
-        msg = f"{path}: {'a folder, and no file' if path.is_dir() else 'there is no such file'}"
-        raise TopographyError(msg)
+        raise TopographyError(f"{path}: {'a folder, and no file' if path.is_dir() else 'there is no such file'}")
     if path.stat().st_size == 0:
-        msg = f"{path}: the file is empty"
-        raise TopographyError(msg)
+        raise TopographyError(f"{path}: the file is empty")
     if part == ALL and is_container(path):
         one = partial(
             read_topography, path, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill,
@@ -157,8 +155,7 @@ def read_all(
         If an argument is not allowed; or see :func:`read_topography`.  All maps are looked at before.
     """
     if not 1 <= len(maps) <= 2:
-        msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}"
-        raise TopographyError(msg)
+        raise TopographyError(f"maps: a contact has one or two rough surfaces, got {len(maps)}")
     given = _given(len(maps), size=size, unit=unit, dataset=dataset, part=part)
     corners, limit = quantities.corners(crop), quantities.share(fill)
     always, override = flag("periodic", periodic), flag("override_size", override_size)
@@ -218,8 +215,7 @@ def _whole_array(source: str, **names: str | None) -> None:
     """Refuse to look for a dataset or a part in what is one array."""
     for name, value in names.items():
         if value is not None:
-            msg = f"{source}: `{name}` {value!r}: there is one array; leave it out"
-            raise TopographyError(msg)
+            raise TopographyError(f"{source}: `{name}` {value!r}: there is one array; leave it out")
 
 
 def _each(values: Sequence[str], i: int) -> str | None:
@@ -258,8 +254,7 @@ def _with_units(
         raise TopographyError("\n".join(f"{found.source}: {fault}" for fault in faults))
     lengths = tuple(size or found.size or ())
     if len(lengths) == 2 and found.heights.ndim == 1:
-        msg = f"{found.source}: a line scan has one length: one number in `size`"
-        raise TopographyError(msg)
+        raise TopographyError(f"{found.source}: a line scan has one length: one number in `size`")
     if len(lengths) == 1 and found.heights.ndim == 2:
         nx, ny = found.heights.shape
         lengths = (lengths[0], lengths[0] * ny / nx)
@@ -287,8 +282,7 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
         try:
             heights = crop(heights, (lx, ly), corners)
         except ValueError as error:
-            msg = f"{found.source}: {error}"
-            raise TopographyError(msg) from error
+            raise TopographyError(f"{found.source}: {error}") from error
         if min(heights.shape) < FEWEST:
             points = " x ".join(map(str, heights.shape))
             msg = f"{found.source}: `crop` leaves {points} points: a map has two directions of at least {FEWEST} points"
