@@ -13,8 +13,7 @@ from continuum.arguments import choice, count, flag
 from continuum.files.inputs import load
 from continuum.solve.solution import MOST_THREADS
 from continuum.sticky.materials import Interface, InterfaceError, read_interface
-from continuum.sticky.predict import prediction_of
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import Detrending, prepare

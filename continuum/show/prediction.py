@@ -11,8 +11,7 @@ from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.page import Page
 from continuum.show.prediction_data import remedy_options
-from continuum.show.prediction_faults import fault_figure
-from continuum.show.prediction_figures import contact_figure, overview
+from continuum.show.prediction_figures import contact_figure, fault_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
 from continuum.sticky.prediction import Prediction

@@ -72,8 +72,8 @@ class Topography:
     source : where it comes from, in words.
     steps : what has been done to it, in words.
     cutoff : wavelength below which waves were left out on purpose, in m.
-    lines : of a scan that it stands for (:mod:`continuum.topography.linescan`); 0 for a map.
-    measurements : that it stands for together (:mod:`continuum.topography.joined`); 0 for a map.
+    lines : of a scan that it stands for (:mod:`continuum.topography.spectra`); 0 for a map.
+    measurements : that it stands for together (:mod:`continuum.topography.spectra`); 0 for a map.
 
     Raises
     ------

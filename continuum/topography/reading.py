@@ -21,10 +21,9 @@ from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.model.fourier import Real
 from continuum.topography import quantities
 from continuum.topography.instruments import ALL, RawMap, from_instrument, is_container, measurements
-from continuum.topography.joined import joined
-from continuum.topography.linescan import isotropic_surface
 from continuum.topography.map import FEWEST, Topography, TopographyError, heights_of
 from continuum.topography.mending import crop, harmonic
+from continuum.topography.spectra import isotropic_surface, joined
 
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 

@@ -23,7 +23,7 @@ from continuum.theory.rough import conformal_energy
 from continuum.topography.map import Topography, mirror
 
 BANDS_PER_DECADE = 12
-"""Number of the logarithmic bands that a fit sees."""
+"""Number of the logarithmic bands in which spectra are averaged."""
 MODEL_ERROR = 0.1
 """Relative deviation of a band from a power law that counts as none."""
 EMPTY = 1e-3
