@@ -17,8 +17,7 @@ from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import Detrending, prepare
-from continuum.topography.quantities import share
-from continuum.topography.reading import read_all
+from continuum.topography.reading import read_all, share
 
 READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff"}
 """Arguments that are used when the maps are read."""
