@@ -7,26 +7,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS
 from atomistic.response.discreteness import Discreteness
-from continuum.show.plot import (
-    ATTRACTED_COLOUR,
-    COLUMN,
-    DIFFERENT_COLOUR,
-    PAGE,
-    REPULSIVE_COLOUR,
-    SERIES,
-    broken,
-    contact_image,
-    new_figure,
-    save_figure,
-    styled,
-)
+from continuum.show import plot
 
 LABELS = {
     "half-space": "half-space, ν = 1/2",
@@ -35,7 +22,7 @@ LABELS = {
     "lattice": "lattice Green's function",
     "atoms": "atoms (LAMMPS)",
 }
-_COLOURS = dict(zip(RUNGS, SERIES, strict=False))
+_COLOURS = dict(zip(RUNGS, plot.SERIES, strict=False))
 _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 """Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
 
@@ -43,10 +30,12 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:
     """Draw every figure into a folder, as PNG and PDF; returns the PNG files."""
     figures = {"contact": rung_contact_maps(archive), "curves": curves(archive), "scaling": scaling(archive)}
-    return [save_figure(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None]
+    return [
+        plot.save_figure(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None
+    ]
 
 
-@styled
+@plot.styled
 def rung_contact_maps(archive: Archive) -> Figure:
     """Contact on the lattice Green's function and on atoms, side by side, and the points that differ.
 
@@ -54,17 +43,18 @@ def rung_contact_maps(archive: Archive) -> Figure:
     """
     columns = archive.columns
     rows = [_shown_state(archive, case) for case in dict.fromkeys(columns["case"].tolist())]
-    figure = new_figure(PAGE, 2.3 * len(rows) + 0.5)
-    axes = figure.subplots(len(rows), 3, squeeze=False)
+    figure, axes = plot.new_axes(plot.PAGE, 2.3 * len(rows) + 0.5, len(rows), 3, squeeze=False)
     nx, ny = columns["contact"].shape[2:]
     i, j = RUNGS.index("lattice"), RUNGS.index("atoms")
     for state, row in zip(rows, axes, strict=True):
         a, b = columns["contact"][i, state], columns["contact"][j, state]
         for axis, kinds in ((row[0], a), (row[1], b)):
-            contact_image(axis, kinds, (float(nx), float(ny)))
-        contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
+            plot.contact_image(axis, kinds, (float(nx), float(ny)))
+        plot.contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
         for x, y in np.argwhere(a != b):
-            row[2].plot(x + 0.5, y + 0.5, "s", markersize=4, markerfacecolor="none", markeredgecolor=DIFFERENT_COLOUR)
+            row[2].plot(
+                x + 0.5, y + 0.5, "s", markersize=4, markerfacecolor="none", markeredgecolor=plot.DIFFERENT_COLOUR
+            )
         area = columns["area_rep"][j, state]
         row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
         differ = int(np.count_nonzero(a != b))
@@ -77,9 +67,8 @@ def rung_contact_maps(archive: Archive) -> Figure:
         axis.set_xlabel("x ($a_0$)")
     figure.legend(
         handles=[
-            Patch(facecolor=REPULSIVE_COLOUR, label="repulsive"),
-            Patch(facecolor=ATTRACTED_COLOUR, label="attracted"),
-            Line2D([], [], marker="s", linestyle="", markerfacecolor="none", markeredgecolor=DIFFERENT_COLOUR,
+            *plot.contact_key(),
+            Line2D([], [], marker="s", linestyle="", markerfacecolor="none", markeredgecolor=plot.DIFFERENT_COLOUR,
                    label="differs"),
         ],
         loc="outside lower center",
@@ -97,7 +86,7 @@ def _shown_state(archive: Archive, case: str) -> int:
     return int(mine[np.argsort(areas)[len(areas) // 2]])
 
 
-@styled
+@plot.styled
 def curves(archive: Archive) -> Figure | None:
     """Repulsive area and load against mean gap along the approach, on the lattice; what other rungs add to its load.
 
@@ -109,8 +98,9 @@ def curves(archive: Archive) -> Figure | None:
         return None
     cases = list(dict.fromkeys(columns["curve_case"].tolist()))
     atoms = RUNGS.index("atoms")
-    figure = new_figure(PAGE if len(cases) > 1 else COLUMN, 5.6)
-    axes = figure.subplots(3, len(cases), squeeze=False, sharex="col")
+    figure, axes = plot.new_axes(
+        plot.PAGE if len(cases) > 1 else plot.COLUMN, 5.6, 3, len(cases), squeeze=False, sharex="col"
+    )
     for case, (area_axis, load_axis, difference_axis) in zip(cases, axes.T, strict=True):
         along = {
             rung: {
@@ -133,9 +123,9 @@ def curves(archive: Archive) -> Figure | None:
         for (rung, curve), (style, width) in zip(along.items(), _LINES, strict=True):
             look = {"color": _COLOURS[rung], "label": LABELS[rung], "linestyle": style, "linewidth": width}
             if rung == "lattice":
-                area_axis.plot(*broken(curve["mean_gap"], curve["area_rep"]), **look)
-                load_axis.plot(*broken(curve["mean_gap"], curve["load"]), **look)
-            difference_axis.plot(*broken(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"])), **look)
+                area_axis.plot(*plot.broken(curve["mean_gap"], curve["area_rep"]), **look)
+                load_axis.plot(*plot.broken(curve["mean_gap"], curve["load"]), **look)
+            difference_axis.plot(*plot.broken(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"])), **look)
         look = {"color": _COLOURS["atoms"], "markerfacecolor": "none", "label": LABELS["atoms"]}
         area_axis.plot(points["mean_gap"], points["area_rep"], "o", **look)
         load_axis.plot(points["mean_gap"], points["load"], "o", **look)
@@ -156,7 +146,7 @@ def _wall_and_slope(archive: Archive, state: int) -> str:
     return f"$\\ell_a$ = {length:g} $a_0$, $h'_{{rms}}$ = {slope:g}"
 
 
-@styled
+@plot.styled
 def scaling(archive: Archive) -> Figure | None:
     """Load and displacement difference of lattice response and atoms against the slope, without adhesion."""
     columns = archive.columns
@@ -164,8 +154,7 @@ def scaling(archive: Archive) -> Figure | None:
     fits = [fit for fit in budget.exponents(columns) if fit.adhesion_length == 0]
     if not fits:
         return None
-    figure = new_figure(PAGE, 3.4)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = plot.new_axes(plot.PAGE, 3.4, 1, 2)
     areas = sorted({fit.area for fit in fits})
     markers = dict(zip(sorted({fit.seed for fit in fits}), "osv^D", strict=False))
     for axis, quantity, expected, label in (
@@ -182,7 +171,7 @@ def scaling(archive: Archive) -> Figure | None:
                 h[order],
                 values[order],
                 marker=markers.get(fit.seed, "o"),
-                color=SERIES[areas.index(fit.area) % len(SERIES)],
+                color=plot.SERIES[areas.index(fit.area) % len(plot.SERIES)],
                 markerfacecolor="none",
                 linewidth=0.8,
             )
@@ -201,10 +190,9 @@ def scaling(archive: Archive) -> Figure | None:
             va="top",
             fontsize=8,
         )
-        axis.set_xlabel("rms slope $h'_{rms}$")
-        axis.set_ylabel(label)
+        axis.set(xlabel="rms slope $h'_{rms}$", ylabel=label)
     handles = [
-        Line2D([], [], color=SERIES[i % len(SERIES)], label=f"$A_{{rep}}/A_0$ = {area:g}")
+        Line2D([], [], color=plot.SERIES[i % len(plot.SERIES)], label=f"$A_{{rep}}/A_0$ = {area:g}")
         for i, area in enumerate(areas)
     ] + [
         Line2D([], [], marker=m, color="0.3", markerfacecolor="none", linestyle="", label=f"seed {s}")
@@ -214,42 +202,40 @@ def scaling(archive: Archive) -> Figure | None:
     return figure
 
 
-@styled
+@plot.styled
 def draw_contact_modulus(modulus: ContactModulus, stem: Path, title: str) -> Path:
     """E*(100) over its mean, against the direction of the wavevector; returns the PNG file."""
-    figure = new_figure(COLUMN, 2.6)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(plot.COLUMN, 2.6)
     relative = modulus.values / modulus.mean
-    axis.plot(np.degrees(modulus.angles), relative, color=SERIES[0])
+    axis.plot(np.degrees(modulus.angles), relative, color=plot.SERIES[0])
     axis.axhline(1, color="0.6", linewidth=0.8, linestyle="--")
     axis.set_xticks([0, 22.5, 45, 67.5, 90], ["0°\n[100]", "22.5°", "45°\n[110]", "67.5°", "90°\n[010]"])
-    axis.set_xlim(0, 90)
-    axis.set_xlabel("direction of the wavevector in the (100) surface")
-    axis.set_ylabel(r"$E^*(\theta)\,/\,E^*$")
-    axis.set_title(f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean")
-    return save_figure(figure, stem)
+    axis.set(
+        xlim=(0, 90),
+        xlabel="direction of the wavevector in the (100) surface",
+        ylabel=r"$E^*(\theta)\,/\,E^*$",
+        title=f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean",
+    )
+    return plot.save_figure(figure, stem)
 
 
-@styled
+@plot.styled
 def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     """Stiffness of lattice against continuum over q, all waves and the two limits; returns the PNG file."""
-    figure = new_figure(COLUMN, 2.8)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(plot.COLUMN, 2.8)
     q = 2 * np.pi / found.wavelength
     # 0 along <110>, 1 along <100>.
     turn = (1 - np.cos(4 * found.angle)) / 2
-    for low, high, colour, label in ((0.0, 0.1, SERIES[0], "[110]"), (0.9, 1.0, SERIES[5], "[100]")):
+    for low, high, colour, label in ((0.0, 0.1, plot.SERIES[0], "[110]"), (0.9, 1.0, plot.SERIES[5], "[100]")):
         near = (turn >= low) & (turn <= high)
         axis.plot(q[near], 100 * found.difference[near], ".", color=colour, markersize=2.5, label=f"near {label}")
     between = (turn > 0.1) & (turn < 0.9)
     axis.plot(q[between], 100 * found.difference[between], ".", color="0.8", markersize=1, zorder=0, label="between")
     limit = np.array([0, 0.8])
-    for slope, colour in ((found.along_110, SERIES[0]), (found.along_100, SERIES[5])):
+    for slope, colour in ((found.along_110, plot.SERIES[0]), (found.along_100, plot.SERIES[5])):
         axis.plot(limit, 100 * slope * limit, "-", color=colour, linewidth=1)
     axis.axhline(0, color="0.6", linewidth=0.8)
-    axis.set_xlim(0, 4.5)
-    axis.set_xlabel("wavenumber q ($1/a_0$)")
-    axis.set_ylabel(r"$K_{lattice}/K_{continuum} - 1$ (%)")
+    axis.set(xlim=(0, 4.5), xlabel="wavenumber q ($1/a_0$)", ylabel=r"$K_{lattice}/K_{continuum} - 1$ (%)")
     above = axis.secondary_xaxis("top")
     lengths = (64, 16, 8, 4, 3, 2)
     above.set_xticks([2 * np.pi / length for length in lengths], [str(length) for length in lengths])
@@ -257,4 +243,4 @@ def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     axis.text(0.03, 0.97, title, transform=axis.transAxes, va="top")
     axis.set_ylim(bottom=min(axis.get_ylim()[0], -0.6 * axis.get_ylim()[1]))  # room below for what the points are
     axis.legend(markerscale=3, loc="lower left")
-    return save_figure(figure, stem)
+    return plot.save_figure(figure, stem)

@@ -53,8 +53,7 @@ def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     quarter, small = max(n // 4, 16), min(max(int(80 / spacing), 16), n // 2)
     whole = first[0].contact_map(first[1])
     i, j = _window(whole == REPULSIVE, quarter)
-    figure = plot.new_figure(3.0 * (len(chosen) + 1), 6.0)
-    axes = figure.subplots(2, len(chosen) + 1, squeeze=False)
+    figure, axes = plot.new_axes(3.0 * (len(chosen) + 1), 6.0, 2, len(chosen) + 1, squeeze=False)
     plot.contact_image(axes[0, 0], whole, first[0].grid.lengths)
     axes[0, 0].add_patch(Rectangle((i * spacing, j * spacing), quarter * spacing, quarter * spacing,
                                    fill=False, edgecolor="#0072b2", linewidth=1.2))  # fmt: skip
@@ -113,8 +112,7 @@ def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     shown = inside.astype(int) + (inside & ~edge)
     part = shown[i : i + width, j : j + width]
     neighbours = np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])
-    figure = plot.new_figure(6.4, 3.4)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = plot.new_axes(6.4, 3.4, 1, 2)
     for axis, cells in ((left, neighbours), (right, part)):
         axis.pcolormesh(
             cells.T, cmap=ListedColormap(["white", "0.65", "black"]), vmin=0, vmax=2, edgecolors="0.85", lw=0.3

@@ -44,8 +44,7 @@ def _numbers(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:
 def draw_area_against_load(points: DataFrame) -> Drawn:
     """Fig. 2: A_rep/A0 against N/(h' E* A0), one curve for each adhesion length."""
     points = points.assign(scaled=points.load / points.rms_slope)
-    figure = plot.new_figure(5.2, 3.8)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(5.2, 3.8)
     for length, same in points.groupby("length"):
         shade = adhesion_colour(length)
         name: str | None = rf"$\ell_a/a_0 = {length:g}$, each line a surface"
@@ -60,8 +59,7 @@ def draw_area_against_load(points: DataFrame) -> Drawn:
     if not points.valid.all():
         axis.plot([], [], "o", color="0.3", markerfacecolor="none", label=r"$A_{rep} < 10\lambda_s^2$")
     axis.axvline(0, color="0.7", linewidth=0.6)
-    axis.set_xlabel(r"$N/(h'_{rms} E^* A_0)$")
-    axis.set_ylabel(r"$A_{rep}/A_0$")
+    axis.set(xlabel=r"$N/(h'_{rms} E^* A_0)$", ylabel=r"$A_{rep}/A_0$")
     axis.legend(fontsize=7)
     return figure, _numbers(points, {"N/(h' E* A0)": points.scaled, "A_rep/A0": points.area_rep})
 
@@ -81,8 +79,7 @@ def draw_loads(points: DataFrame) -> Drawn:
         (r"$h'_{rms}A_{rep}/(2A_0)$", r"$N_{rep}/(E^*A_0)$", r"$\kappa_{rep} = 2$"),
         (r"$A_{rep}/A_0$", r"$(P/A_0)\,(4h'_{rms}/h''_{rms})/\pi$", r"$d_{rep} = 4h'/h''$"),
     )
-    figure = plot.new_figure(9.6, 3.4)
-    axes = figure.subplots(1, 3)
+    figure, axes = plot.new_axes(9.6, 3.4, 1, 3)
     some = [points.area_att * points.length > 0, points.valid, points.valid]
     pairs = list(shown.values())
     for axis, x, y, mask, (across, up, name) in zip(axes, pairs[::2], pairs[1::2], some, labels, strict=True):
@@ -114,8 +111,7 @@ def draw_kappa(points: DataFrame) -> Drawn:
         inverse=1 / points.kappa_att.where(points.kappa_att > 0, np.inf), ratio=points.area_rep / points.area_att
     )
     shown = _over_surfaces(points, "inverse", "ratio", "load")
-    figure = plot.new_figure(8.8, 4.2)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = plot.new_axes(8.8, 4.2, 1, 2)
     x = 1 / shown.expected_kappa_att
     draw_points(left, shown, x, shown.inverse, shown.inverse_scatter)
     sticky = shown.load < 0
@@ -144,8 +140,7 @@ def draw_perimeter(points: DataFrame) -> Drawn:
     """Fig. S-2: P d/(π A_rep) against the mean chord d."""
     chord = points.chord
     ratio = points.perimeter * chord / (np.pi * points.area_rep * points.area)
-    figure = plot.new_figure(5.4, 3.8)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(5.4, 3.8)
     draw_points(axis, points, chord, ratio)
     # One frame for all sweeps, with room for the legend below the curve that points of any chord make.
     low, high = axis.get_ylim()
@@ -155,8 +150,7 @@ def draw_perimeter(points: DataFrame) -> Drawn:
     plain_ticks(axis)
     axis.axhline(1, color="0.5", linewidth=0.9, label="equal")
     axis.axvline(10, color="0.5", linewidth=0.9, linestyle=":", label="below 10 $a_0$ cells show")
-    axis.set_xlabel("mean chord of $A_{rep}$ ($a_0$)")
-    axis.set_ylabel(r"$P\,d/(\pi A_{rep})$")
+    axis.set(xlabel="mean chord of $A_{rep}$ ($a_0$)", ylabel=r"$P\,d/(\pi A_{rep})$")
     symbol_legend(axis, points, loc="lower right", fontsize=6)
     return figure, _numbers(points, {"chord (a0)": chord, "P d/(pi A_rep)": ratio})
 
@@ -177,8 +171,7 @@ def largest_tension(points: DataFrame) -> DataFrame:
 def draw_tension(points: DataFrame) -> Drawn:
     """Fig. S-3: the largest tension on approach against h_rms/δ_c, beside Fuller and Tabor."""
     pulls = points[points.tension > 0]
-    figure = plot.new_figure(5.4, 4.0)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(5.4, 4.0)
     draw_points(axis, pulls, pulls.ratio, pulls.tension)
     ratio = np.geomspace(0.3, 30, 40)
     theory = np.array([rough.fuller_tabor(float(r)) for r in ratio])
@@ -203,8 +196,7 @@ def draw_inverse_kappa(points: DataFrame, *, key: str, label: str, column: str, 
     column : "kappa" or "kappa_rep".
     along : keys that change together with it.
     """
-    figure = plot.new_figure(5.0, 3.6)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(5.0, 3.6)
     body = []
     for length, same in points.groupby("length"):
         for _, curve in same.groupby(alike(same, f"surface.{key}", "surface.seed", *along), sort=False):
@@ -236,8 +228,7 @@ def draw_laws(points: DataFrame) -> Drawn:
         "law": points.law, "l_a (a0)": points.length, "effective range (a0)": points.effective_range,
         "1/kappa_att theory": 1 / points.expected_kappa_att, "1/kappa_att": 1 / points.kappa_att,
     })  # fmt: skip
-    figure = plot.new_figure(4.6, 3.8)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(4.6, 3.8)
     for i, (law, mine) in enumerate(numbers.groupby("law")):
         axis.plot(mine["1/kappa_att theory"], mine["1/kappa_att"], "os^Dv"[i % 5], color=plot.SERIES[i], label=law)
     ends = np.array(axis.get_xlim())
@@ -254,8 +245,7 @@ def draw_stiffness(points: DataFrame) -> Drawn:
         "l_a (a0)": points.length, "seed": points.seed.astype(float), "N/A0 (E*)": points.load,
         "k_N h_rms/A0 (E*)": points.stiffness * points.rms_height,
     })  # fmt: skip
-    figure = plot.new_figure(5.0, 3.6)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(5.0, 3.6)
     for _, path in numbers.groupby(points.system):
         axis.plot(path["N/A0 (E*)"], path["k_N h_rms/A0 (E*)"], "o-",
                   color=adhesion_colour(path["l_a (a0)"].iloc[0]), markersize=3, linewidth=0.8)  # fmt: skip
@@ -275,8 +265,7 @@ def whole_cycles(points: DataFrame) -> DataFrame:
 def draw_pull_off(points: DataFrame) -> Drawn:
     """Cycles of load against mean gap, and the pull-off against how far the contact was pressed before."""
     numbers = _cycles(points)
-    figure = plot.new_figure(8.8, 3.6)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = plot.new_axes(8.8, 3.6, 1, 2)
     peak, pull = "peak A_rep/A0", "pull-off (E*)"
     surfaces = ["l_a (a0)", "seed"]
     for system in numbers.groupby(surfaces, sort=False)[peak].idxmax():
@@ -327,8 +316,7 @@ def long_paths(points: DataFrame) -> DataFrame:
 def draw_diameter(points: DataFrame) -> Drawn:
     """Mean diameter of the patches over 4h'/h'' against the area, a line for each path."""
     ratio = points.diameter / points.expected_diameter
-    figure = plot.new_figure(5.4, 4.0)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(5.4, 4.0)
     axis.axhspan(0.5, 2, color="0.94", zorder=0, label="within a factor of two")
     if points.system.nunique() <= _LINES:
         for _, path in points.groupby("system"):

@@ -27,8 +27,7 @@ _COLOURS = (*plot.SERIES, "black")
 @plot.styled
 def overview(prediction: Prediction) -> Figure:
     """Map, spectrum, and what depends on the smallest wavelength."""
-    figure = plot.new_figure(plot.PAGE, 6.8)
-    (image, density), (slopes, margins) = figure.subplots(2, 2)
+    figure, ((image, density), (slopes, margins)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
     _draw_map(image, prediction)
     _draw_spectrum(density, prediction)
     cuts = [cut for cut, _ in prediction.cuts]
@@ -45,23 +44,15 @@ def length_scale(value: float) -> tuple[float, str]:
 
 def _draw_map(axis: Axes, prediction: Prediction) -> None:
     topography = prediction.topographies[0]
+    size, name = length_scale(max(topography.lengths))
+    most = 3 * topography.heights.std()
     # Heights of less than a nanometre are still read in nanometres.
-    (size, name), (height, height_name) = (
-        length_scale(max(topography.lengths)),
-        length_scale(max(3 * topography.heights.std(), 1e-9)),
-    )
-    image = axis.imshow(
-        topography.heights.T / height,
-        origin="lower",
-        extent=(0, topography.lengths[0] / size, 0, topography.lengths[1] / size),
-        vmin=-3 * topography.heights.std() / height,
-        vmax=3 * topography.heights.std() / height,
-        cmap="cividis",
-    )
+    height, height_name = length_scale(max(most, 1e-9))
+    lengths = [length / size for length in topography.lengths]
+    image = plot.map_image(axis, topography.heights / height, lengths, "cividis", (-most / height, most / height))
     # Inside the axes' own frame, so that it stays beside a map of any shape.
     axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=f"height ({height_name})")
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title="map, ± 3 h_rms")
-    axis.spines[:].set_visible(True)
 
 
 def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
@@ -126,8 +117,7 @@ def _draw_margins(axis: Axes, prediction: Prediction) -> None:
 @plot.styled
 def contact_figure(simulation: Simulation) -> Figure:
     """Where the solved contact repels and attracts."""
-    figure = plot.new_figure(4.2, 4.2)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(4.2, 4.2)
     unit, name = length_scale(max(simulation.lengths))
     period = (simulation.lengths[0] / unit, simulation.lengths[1] / unit)
     nx, ny = simulation.shape
@@ -142,8 +132,7 @@ def fault_figure(prediction: Prediction) -> Figure:
     """The first map with a fault: marks on the map, offsets of lines, spectra by direction, heights."""
     i = next(i for i, found in enumerate(prediction.findings) if found.faults)
     topography, found = prediction.topographies[i], prediction.findings[i]
-    figure = plot.new_figure(plot.PAGE, 6.8)
-    (image, offsets), (spectra, heights) = figure.subplots(2, 2)
+    figure, ((image, offsets), (spectra, heights)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
     _marks(image, topography, found)
     _offsets(offsets, topography, found)
     _spectra(spectra, topography)
@@ -154,9 +143,8 @@ def fault_figure(prediction: Prediction) -> Figure:
 def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
     """The map in grey, scars and outliers in red, displaced lines in blue."""
     size, name = length_scale(max(topography.lengths))
-    lx, ly = (length / size for length in topography.lengths)
-    low, high = np.quantile(topography.heights, (0.01, 0.99))
-    axis.imshow(topography.heights.T, origin="lower", extent=(0, lx, 0, ly), cmap="gray", vmin=low, vmax=high)
+    lengths = [length / size for length in topography.lengths]
+    plot.map_image(axis, topography.heights, lengths, "gray", np.quantile(topography.heights, (0.01, 0.99)))
     x, y = np.nonzero(found.marked)
     pixel = topography.grid.spacing
     axis.plot((x + 0.5) * pixel[0] / size, (y + 0.5) * pixel[1] / size, "s", color="red", markersize=1.0)
@@ -164,7 +152,6 @@ def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
         draw = axis.axhline if found.lines.axis == 0 else axis.axvline
         draw((line + 0.5) * pixel[1 - found.lines.axis] / size, color="blue", linewidth=0.6)
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title="scars (red), displaced lines (blue)")
-    axis.spines[:].set_visible(True)
 
 
 def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
