@@ -51,7 +51,6 @@ class Claim:
     """What counts as reproduced; and, after a semicolon, as reproduced with a remark."""
 
     def finding(self, points: DataFrame) -> Finding:
-        """What the points of a sweep say of it."""
         rows = points.query(self.query)
         found = None if rows.empty else self.judge(rows)
         return found or Finding("not looked at", "no points for it in this sweep", 0)
@@ -69,7 +68,6 @@ def _word(good: bool | np.bool_, fair: bool | np.bool_ = False) -> Word:
 
 
 def _spread(values: ArrayLike) -> str:
-    """Mean, standard deviation and range."""
     found = np.asarray(values)
     return f"{found.mean():.3g} ± {found.std():.2g} ({found.min():.3g} - {found.max():.3g})"
 

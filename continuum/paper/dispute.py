@@ -167,11 +167,6 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
     ----------
     sweeps : name of the folder and table; paths with a way back are judged by their pull-off, others by their load.
     path : of the page, in Markdown; figures lie beside it.
-
-    Raises
-    ------
-    FigureError
-        If a sweep has too few surfaces that turn sticky.
     """
     parts, written = ["# Which theory is right: the numbers\n"], list[Path]()
     for name, table in sweeps:
@@ -205,7 +200,6 @@ def many_contacts(turns: DataFrame) -> list[Sheet]:
 
 
 def _losses(turns: DataFrame) -> str:
-    """The work lost in a cycle at the crossover."""
     peaks = turns.assign(peak_gap=[float(peak or 0) for peak in turns.peak])
     rows = [
         (group.peak.iloc[0], str(hurst), str(cut), len(group), f"{np.mean(group.loss):.3f}")

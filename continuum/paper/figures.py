@@ -50,13 +50,7 @@ class PaperFigure:
 
     @plot.styled
     def make(self, data: SweepData) -> Drawing:
-        """Draw the figure.
-
-        Raises
-        ------
-        FigureError
-            If the sweep has no point for it.
-        """
+        """Draw the figure."""
         shown = self.select(data)
         if not len(shown):
             raise FigureError(f"{data.table.listing.name}: {self.needs}")
@@ -66,13 +60,7 @@ class PaperFigure:
 
 
 def save_drawing(drawing: Drawing, stem: Path) -> list[Path]:
-    """Write ``stem.png``, ``stem.pdf`` and ``stem.csv``; returns PNG and CSV.
-
-    Raises
-    ------
-    OutputError
-        If they cannot be written there.
-    """
+    """Write ``stem.png``, ``stem.pdf`` and ``stem.csv``; returns PNG and CSV."""
     picture = plot.save_figure(drawing.figure, stem)
     return [picture, output.save(stem.with_name(f"{stem.name}.csv"), drawing.sheet.csv())]
 

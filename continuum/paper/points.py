@@ -24,7 +24,7 @@ _SETTINGS = {
 
 
 class FigureError(InputError, ValueError):
-    """A figure cannot be made of this sweep."""
+    """A figure, or a page, cannot be made of this sweep: it has no, or too few, points for it."""
 
 
 def sweep_points(table: PointTable) -> DataFrame:
@@ -39,11 +39,6 @@ def sweep_points(table: PointTable) -> DataFrame:
     * ``reference``: κ is read here, the approaching point of each system of smallest valid area from about 1 % on;
     * ``expected_diameter``, ``expected_ratio``, ``expected_kappa_att``: d_rep = 4h'/h'', A_rep/A_att of Eq. (4), and
       κ_att of Eqs. (3) and (4) with the effective range of Eq. (S-5).
-
-    Raises
-    ------
-    FigureError
-        If there are none.
     """
     if table.values.size == 0:
         raise FigureError(f"{table.listing.name}: no system of this sweep is done")
@@ -89,5 +84,4 @@ class SweepData:
 
     @cached_property
     def points(self) -> DataFrame:
-        """See :func:`sweep_points`."""
         return sweep_points(self.table)

@@ -69,13 +69,7 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
 
 @styled
 def save_figure(figure: Figure, stem: Path) -> Path:
-    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first.
-
-    Raises
-    ------
-    OutputError
-        If they cannot be written there.
-    """
+    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first."""
     output.folder(stem.parent)
     paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
     for one, path in zip(_formats.get(), paths, strict=True):

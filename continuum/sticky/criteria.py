@@ -114,12 +114,10 @@ class Estimate:
 
     @property
     def valid(self) -> bool:
-        """Whether the contact lies in the range of the theory."""
         return not self.why
 
     @property
     def sticky(self) -> bool | None:
-        """The verdict, if there is one."""
         return None if self.margin is None else self.margin > 1
 
     def turning_modulus(self, contact: RoughContact) -> float | None:
@@ -182,7 +180,6 @@ class Criterion:
         return Estimate(self.name, self.symbol, value, self.unit, self.source, inputs, why, margin, self.key)
 
     def possible(self, contact: RoughContact) -> bool:
-        """Whether the contact has all that it needs."""
         return not self.needs or getattr(contact, self.needs) is not None
 
 

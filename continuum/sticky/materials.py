@@ -56,7 +56,6 @@ class Material:
 
 
 def _materials() -> dict[str, Material]:
-    """The entries of ``materials.toml``."""
     text = resources.files("continuum.sticky").joinpath("materials.toml").read_text(encoding="utf-8")
     return {
         name: Material(**entry | {"name": name, "sources": tuple(entry["sources"])})
@@ -92,13 +91,7 @@ class Body:
 
     @property
     def plane_strain_modulus(self) -> float | None:
-        """E/(1 - ν²), in Pa; None if nothing is known of the body.
-
-        Raises
-        ------
-        InterfaceError
-            If one of E and ν is missing.
-        """
+        """E/(1 - ν²), in Pa; None if nothing is known of the body, an InterfaceError if one of E and ν is missing."""
         modulus, poisson = self.modulus, self.poisson
         if self.material is not None:
             modulus = self.material.modulus if modulus is None else modulus

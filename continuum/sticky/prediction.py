@@ -63,7 +63,6 @@ class Prediction:
 
     @property
     def faults(self) -> tuple[MapFault, ...]:
-        """Faults of the maps."""
         return tuple(fault for found in self.findings for fault in found.faults)
 
     @property
@@ -73,7 +72,6 @@ class Prediction:
 
     @property
     def paper(self) -> Estimate:
-        """The paper's criterion."""
         return self.estimates[0]
 
     def number(self, key: str) -> Estimate:
@@ -100,13 +98,7 @@ class Prediction:
 
     @property
     def facing(self) -> Topography:
-        """The map of the contact, or its two maps put face to face.
-
-        Raises
-        ------
-        TopographyError
-            If that cannot be done.
-        """
+        """The map of the contact, or its two maps put face to face, where that can be done."""
         maps = self.topographies
         return maps[0] if len(maps) == 1 else opposed(*maps)
 
@@ -132,7 +124,6 @@ class Prediction:
 
     @property
     def sentence(self) -> str:
-        """The answer in one sentence."""
         from continuum.show.prediction import prediction_sentence
 
         return prediction_sentence(self)

@@ -214,7 +214,6 @@ def _outlier_lines(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
-    """A plane that carries most of the heights."""
     plane = float(np.var(background(topography, 1)[0]) / np.var(topography.heights))
     if topography.periodic or plane < BACKGROUND_SHARE:
         return None
@@ -222,7 +221,6 @@ def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _bow(topography: Topography, marks: Marks) -> MapFault | None:
-    """A paraboloid that carries most of what the plane leaves."""
     plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
     whole = float(np.var(topography.heights))
     left = whole - plane

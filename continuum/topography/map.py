@@ -125,7 +125,6 @@ class Topography:
         return hashlib.sha256(self.heights.tobytes() + np.array(self.lengths).tobytes()).hexdigest()
 
     def after(self, heights: Real, step: str, **changes: Any) -> Topography:
-        """The map with other heights, and what was done."""
         return replace(self, heights=heights, steps=(*self.steps, step), **changes)
 
 

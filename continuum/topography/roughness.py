@@ -84,7 +84,6 @@ class Roughness:
         return tuple(np.cumsum(share) for share in self.shares)
 
     def cut(self, wavelength: float) -> Cut:
-        """The roughness of wavelengths above a cut-off."""
         wavelength = number("wavelength", wavelength, above=0)
         # One part in 1e9: a mode that lies on the cut-off belongs to the surface.
         count = int(np.searchsorted(self.wavenumber, 2 * np.pi / wavelength * (1 + 1e-9), "right"))
