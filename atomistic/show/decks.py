@@ -16,6 +16,7 @@ from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
 from continuum.show.plot import PAGE, SERIES, contact_image, new_axes, save_figure, styled
+from continuum.show.runs import words
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 
 _JUMP = 0.25
@@ -47,7 +48,7 @@ def _steps(run: DeckRun) -> Sheet:
         {"k_B T (E* a0³)": "temperature"} if moves else {"evaluations": "evaluations"}
     )
     rows: list[list[Entry]] = [
-        [i, *(getattr(step, name) for name in columns.values()), step.status.lower().replace("_", " ")]
+        [i, *(getattr(step, name) for name in columns.values()), words(step.status)]
         for i, step in enumerate(run.steps, 1)
     ]
     heads = ["step", *columns, "status"]

@@ -56,13 +56,6 @@ class Claim:
         return found or Finding("not looked at", "no points for it in this sweep", 0)
 
 
-class ClaimVerdict(NamedTuple):
-    """A claim with what was found."""
-
-    claim: Claim
-    finding: Finding
-
-
 def _word(good: bool | np.bool_, fair: bool | np.bool_ = False) -> Word:
     return "reproduced" if good else "reproduced with a remark" if fair else "not reproduced"
 
@@ -284,12 +277,12 @@ CLAIMS = (
 )  # fmt: skip
 
 
-def claim_verdicts(points: DataFrame) -> list[ClaimVerdict]:
+def claim_verdicts(points: DataFrame) -> list[tuple[Claim, Finding]]:
     """All claims that a sweep can judge; of the others it is said that they were not looked at."""
-    return [ClaimVerdict(claim, claim.finding(points)) for claim in CLAIMS]
+    return [(claim, claim.finding(points)) for claim in CLAIMS]
 
 
-def verdict_sheet(found: list[ClaimVerdict]) -> Sheet:
+def verdict_sheet(found: list[tuple[Claim, Finding]]) -> Sheet:
     """The claims as a table."""
     columns = (
         "claim of the paper",

@@ -81,7 +81,18 @@ def _along(key: str, query: str, least: int = 2) -> Select:
 
 
 _ANY = "the sweep has no point that this figure shows: too few systems are done, or it is another sweep"
-_TWO_VALUES = "this figure needs a sweep over {}, with points of enough contact at two values at least"
+
+
+def _inverse_kappa(title: str, column: str, key: str, label: str, *along: str) -> PaperFigure:
+    """1/κ or 1/κ_rep against a key of [surface], and the keys that change along with it."""
+    return PaperFigure(
+        title,
+        _along(f"surface.{key}", "reference"),
+        f"this figure needs a sweep over surface.{key}, with points of enough contact at two values at least",
+        partial(relations.draw_inverse_kappa, key=key, label=label, column=column, along=along),
+        f"{title}; means over surfaces, bars their standard deviation.",
+    )
+
 
 FIGURES = {
     "figure1": PaperFigure(
@@ -123,29 +134,14 @@ FIGURES = {
         lambda numbers: "Fig. S-3: largest tension on approach, at the points of each path; "
         f"{np.sum(numbers['N_max/(N P_c)'] <= 0)} never pull.", general=True,
     ),
-    "finite-size": PaperFigure(
-        "κ at 1 % area against the period L = 2λ_L", _along("surface.lambda_L", "reference"),
-        _TWO_VALUES.format("surface.lambda_L"),
-        partial(
-            relations.draw_inverse_kappa, key="lambda_L", label=r"$\lambda_L = L/2$ ($a_0$)", column="kappa",
-            along=("grid.n",),
-        ),
-        "κ at 1 % area against the period L = 2λ_L; means over surfaces, bars their standard deviation.",
+    "finite-size": _inverse_kappa(
+        "κ at 1 % area against the period L = 2λ_L", "kappa", "lambda_L", r"$\lambda_L = L/2$ ($a_0$)", "grid.n",
     ),
-    "continuum-limit": PaperFigure(
-        "κ_rep at 1 % area against λ_s/a0", _along("surface.lambda_s", "reference"),
-        _TWO_VALUES.format("surface.lambda_s"),
-        partial(
-            relations.draw_inverse_kappa, key="lambda_s", label=r"$\lambda_s/a_0$", column="kappa_rep",
-            along=("grid.n", "surface.lambda_L"),
-        ),
-        "κ_rep at 1 % area against λ_s/a0; means over surfaces, bars their standard deviation.",
+    "continuum-limit": _inverse_kappa(
+        "κ_rep at 1 % area against λ_s/a0", "kappa_rep", "lambda_s", r"$\lambda_s/a_0$", "grid.n", "surface.lambda_L",
     ),
-    "lambda-L": PaperFigure(
-        "κ at 1 % area against λ_L, one period", _along("surface.lambda_L", "reference"),
-        _TWO_VALUES.format("surface.lambda_L"),
-        partial(relations.draw_inverse_kappa, key="lambda_L", label=r"$\lambda_L$ ($a_0$)", column="kappa"),
-        "κ at 1 % area against λ_L, one period; means over surfaces, bars their standard deviation.",
+    "lambda-L": _inverse_kappa(
+        "κ at 1 % area against λ_L, one period", "kappa", "lambda_L", r"$\lambda_L$ ($a_0$)",
     ),
     "other-potentials": PaperFigure(
         "other potentials", _along("wall.law", "reference and length > 0", least=1),

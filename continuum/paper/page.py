@@ -64,7 +64,7 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     written, parts = list[Path](), ["# The paper's figures and claims, from stored sweeps\n"]
     for folder, data in zip(names, sweeps, strict=True):
         parts += [f"## Sweep `{folder}`\n", _provenance(data.table), _sizes(data)]
-        looked = [verdict for verdict in claim_verdicts(data.points) if verdict.finding.word != "not looked at"]
+        looked = [each for each in claim_verdicts(data.points) if each[1].word != "not looked at"]
         parts += ["", verdict_sheet(looked).markdown(), ""]
         for name in _meant(data):
             try:

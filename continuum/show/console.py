@@ -15,7 +15,7 @@ import unicodedata
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, Literal, Protocol, Self
+from typing import Any, Literal, Self
 
 from rich.console import Console
 from rich.progress import (
@@ -41,11 +41,8 @@ _voice: ContextVar[Voice] = ContextVar("voice", default="normal")
 _console = Console(highlight=False)
 
 
-class Reporter(Protocol):
-    """Called after each finished part of the work."""
-
-    def __call__(self, done: int, text: str) -> None:
-        """Say how many parts are done, and what the last one was."""
+Reporter = Callable[[int, str], None]
+"""Called after each finished part of the work: with how many parts are done, and what the last one was."""
 
 
 @contextmanager

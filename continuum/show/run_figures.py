@@ -34,7 +34,10 @@ class PathPoint(CurvePoint, Protocol):
 def draw_run(result: Result, folder: Path | None = None) -> list[Path]:
     """Draw every figure of a stored run, beside it or into a folder; returns the PNG files."""
     stem = (folder or result.path.parent) / result.path.stem
-    figures = {"contact": run_contact_maps(result), "area-and-load": area_and_load(result)}
+    figures = {
+        "contact": run_contact_maps(result),
+        "area-and-load": curve_figure(result.points, result.moments.rms_slope),
+    }
     return [plot.save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
 
 
@@ -64,11 +67,6 @@ def map_figure(kinds: NDArray[np.uint8], period: tuple[float, float], area: floa
     axis.set(title=f"$A_{{rep}}/A_0$ = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}", xlabel="x ($a_0$)", ylabel="y ($a_0$)")
     figure.legend(handles=plot.contact_key(), loc="outside lower center", ncols=2)
     return figure
-
-
-def area_and_load(result: Result) -> Figure:
-    """Area and load along a stored path."""
-    return curve_figure(result.points, result.moments.rms_slope)
 
 
 @plot.styled

@@ -233,10 +233,9 @@ def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quan
     """A quantity with its unit, in SI; what is wrong with it is added to the faults."""
     if text is None:
         return None
+    instance(name, text, str, f"a text such as {_EXAMPLES[quantity]}")
     try:
-        value = units.parse(instance(name, text, str, f"a text such as {_EXAMPLES[quantity]}"), quantity)
-    except ArgumentError:
-        raise
+        value = units.parse(text, quantity)
     except ValueError as error:
         faults.append(f"`{name}` {error}")
         return None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -162,6 +163,7 @@ class Prediction:
         return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
 
 
+_length = partial(units.readable, quantity="length")
 RESOLVED = 8.0
 """Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
 GROWTH = 0.1
@@ -314,7 +316,3 @@ def _warnings(
             "points is not seen, and can undo a verdict of 'sticky'"
         )
     return found
-
-
-def _length(value: float) -> str:
-    return units.readable(value, "length")

@@ -72,9 +72,9 @@ def votes(contact: RoughContact, without: Callable[[Surface], bool] | None = Non
 
 def judge(prediction: Prediction) -> Verdict:
     """The verdict on a contact, faults of its maps included."""
-    plain = _plain(prediction)
+    plain = count_verdicts(votes(prediction.contact))
     if prediction.mended is not None:
-        better = _plain(prediction.mended)
+        better = count_verdicts(votes(prediction.mended.contact))
         if better.answer != plain.answer:
             why = f"as measured the map is {plain.answer}, with its faults mended {better.answer}"
             return Verdict("undecided", plain.probability, (why,))
@@ -85,11 +85,6 @@ def judge(prediction: Prediction) -> Verdict:
         why = f"{names}: no theory was made for it, and a margin is within a factor of {WIDE:g} of the turn"
         return Verdict("undecided", plain.probability, (why, *plain.why))
     return plain
-
-
-def _plain(prediction: Prediction) -> Verdict:
-    """The vote if the map is believed."""
-    return count_verdicts(votes(prediction.contact))
 
 
 def count_verdicts(cast: tuple[Vote, ...]) -> Verdict:

@@ -70,10 +70,9 @@ def prepare(
     topography = detrend(topography, how)
     if cutoff is None:
         return topography
+    instance("cutoff", cutoff, str, 'a text such as "20nm"')
     try:
-        wavelength = units.parse(instance("cutoff", cutoff, str, 'a text such as "20nm"'), "length")
-    except ArgumentError:
-        raise
+        wavelength = units.parse(cutoff, "length")
     except ValueError as error:
         raise TopographyError(f"`cutoff` {error}") from error
     return cut_off(topography, wavelength)
