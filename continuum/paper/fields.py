@@ -14,9 +14,8 @@ from pandas import DataFrame
 from continuum.measure.contact import REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
 from continuum.measure.profile import GapProfile
-from continuum.paper.points import SweepData
+from continuum.paper.points import SweepData, adhesion_colour, adhesion_labels
 from continuum.paper.relations import Drawn
-from continuum.paper.symbols import adhesion_colour, adhesion_labels
 from continuum.runs.analysis import MeasuredPoint, analyse_run, gap_ratio
 from continuum.runs.result import Result
 from continuum.show import plot

@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 from pandas import DataFrame
 
 from continuum.measure.curve import adhesion
-from continuum.paper.points import alike, curve_of
-from continuum.paper.symbols import (
+from continuum.paper.points import (
     adhesion_colour,
     adhesion_labels,
+    alike,
+    curve_of,
     draw_points,
     line_of_slope,
     plain_ticks,
