@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.ladder import budget
@@ -42,34 +45,31 @@ def rung_contact_maps(archive: Archive) -> Figure:
     A row for each case: its steepest slope, first surface and a middle area.
     """
     columns = archive.columns
-    rows = [_shown_state(archive, case) for case in dict.fromkeys(columns["case"].tolist())]
+    rows = [_shown_states(archive, case)[1] for case in dict.fromkeys(columns["case"].tolist())]
     figure, axes = plot.new_axes(plot.PAGE, 2.3 * len(rows) + 0.5, len(rows), 3, squeeze=False)
     nx, ny = columns["contact"].shape[2:]
     i, j = RUNGS.index("lattice"), RUNGS.index("atoms")
+    differs: Any = {"marker": "s", "linestyle": "", "markerfacecolor": "none", "markeredgecolor": plot.DIFFERENT_COLOUR}
     for state, row in zip(rows, axes, strict=True):
         a, b = columns["contact"][i, state], columns["contact"][j, state]
         for axis, kinds in ((row[0], a), (row[1], b)):
             plot.contact_image(axis, kinds, (float(nx), float(ny)))
         plot.contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
         for x, y in np.argwhere(a != b):
-            row[2].plot(
-                x + 0.5, y + 0.5, "s", markersize=4, markerfacecolor="none", markeredgecolor=plot.DIFFERENT_COLOUR
-            )
+            row[2].plot(x + 0.5, y + 0.5, markersize=4, **differs)
         area = columns["area_rep"][j, state]
         row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
         differ = int(np.count_nonzero(a != b))
         row[2].set_title(f"{differ} of {a.size} atoms differ")
         row[1].set_title(f"$A_{{rep}}/A_0$ = {area:.3f}")
     for axis, title in zip(axes[0], ("lattice Green's function", "atoms (LAMMPS)", "difference"), strict=True):
-        below = axis.get_title()
-        axis.set_title(f"{title}\n{below}" if below else f"{title}\n ")
+        axis.set_title(f"{title}\n{axis.get_title() or ' '}")
     for axis in axes[-1]:
         axis.set_xlabel("x ($a_0$)")
     figure.legend(
         handles=[
             *plot.contact_key(),
-            Line2D([], [], marker="s", linestyle="", markerfacecolor="none", markeredgecolor=plot.DIFFERENT_COLOUR,
-                   label="differs"),
+            Line2D([], [], label="differs", **differs),
         ],
         loc="outside lower center",
         ncols=3,
@@ -77,13 +77,14 @@ def rung_contact_maps(archive: Archive) -> Figure:
     return figure
 
 
-def _shown_state(archive: Archive, case: str) -> int:
+def _shown_states(archive: Archive, case: str) -> tuple[NDArray[np.intp], int]:
+    """The states of a case of the steepest slope and the first surface; and the one of them of a middle area."""
     columns = archive.columns
     mine = np.flatnonzero(columns["case"] == case)
     mine = mine[columns["rms_slope"][mine] == columns["rms_slope"][mine].max()]
     mine = mine[columns["seed"][mine] == columns["seed"][mine][0]]
     areas = columns["area"][mine]
-    return int(mine[np.argsort(areas)[len(areas) // 2]])
+    return mine, int(mine[np.argsort(areas)[len(areas) // 2]])
 
 
 @plot.styled
@@ -98,9 +99,8 @@ def curves(archive: Archive) -> Figure | None:
         return None
     cases = list(dict.fromkeys(columns["curve_case"].tolist()))
     atoms = RUNGS.index("atoms")
-    figure, axes = plot.new_axes(
-        plot.PAGE if len(cases) > 1 else plot.COLUMN, 5.6, 3, len(cases), squeeze=False, sharex="col"
-    )
+    width = plot.PAGE if len(cases) > 1 else plot.COLUMN
+    figure, axes = plot.new_axes(width, 5.6, 3, len(cases), squeeze=False, sharex="col")
     for case, (area_axis, load_axis, difference_axis) in zip(cases, axes.T, strict=True):
         along = {
             rung: {
@@ -109,13 +109,8 @@ def curves(archive: Archive) -> Figure | None:
             }
             for rung in CONTINUUM_RUNGS
         }
-        first = _shown_state(archive, case)
-        mine = (
-            (columns["case"] == case)
-            & (columns["rms_slope"] == columns["rms_slope"][first])
-            & (columns["seed"] == columns["seed"][first])
-            & (columns["branch"] == "approach")
-        )
+        mine, middle = _shown_states(archive, case)
+        mine = mine[columns["branch"][mine] == "approach"]
         points = {name: columns[name][atoms, mine] for name in ("mean_gap", "area_rep", "load")}
         lattice = along["lattice"]
         order = np.argsort(lattice["mean_gap"])
@@ -131,7 +126,7 @@ def curves(archive: Archive) -> Figure | None:
         load_axis.plot(points["mean_gap"], points["load"], "o", **look)
         difference_axis.plot(points["mean_gap"], 1e4 * (points["load"] - at_points), "o", **look)
         load_axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, first)}")
+        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, middle)}")
         difference_axis.set_xlabel("mean gap ($a_0$)")
     axes[0, 0].set_ylabel("repulsive area $A_{rep}/A_0$")
     axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
@@ -155,7 +150,7 @@ def scaling(archive: Archive) -> Figure | None:
     if not fits:
         return None
     figure, (left, right) = plot.new_axes(plot.PAGE, 3.4, 1, 2)
-    areas = sorted({fit.area for fit in fits})
+    colours = dict(zip(sorted({fit.area for fit in fits}), cycle(plot.SERIES), strict=False))
     markers = dict(zip(sorted({fit.seed for fit in fits}), "osv^D", strict=False))
     for axis, quantity, expected, label in (
         (left, "load", 1, "load difference $|\\Delta N|/N_{rep}$"),
@@ -167,38 +162,20 @@ def scaling(archive: Archive) -> Figure | None:
             h = columns["rms_slope"][at]
             values = np.abs(columns[f"nonlinearity_{quantity}"][at])
             order = np.argsort(h)
-            axis.loglog(
-                h[order],
-                values[order],
-                marker=markers.get(fit.seed, "o"),
-                color=plot.SERIES[areas.index(fit.area) % len(plot.SERIES)],
-                markerfacecolor="none",
-                linewidth=0.8,
-            )
+            look = {"marker": markers.get(fit.seed, "o"), "color": colours[fit.area], "markerfacecolor": "none"}
+            axis.loglog(h[order], values[order], linewidth=0.8, **look)
         h = np.array(sorted({slope for fit in mine for slope in fit.slopes}))
-        top = max(
-            float(np.abs(columns[f"nonlinearity_{quantity}"][plain & (columns["rms_slope"] == h[0])]).max()),
-            1e-300,
-        )
+        flattest = columns[f"nonlinearity_{quantity}"][plain & (columns["rms_slope"] == h[0])]
+        top = max(float(np.abs(flattest).max()), 1e-300)
         axis.loglog(h, 2 * top * (h / h[0]) ** expected, "-", color="0.6", linewidth=2, zorder=0)
         fitted = np.array([fit.fitted for fit in mine])
-        axis.text(
-            0.05,
-            0.93,
-            f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}",
-            transform=axis.transAxes,
-            va="top",
-            fontsize=8,
-        )
+        text = f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}"
+        axis.text(0.05, 0.93, text, transform=axis.transAxes, va="top", fontsize=8)
         axis.set(xlabel="rms slope $h'_{rms}$", ylabel=label)
-    handles = [
-        Line2D([], [], color=plot.SERIES[i % len(plot.SERIES)], label=f"$A_{{rep}}/A_0$ = {area:g}")
-        for i, area in enumerate(areas)
-    ] + [
-        Line2D([], [], marker=m, color="0.3", markerfacecolor="none", linestyle="", label=f"seed {s}")
-        for s, m in markers.items()
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(areas))
+    handles = [Line2D([], [], color=colour, label=f"$A_{{rep}}/A_0$ = {area:g}") for area, colour in colours.items()]
+    outlined: Any = {"color": "0.3", "markerfacecolor": "none", "linestyle": ""}
+    handles += [Line2D([], [], marker=m, label=f"seed {s}", **outlined) for s, m in markers.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(colours))
     return figure
 
 

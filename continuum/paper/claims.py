@@ -155,20 +155,12 @@ def _strip(rows: DataFrame) -> Finding | None:
     return _equal(ratio, "A_att/(P d_att), d_att of Eq. (S-2) with the measured d_rep, where A_att < A_rep")
 
 
-def _area_ratio(rows: DataFrame) -> Finding | None:
-    return _equal(rows.area_rep / rows.area_att / rows.expected_ratio, "measured over predicted", _factor)
-
-
 def _kappa_att(rows: DataFrame) -> Finding | None:
     if len(rows) < 3:
         return None
     decades = np.ptp(np.log10(rows.kappa_att.to_numpy()))
     says = f"measured over predicted 1/κ_att, over {decades:.2g} decades"
     return _equal(rows.expected_kappa_att / rows.kappa_att, says, _factor)
-
-
-def _perimeter(rows: DataFrame) -> Finding | None:
-    return _equal(rows.perimeter * rows.chord / (np.pi * rows.area_rep * rows.area), "P d/(π A_rep)")
 
 
 def _sticky(rows: DataFrame) -> Finding:
@@ -245,7 +237,10 @@ CLAIMS = (
     ),
     Claim("N_att = (w/range) A_att", "1 (Fig. 3)", _ATTRACTED, _attraction),
     Claim("A_att is a strip of width d_att along the perimeter", "1 (Eq. S-2)", _THIN, _strip),
-    Claim("A_rep/A_att follows Eq. (4) where A_att < A_rep", "1 (Fig. 4)", _THIN, _area_ratio),
+    Claim(
+        "A_rep/A_att follows Eq. (4) where A_att < A_rep", "1 (Fig. 4)", _THIN,
+        lambda rows: _equal(rows.area_rep / rows.area_att / rows.expected_ratio, "measured over predicted", _factor),
+    ),
     Claim("1/kappa_att follows Eqs. (3) and (4)", "1 (Fig. 4)", "reference and area_att > 0", _kappa_att),
     Claim(
         "sticky if and only if 1/kappa_att of theory > 1/kappa_rep", "every surface of Fig. 4",
@@ -263,7 +258,8 @@ CLAIMS = (
     ),
     Claim(
         "P d = pi A_rep where d > 10 a0", "1 (Fig. S-2)",
-        "valid and chord > 10", _perimeter,
+        "valid and chord > 10",
+        lambda rows: _equal(rows.perimeter * rows.chord / (np.pi * rows.area_rep * rows.area), "P d/(π A_rep)"),
     ),
     Claim("the stiffness is lowered by kappa_rep/kappa, where not sticky", "1", "approach", _stiffness),
     Claim(

@@ -32,6 +32,7 @@ from continuum.theory import dispute, rough
 NEAR = 1.1
 """Ratio within which the largest or smallest work counts as the crossover itself: attraction is nearly proportional to
 w, so that the crossover is then known to a few per cent."""
+_MARKS = {"spline": "o", "exponential": "s"}
 
 
 def crossovers(table: PointTable) -> DataFrame:
@@ -159,7 +160,6 @@ THEORIES = (
     Theory("Fuller-Tabor", CRITERIA["fuller-tabor"], dispute.fuller_tabor_exponent, "#009e73"),
     Theory("bearing area (BAM)", CRITERIA["bearing-area"], dispute.long_wave_exponent, "#cc79a7"),
 )
-_MARKS = {"spline": "o", "exponential": "s"}
 
 
 def _mean(values: Sequence[float]) -> str:

@@ -24,6 +24,9 @@ from continuum.theory import paper
 
 _MAP_AREA = 0.02
 """A_rep/A0 of the maps of Fig. 1."""
+_PROFILE_AREA = 0.01
+"""A_rep/A0 at which the profiles are taken."""
+_Found = tuple[Result, MeasuredPoint, GapProfile]
 
 
 def near_target_area(data: SweepData) -> list[tuple[Result, int]]:
@@ -123,11 +126,6 @@ def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     right.set_title("perimeter cells: grey")
     counts = int(inside.sum()), int(edge.sum())
     return figure, DataFrame([counts], columns=["cells of A_rep", "perimeter cells"])
-
-
-_PROFILE_AREA = 0.01
-"""A_rep/A0 at which the profiles are taken."""
-_Found = tuple[Result, MeasuredPoint, GapProfile]
 
 
 def stored_profiles(data: SweepData) -> list[_Found]:

@@ -27,6 +27,10 @@ _SETTINGS = {
     "hurst": "surface.hurst", "slope": "surface.rms_slope", "lambda_s": "surface.lambda_s",
     "lambda_L": "surface.lambda_L", "seed": "surface.seed", "law": "wall.law",
 }  # fmt: skip
+_MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
+_COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00"}
+"""The paper's black, blue and red, as colours that all kinds of sight tell apart."""
+_OTHERS = ("#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 
 
 class FigureError(InputError, ValueError):
@@ -91,12 +95,6 @@ class SweepData:
     @cached_property
     def points(self) -> DataFrame:
         return sweep_points(self.table)
-
-
-_MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
-_COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00"}
-"""The paper's black, blue and red, as colours that all kinds of sight tell apart."""
-_OTHERS = ("#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 
 
 def adhesion_colour(length: float) -> str:

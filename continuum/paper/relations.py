@@ -31,6 +31,8 @@ from continuum.theory.smooth import JKR
 
 Drawn = tuple[Figure, DataFrame]
 """A figure, and the numbers that it shows."""
+_LINES = 12
+"""Paths up to which their points are joined; of more, lines hide the points."""
 
 
 def _numbers(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:
@@ -182,10 +184,6 @@ def draw_tension(points: DataFrame) -> Drawn:
     plain_ticks(axis)
     symbol_legend(axis, pulls, loc="lower left", fontsize=6)
     return figure, _numbers(points, {"h_rms/delta_c": points.ratio, "N_max/(N P_c)": points.tension})
-
-
-_LINES = 12
-"""Paths up to which their points are joined; of more, lines hide the points."""
 
 
 def draw_inverse_kappa(points: DataFrame, *, key: str, label: str, column: str, along: Sequence[str] = ()) -> Drawn:

@@ -167,12 +167,8 @@ def run_gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
         left.loglog(x, profile.gap, "o", color=colour, markerfacecolor="none", markersize=3, label=_label(point))
         left.loglog(x, paper.gap_outside_contact(x, slope, diameter), "-", color=colour, linewidth=0.8)
         for distance, style in ((x, "-"), (profile.from_perimeter_cells, ":")):
-            right.plot(
-                distance / diameter,
-                profile.gap / paper.gap_outside_contact(distance, slope, diameter),
-                style,
-                color=colour,
-            )
+            ratio = profile.gap / paper.gap_outside_contact(distance, slope, diameter)
+            right.plot(distance / diameter, ratio, style, color=colour)
     if analysis.expected.range > 0:
         left.axhline(analysis.expected.range, color="0.6", linewidth=0.6)
         left.annotate(r"$\Delta r$", (0.02, analysis.expected.range), xycoords=("axes fraction", "data"), va="bottom")

@@ -15,6 +15,9 @@ from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable, SweepStatus
 from continuum.sweeps.tasks import TaskResult
 
+_POINT = (Column("step"), Column("branch"), Column("mean gap", "a0"))
+_MOST = 20
+
 
 def words(status: str) -> str:
     """The name of a status as people say it."""
@@ -69,9 +72,6 @@ def analysis_sheets(analysis: Analysis) -> list[Sheet]:
     if any(point.fields for point in analysis.points):
         sheets.append(_outside(analysis))
     return [*sheets, _whole(analysis)]
-
-
-_POINT = (Column("step"), Column("branch"), Column("mean gap", "a0"))
 
 
 def _head(measured: MeasuredPoint) -> tuple[int, str, float]:
@@ -144,9 +144,6 @@ def _whole(analysis: Analysis) -> Sheet:
             ("work lost in the cycle per A0", lost),
         ]
     return pairs("Theory and adhesion", rows)
-
-
-_MOST = 20
 
 
 def result_line(ended: TaskResult) -> str:

@@ -165,21 +165,19 @@ def interface(
     elif known:
         contact_modulus = reduced_modulus(known)
         origin.append("E* of two elastic bodies" if len(known) == 2 else "E* of one elastic body on a rigid one")
-    missing = []
-    if contact_modulus is None:
-        missing.append("a contact modulus (`contact_modulus`, or `modulus` with `poisson`, or `material`)")
     if work_of_adhesion is None and materials:
         work_of_adhesion = float(np.exp(np.mean([np.log(m.work_of_adhesion) for m in materials])))
         if len(materials) == 2 and materials[0] != materials[1]:
             origin.append("w as the geometric mean of the two materials', an estimate for dispersion forces")
-    elif work_of_adhesion is None:
-        missing.append("a work of adhesion (`work`, or `material`)")
     if range is None and materials:
         range = float(np.mean([m.range for m in materials]))
-    elif range is None:
-        missing.append("a range of attraction (`range`, or `material`)")
     if contact_modulus is None or work_of_adhesion is None or range is None:
-        raise InterfaceError("missing: " + "; ".join(missing))
+        needed = {
+            "a contact modulus (`contact_modulus`, or `modulus` with `poisson`, or `material`)": contact_modulus,
+            "a work of adhesion (`work`, or `material`)": work_of_adhesion,
+            "a range of attraction (`range`, or `material`)": range,
+        }
+        raise InterfaceError("missing: " + "; ".join(name for name, value in needed.items() if value is None))
     if spacing is None:
         spacings = [m.spacing for m in materials]
         spacing = max((s for s in spacings if s is not None), default=None) if None not in spacings else None

@@ -29,6 +29,25 @@ if TYPE_CHECKING:
     from continuum.sticky.simulate import Simulation
 
 
+_length = partial(units.readable, quantity="length")
+RESOLVED = 8.0
+"""Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
+GROWTH = 0.1
+"""Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
+FEW = 10.0
+"""Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
+STIFFEST = 2e12
+"""E* in Pa beyond which it is questioned; in other units nothing is so stiff, and nothing is said."""
+NOTHING = 1e-9
+"""Part of a moment below which there is nothing but rounding errors."""
+LINE_ERROR = 0.1
+"""Error of slope and curvature from one line, seen on synthetic surfaces; it falls with the root of their number."""
+LINES_ERROR = 0.03
+"""Error of slope and curvature from many lines: the largest seen from thirty lines, where more do not help."""
+DISAGREE = 0.15
+"""Difference of two estimates of the rms slope above which it is mentioned."""
+
+
 @dataclass(frozen=True, eq=False)
 class Prediction:
     """What can be said about one contact."""
@@ -161,25 +180,6 @@ class Prediction:
 
     def _repr_html_(self) -> str:
         return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
-
-
-_length = partial(units.readable, quantity="length")
-RESOLVED = 8.0
-"""Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
-GROWTH = 0.1
-"""Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
-FEW = 10.0
-"""Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
-STIFFEST = 2e12
-"""E* in Pa beyond which it is questioned; in other units nothing is so stiff, and nothing is said."""
-NOTHING = 1e-9
-"""Part of a moment below which there is nothing but rounding errors."""
-LINE_ERROR = 0.1
-"""Error of slope and curvature from one line, seen on synthetic surfaces; it falls with the root of their number."""
-LINES_ERROR = 0.03
-"""Error of slope and curvature from many lines: the largest seen from thirty lines, where more do not help."""
-DISAGREE = 0.15
-"""Difference of two estimates of the rms slope above which it is mentioned."""
 
 
 def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:

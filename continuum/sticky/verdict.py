@@ -33,6 +33,12 @@ FEWEST = 10
 """Surfaces below which they are too few, and those of the whole record are asked."""
 ELSEWHERE = 3.0
 """Factor by which a margin is then taken nearer to the turn: theories drift by as much over the record's ranges."""
+Answer = Literal["sticky", "not sticky", "undecided"]
+SURE = 0.9
+"""Probability from which a theory says something."""
+WIDE = 10.0
+"""Margin, or its inverse, beyond which a fault without remedy changes no verdict: moments of synthetic maps with such
+faults are off by factors of up to 4, and the margin goes with their powers of up to 5/3."""
 
 
 @dataclass(frozen=True)
@@ -123,15 +129,6 @@ def _count(surfaces: list[tuple[Surface, float]], margin: float) -> tuple[int, i
         elif surface.sticky is False and margin <= its:
             count += 1
     return sticky, count
-
-
-Answer = Literal["sticky", "not sticky", "undecided"]
-
-SURE = 0.9
-"""Probability from which a theory says something."""
-WIDE = 10.0
-"""Margin, or its inverse, beyond which a fault without remedy changes no verdict: moments of synthetic maps with such
-faults are off by factors of up to 4, and the margin goes with their powers of up to 5/3."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,11 @@ from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spike
 from continuum.units import readable
 
 Detrending = Literal["plane", "curvature", "lines", "none"]
+Edges = Literal["mirror", "window"]
+_FEWEST = 4
+"""Pixels across a part: within fewer a cubic spline is one polynomial, whatever was measured."""
+_TAPER = 0.5
+"""Part of a side over which a window goes to zero, both ends together."""
 
 
 def detrend(topography: Topography, how: Detrending | None = None) -> Topography:
@@ -206,14 +211,6 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     heights = grid.inverse(heights_q)[:nx, :ny]
     step = f"waves shorter than {units.readable(wavelength, 'length', 3)} left out"
     return topography.after(heights, step, cutoff=wavelength)
-
-
-Edges = Literal["mirror", "window"]
-
-_FEWEST = 4
-"""Pixels across a part: within fewer a cubic spline is one polynomial, whatever was measured."""
-_TAPER = 0.5
-"""Part of a side over which a window goes to zero, both ends together."""
 
 
 def wall_from_map(

@@ -33,6 +33,10 @@ _STEPS = 8
 """Steps of reweighting; the weights change by less than a per cent after five."""
 Bands = tuple[Real, Real]
 """Edges of bands of |q|, and C in each."""
+_BANDS_OF_LINES = BANDS_PER_DECADE // 2  # a profile leaves bands with power or without: two are averaged
+_ROUNDING = 1e-20
+MOST_POINTS = 2048
+"""Points a side of the surface, at most: waves longer than so many of the finest pixels are left out."""
 
 
 def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> tuple[Real, Real]:
@@ -152,12 +156,6 @@ def isotropic_surface(
     left = f", waves longer than {n} points left out" if n < points else ""
     told = f"{count}: an isotropic Gaussian surface of that spectrum, {n} x {n} points{left}"
     return Topography(heights, grid.lengths, True, source, (*steps, told), lines=len(lines))
-
-
-_BANDS_OF_LINES = BANDS_PER_DECADE // 2  # a profile leaves bands with power or without: two are averaged
-_ROUNDING = 1e-20
-MOST_POINTS = 2048
-"""Points a side of the surface, at most: waves longer than so many of the finest pixels are left out."""
 
 
 def joined_spectrum(topographies: Sequence[Topography]) -> tuple[Real, Real, float]:
