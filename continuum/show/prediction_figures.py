@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from continuum import units
 from continuum.measure.contact import contact_map
-from continuum.model.fourier import Real
 from continuum.show import plot
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import Simulation
@@ -167,16 +166,11 @@ def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
 def _spectra(axis: Axes, topography: Topography) -> None:
     """Spectra of profiles along x and y, averaged: they differ where lines are displaced or the surface is grooved."""
     for along in (0, 1):
-        q, c = _profiles(topography, along)
-        axis.loglog(q, c, color=plot.SERIES[5 * along], linewidth=1, label=f"profiles along {'xy'[along]}")
+        q, c = profile_spectrum(np.moveaxis(topography.heights, along, 1), topography.grid.spacing[along])
+        # Twice, so that ∫ C dq over q > 0 is their mean square.
+        axis.loglog(q, 2 * c, color=plot.SERIES[5 * along], linewidth=1, label=f"profiles along {'xy'[along]}")
     axis.set(xlabel="wavenumber q (1/m)", ylabel="C of profiles (m³)", title="spectra by direction")
     axis.legend(loc="lower left")
-
-
-def _profiles(topography: Topography, along: int) -> tuple[Real, Real]:
-    """Spectrum of the profiles in one direction; ∫ C dq over q > 0 is their mean square."""
-    q, c = profile_spectrum(np.moveaxis(topography.heights, along, 1), topography.grid.spacing[along])
-    return q, 2 * c
 
 
 def _heights(axis: Axes, topography: Topography) -> None:

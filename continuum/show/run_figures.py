@@ -42,12 +42,12 @@ def draw_run(result: Result, folder: Path | None = None) -> list[Path]:
 
 
 @plot.styled
-def run_contact_maps(result: Result, most: int = 3) -> Figure:
-    """Contact maps of up to ``most`` points of the approach, spread evenly over those in contact."""
+def run_contact_maps(result: Result) -> Figure:
+    """Contact maps of up to three points of the approach, spread evenly over those in contact."""
     points = result.points
     touching = [i for i, point in enumerate(points) if point.area_rep > 0 and point.branch != "retract"]
     touching = touching or list(range(len(points)))
-    chosen = np.unique(np.array(touching)[np.linspace(0, len(touching) - 1, most).round().astype(int)])
+    chosen = np.unique(np.array(touching)[np.linspace(0, len(touching) - 1, 3).round().astype(int)])
     figure = plot.new_figure(2.5 * len(chosen) + 0.3, 3.2)
     axes = figure.subplots(1, len(chosen), squeeze=False, sharey=True)[0]
     for axis, step in zip(axes, chosen.tolist(), strict=True):
@@ -95,9 +95,6 @@ def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
     axes[0].axvline(0, color="0.7", linewidth=0.6, zorder=0)
     axes[0].legend()
     return figure
-
-
-# --- what was measured on a run -------------------------------------------------------------------------------
 
 
 def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:

@@ -32,9 +32,6 @@ def progress_line(point: Point, seconds: float) -> str:
     return f"{place}, N {point.load:.4g} E*, {work}, {words(point.status)}"
 
 
-# --- sheets --------------------------------------------------------------------------------------------------
-
-
 def run_sheets(result: Result) -> list[Sheet]:
     """The points of a run, and its jumps if it has any."""
     columns = (

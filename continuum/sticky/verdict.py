@@ -165,12 +165,7 @@ class Verdict:
 
 
 def votes(contact: RoughContact, without: Callable[[Surface], bool] | None = None) -> tuple[Vote, ...]:
-    """The vote of every criterion that the contact allows, in the order of :data:`continuum.sticky.criteria.CRITERIA`.
-
-    Parameters
-    ----------
-    without : see :func:`continuum.sticky.verdict.support`.
-    """
+    """The :func:`support` of every criterion that the contact allows, in the order of :data:`CRITERIA`, as votes."""
     asked = ((one, CRITERIA[one.key]) for one in verdicts(contact))
     return tuple(Vote(one, support(entry, contact, without) if entry.sufficient else None) for one, entry in asked)
 

@@ -136,12 +136,7 @@ def directions(topography: Topography) -> Directions:
 
 
 def find_faults(topography: Topography) -> Findings:
-    """Look for every fault, in the order in which they are mended.
-
-    Parameters
-    ----------
-    topography : as it is to be judged.
-    """
+    """Look for every fault of a map as it is to be judged, in the order in which they are mended."""
     lines = scan_lines(instance("topography", topography, Topography).heights)
     marks = Marks(lines, spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2))
     faults, clean = _looked_for(LEVELLING, topography, marks)

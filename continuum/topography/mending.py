@@ -65,13 +65,9 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
 def prepare(
     topography: Topography, how: Detrending | None = None, *, fill: float = 0.0, cutoff: str | None = None
 ) -> Topography:
-    """A map as it is to be judged: outliers filled, background taken off, short waves left out.
+    """A map as it is to be judged: after :func:`fill_outliers` (not if 0), :func:`detrend` and :func:`cut_off`.
 
-    Parameters
-    ----------
-    how : see :func:`detrend`.
-    fill : see :func:`fill_outliers`; 0 not to look for any.
-    cutoff : see :func:`cut_off`, with its unit; None to keep all waves.
+    The cut-off is a text with its unit; None keeps all waves.
     """
     if fill:
         topography = fill_outliers(topography, fill)
@@ -108,10 +104,7 @@ def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tup
 def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, float, float, float]) -> Real:
     """Heights with x0 <= x < x1 and y0 <= y < y1, the points being the middles of their pixels.
 
-    Parameters
-    ----------
-    heights, lengths : a map and its size.
-    corners : (x0, x1, y0, y1), in the unit of the size.
+    The corners (x0, x1, y0, y1) are in the unit of the lengths, the size of the map.
     """
     heights = array("heights", heights)
     sides = [number("lengths", length, above=0) for length in pair("lengths", lengths)]
@@ -170,12 +163,7 @@ def harmonic(heights: Real, holes: Mask) -> Real:
 
 
 def fill_outliers(topography: Topography, limit: float) -> Topography:
-    """Fill scars and single points that stand out as if they had not been measured.
-
-    Parameters
-    ----------
-    limit : largest share of the points that may be filled.
-    """
+    """Fill scars and single points that stand out as if they had not been measured, up to a share of the points."""
     number("limit", limit, least=0, most=1)
     mask = scan_lines(instance("topography", topography, Topography).heights).scars | spikes(topography.heights)
     share = float(mask.mean())

@@ -29,6 +29,8 @@ from continuum.topography.map import FEWEST, Topography, TopographyError, height
 from continuum.topography.mending import crop, harmonic
 from continuum.topography.spectra import isotropic_surface, joined
 
+_ZERO = re.compile(r"\s*[0.]+\s*\D*")
+"""An edge of a map at zero, which needs no unit."""
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 
 
@@ -319,14 +321,8 @@ def _corners(crop: str | None) -> tuple[float, float, float, float] | None:
         return None
     parts = instance("crop", crop, str, 'a text such as "1um,9um,0,8um"').split(",")
     try:
-        # An edge of the map is at zero, which has no unit.
-        a, b, c, d = (0.0 if _is_zero(one) else units.parse(one, "length") for one in parts)
+        a, b, c, d = (0.0 if _ZERO.fullmatch(one) else units.parse(one, "length") for one in parts)
     except ValueError as error:
         why = error if len(parts) == 4 else f"{len(parts)} lengths"
         raise TopographyError(f"`crop` {crop!r}: four lengths, x0,x1,y0,y1, as 1um,9um,1um,9um ({why})") from error
     return a, b, c, d
-
-
-def _is_zero(text: str) -> bool:
-    digits = re.fullmatch(r"\s*([\d.]+)\s*\D*", text)
-    return digits is not None and digits[1].strip("0.") == ""

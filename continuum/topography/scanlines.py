@@ -61,12 +61,7 @@ class ScanLines:
 
 
 def scan_lines(heights: Real) -> ScanLines:
-    """Lines against columns, along the direction in which there is more to find.
-
-    Parameters
-    ----------
-    heights : shape (nx, ny), at least 3 points along each.
-    """
+    """Lines against columns, along the direction in which there is more to find; of at least 3 x 3 heights."""
     heights = map_of("heights", heights)
     if min(heights.shape) < 3:
         raise ArgumentError("heights", heights, "at least 3 lines of 3 points: a line is held against its neighbours")

@@ -64,12 +64,7 @@ def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> 
 
 
 def surface_bands(wavenumber: Real, profile: Real) -> Bands:
-    """C of the isotropic surface whose profiles have a given spectrum, constant in bands: Abel's equation solved.
-
-    Parameters
-    ----------
-    wavenumber, profile : from :func:`profile_spectrum`.
-    """
+    """C of the isotropic surface whose :func:`profile_spectrum` is given, constant in bands: Abel's equation solved."""
     # In units of the longest wave and its power, so that rounding is the same in all.
     units = float(wavenumber[0]), float(profile.mean())
     wavenumber, profile = wavenumber / units[0], profile / units[1]
