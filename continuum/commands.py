@@ -25,8 +25,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.show.console import EstimatedProgress, progress, show, warn
 from continuum.show.prediction_data import as_csv
-from continuum.show.runs import progress_line
-from continuum.show.sweeps import failed_sheet, result_line, status_sheet, table_sheet
+from continuum.show.runs import failed_sheet, progress_line, result_line, status_sheet, table_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import UnresolvedError, resolvable

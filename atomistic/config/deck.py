@@ -20,8 +20,8 @@ from continuum.files.toml import Source
 from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import WallTable
 from continuum.tables import Fault, Fraction, InputFile, constraint
-from continuum.topography.crop import wall_from_map
 from continuum.topography.map import Topography
+from continuum.topography.mending import wall_from_map
 from continuum.topography.reading import read_topography
 from continuum.units import parse, unit_size
 

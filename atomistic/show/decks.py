@@ -15,7 +15,8 @@ from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
-from continuum.show.plot import PAGE, SERIES, contact_image, new_figure, save_figure, styled
+from continuum.show.plot import PAGE, SERIES, contact_image, new_axes, save_figure, styled
+from continuum.show.runs import words
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 
 _JUMP = 0.25
@@ -47,7 +48,7 @@ def _steps(run: DeckRun) -> Sheet:
         {"k_B T (E* a0³)": "temperature"} if moves else {"evaluations": "evaluations"}
     )
     rows: list[list[Entry]] = [
-        [i, *(getattr(step, name) for name in columns.values()), step.status.lower().replace("_", " ")]
+        [i, *(getattr(step, name) for name in columns.values()), words(step.status)]
         for i, step in enumerate(run.steps, 1)
     ]
     heads = ["step", *columns, "status"]
@@ -125,8 +126,7 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
 @styled
 def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     """Load and areas against separation, in the order of the steps, and the contact where A_rep is largest."""
-    figure = new_figure(PAGE, 2.9)
-    load, area, contact = figure.subplots(1, 3)
+    figure, (load, area, contact) = new_axes(PAGE, 2.9, 1, 3)
     along = _along(run)
     x = np.array([getattr(step, f"offset_{along}" if along else "separation") for step in run.steps])
     real = run.description.real_units

@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS
 from atomistic.response.discreteness import Discreteness
-from continuum.show.plot import (
-    ATTRACTED_COLOUR,
-    COLUMN,
-    DIFFERENT_COLOUR,
-    PAGE,
-    REPULSIVE_COLOUR,
-    SERIES,
-    broken,
-    contact_image,
-    new_figure,
-    save_figure,
-    styled,
-)
+from continuum.show import plot
 
 LABELS = {
     "half-space": "half-space, ν = 1/2",
@@ -35,7 +25,7 @@ LABELS = {
     "lattice": "lattice Green's function",
     "atoms": "atoms (LAMMPS)",
 }
-_COLOURS = dict(zip(RUNGS, SERIES, strict=False))
+_COLOURS = dict(zip(RUNGS, plot.SERIES, strict=False))
 _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 """Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
 
@@ -43,44 +33,43 @@ _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 def draw_all(archive: Archive, folder: Path, stem: str) -> list[Path]:
     """Draw every figure into a folder, as PNG and PDF; returns the PNG files."""
     figures = {"contact": rung_contact_maps(archive), "curves": curves(archive), "scaling": scaling(archive)}
-    return [save_figure(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None]
+    return [
+        plot.save_figure(figure, folder / f"{stem}-{name}") for name, figure in figures.items() if figure is not None
+    ]
 
 
-@styled
+@plot.styled
 def rung_contact_maps(archive: Archive) -> Figure:
     """Contact on the lattice Green's function and on atoms, side by side, and the points that differ.
 
     A row for each case: its steepest slope, first surface and a middle area.
     """
     columns = archive.columns
-    rows = [_shown_state(archive, case) for case in dict.fromkeys(columns["case"].tolist())]
-    figure = new_figure(PAGE, 2.3 * len(rows) + 0.5)
-    axes = figure.subplots(len(rows), 3, squeeze=False)
+    rows = [_shown_states(archive, case)[1] for case in dict.fromkeys(columns["case"].tolist())]
+    figure, axes = plot.new_axes(plot.PAGE, 2.3 * len(rows) + 0.5, len(rows), 3, squeeze=False)
     nx, ny = columns["contact"].shape[2:]
     i, j = RUNGS.index("lattice"), RUNGS.index("atoms")
+    differs: Any = {"marker": "s", "linestyle": "", "markerfacecolor": "none", "markeredgecolor": plot.DIFFERENT_COLOUR}
     for state, row in zip(rows, axes, strict=True):
         a, b = columns["contact"][i, state], columns["contact"][j, state]
         for axis, kinds in ((row[0], a), (row[1], b)):
-            contact_image(axis, kinds, (float(nx), float(ny)))
-        contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
+            plot.contact_image(axis, kinds, (float(nx), float(ny)))
+        plot.contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
         for x, y in np.argwhere(a != b):
-            row[2].plot(x + 0.5, y + 0.5, "s", markersize=4, markerfacecolor="none", markeredgecolor=DIFFERENT_COLOUR)
+            row[2].plot(x + 0.5, y + 0.5, markersize=4, **differs)
         area = columns["area_rep"][j, state]
         row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
         differ = int(np.count_nonzero(a != b))
         row[2].set_title(f"{differ} of {a.size} atoms differ")
         row[1].set_title(f"$A_{{rep}}/A_0$ = {area:.3f}")
     for axis, title in zip(axes[0], ("lattice Green's function", "atoms (LAMMPS)", "difference"), strict=True):
-        below = axis.get_title()
-        axis.set_title(f"{title}\n{below}" if below else f"{title}\n ")
+        axis.set_title(f"{title}\n{axis.get_title() or ' '}")
     for axis in axes[-1]:
         axis.set_xlabel("x ($a_0$)")
     figure.legend(
         handles=[
-            Patch(facecolor=REPULSIVE_COLOUR, label="repulsive"),
-            Patch(facecolor=ATTRACTED_COLOUR, label="attracted"),
-            Line2D([], [], marker="s", linestyle="", markerfacecolor="none", markeredgecolor=DIFFERENT_COLOUR,
-                   label="differs"),
+            *plot.contact_key(),
+            Line2D([], [], label="differs", **differs),
         ],
         loc="outside lower center",
         ncols=3,
@@ -88,16 +77,17 @@ def rung_contact_maps(archive: Archive) -> Figure:
     return figure
 
 
-def _shown_state(archive: Archive, case: str) -> int:
+def _shown_states(archive: Archive, case: str) -> tuple[NDArray[np.intp], int]:
+    """The states of a case of the steepest slope and the first surface; and the one of them of a middle area."""
     columns = archive.columns
     mine = np.flatnonzero(columns["case"] == case)
     mine = mine[columns["rms_slope"][mine] == columns["rms_slope"][mine].max()]
     mine = mine[columns["seed"][mine] == columns["seed"][mine][0]]
     areas = columns["area"][mine]
-    return int(mine[np.argsort(areas)[len(areas) // 2]])
+    return mine, int(mine[np.argsort(areas)[len(areas) // 2]])
 
 
-@styled
+@plot.styled
 def curves(archive: Archive) -> Figure | None:
     """Repulsive area and load against mean gap along the approach, on the lattice; what other rungs add to its load.
 
@@ -109,8 +99,8 @@ def curves(archive: Archive) -> Figure | None:
         return None
     cases = list(dict.fromkeys(columns["curve_case"].tolist()))
     atoms = RUNGS.index("atoms")
-    figure = new_figure(PAGE if len(cases) > 1 else COLUMN, 5.6)
-    axes = figure.subplots(3, len(cases), squeeze=False, sharex="col")
+    width = plot.PAGE if len(cases) > 1 else plot.COLUMN
+    figure, axes = plot.new_axes(width, 5.6, 3, len(cases), squeeze=False, sharex="col")
     for case, (area_axis, load_axis, difference_axis) in zip(cases, axes.T, strict=True):
         along = {
             rung: {
@@ -119,13 +109,8 @@ def curves(archive: Archive) -> Figure | None:
             }
             for rung in CONTINUUM_RUNGS
         }
-        first = _shown_state(archive, case)
-        mine = (
-            (columns["case"] == case)
-            & (columns["rms_slope"] == columns["rms_slope"][first])
-            & (columns["seed"] == columns["seed"][first])
-            & (columns["branch"] == "approach")
-        )
+        mine, middle = _shown_states(archive, case)
+        mine = mine[columns["branch"][mine] == "approach"]
         points = {name: columns[name][atoms, mine] for name in ("mean_gap", "area_rep", "load")}
         lattice = along["lattice"]
         order = np.argsort(lattice["mean_gap"])
@@ -133,15 +118,15 @@ def curves(archive: Archive) -> Figure | None:
         for (rung, curve), (style, width) in zip(along.items(), _LINES, strict=True):
             look = {"color": _COLOURS[rung], "label": LABELS[rung], "linestyle": style, "linewidth": width}
             if rung == "lattice":
-                area_axis.plot(*broken(curve["mean_gap"], curve["area_rep"]), **look)
-                load_axis.plot(*broken(curve["mean_gap"], curve["load"]), **look)
-            difference_axis.plot(*broken(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"])), **look)
+                area_axis.plot(*plot.broken(curve["mean_gap"], curve["area_rep"]), **look)
+                load_axis.plot(*plot.broken(curve["mean_gap"], curve["load"]), **look)
+            difference_axis.plot(*plot.broken(curve["mean_gap"], 1e4 * (curve["load"] - lattice["load"])), **look)
         look = {"color": _COLOURS["atoms"], "markerfacecolor": "none", "label": LABELS["atoms"]}
         area_axis.plot(points["mean_gap"], points["area_rep"], "o", **look)
         load_axis.plot(points["mean_gap"], points["load"], "o", **look)
         difference_axis.plot(points["mean_gap"], 1e4 * (points["load"] - at_points), "o", **look)
         load_axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, first)}")
+        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, middle)}")
         difference_axis.set_xlabel("mean gap ($a_0$)")
     axes[0, 0].set_ylabel("repulsive area $A_{rep}/A_0$")
     axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
@@ -156,7 +141,7 @@ def _wall_and_slope(archive: Archive, state: int) -> str:
     return f"$\\ell_a$ = {length:g} $a_0$, $h'_{{rms}}$ = {slope:g}"
 
 
-@styled
+@plot.styled
 def scaling(archive: Archive) -> Figure | None:
     """Load and displacement difference of lattice response and atoms against the slope, without adhesion."""
     columns = archive.columns
@@ -164,9 +149,8 @@ def scaling(archive: Archive) -> Figure | None:
     fits = [fit for fit in budget.exponents(columns) if fit.adhesion_length == 0]
     if not fits:
         return None
-    figure = new_figure(PAGE, 3.4)
-    left, right = figure.subplots(1, 2)
-    areas = sorted({fit.area for fit in fits})
+    figure, (left, right) = plot.new_axes(plot.PAGE, 3.4, 1, 2)
+    colours = dict(zip(sorted({fit.area for fit in fits}), cycle(plot.SERIES), strict=False))
     markers = dict(zip(sorted({fit.seed for fit in fits}), "osv^D", strict=False))
     for axis, quantity, expected, label in (
         (left, "load", 1, "load difference $|\\Delta N|/N_{rep}$"),
@@ -178,78 +162,57 @@ def scaling(archive: Archive) -> Figure | None:
             h = columns["rms_slope"][at]
             values = np.abs(columns[f"nonlinearity_{quantity}"][at])
             order = np.argsort(h)
-            axis.loglog(
-                h[order],
-                values[order],
-                marker=markers.get(fit.seed, "o"),
-                color=SERIES[areas.index(fit.area) % len(SERIES)],
-                markerfacecolor="none",
-                linewidth=0.8,
-            )
+            look = {"marker": markers.get(fit.seed, "o"), "color": colours[fit.area], "markerfacecolor": "none"}
+            axis.loglog(h[order], values[order], linewidth=0.8, **look)
         h = np.array(sorted({slope for fit in mine for slope in fit.slopes}))
-        top = max(
-            float(np.abs(columns[f"nonlinearity_{quantity}"][plain & (columns["rms_slope"] == h[0])]).max()),
-            1e-300,
-        )
+        flattest = columns[f"nonlinearity_{quantity}"][plain & (columns["rms_slope"] == h[0])]
+        top = max(float(np.abs(flattest).max()), 1e-300)
         axis.loglog(h, 2 * top * (h / h[0]) ** expected, "-", color="0.6", linewidth=2, zorder=0)
         fitted = np.array([fit.fitted for fit in mine])
-        axis.text(
-            0.05,
-            0.93,
-            f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}",
-            transform=axis.transAxes,
-            va="top",
-            fontsize=8,
-        )
-        axis.set_xlabel("rms slope $h'_{rms}$")
-        axis.set_ylabel(label)
-    handles = [
-        Line2D([], [], color=SERIES[i % len(SERIES)], label=f"$A_{{rep}}/A_0$ = {area:g}")
-        for i, area in enumerate(areas)
-    ] + [
-        Line2D([], [], marker=m, color="0.3", markerfacecolor="none", linestyle="", label=f"seed {s}")
-        for s, m in markers.items()
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(areas))
+        text = f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}"
+        axis.text(0.05, 0.93, text, transform=axis.transAxes, va="top", fontsize=8)
+        axis.set(xlabel="rms slope $h'_{rms}$", ylabel=label)
+    handles = [Line2D([], [], color=colour, label=f"$A_{{rep}}/A_0$ = {area:g}") for area, colour in colours.items()]
+    outlined: Any = {"color": "0.3", "markerfacecolor": "none", "linestyle": ""}
+    handles += [Line2D([], [], marker=m, label=f"seed {s}", **outlined) for s, m in markers.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(colours))
     return figure
 
 
-@styled
+@plot.styled
 def draw_contact_modulus(modulus: ContactModulus, stem: Path, title: str) -> Path:
     """E*(100) over its mean, against the direction of the wavevector; returns the PNG file."""
-    figure = new_figure(COLUMN, 2.6)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(plot.COLUMN, 2.6)
     relative = modulus.values / modulus.mean
-    axis.plot(np.degrees(modulus.angles), relative, color=SERIES[0])
+    axis.plot(np.degrees(modulus.angles), relative, color=plot.SERIES[0])
     axis.axhline(1, color="0.6", linewidth=0.8, linestyle="--")
     axis.set_xticks([0, 22.5, 45, 67.5, 90], ["0°\n[100]", "22.5°", "45°\n[110]", "67.5°", "90°\n[010]"])
-    axis.set_xlim(0, 90)
-    axis.set_xlabel("direction of the wavevector in the (100) surface")
-    axis.set_ylabel(r"$E^*(\theta)\,/\,E^*$")
-    axis.set_title(f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean")
-    return save_figure(figure, stem)
+    axis.set(
+        xlim=(0, 90),
+        xlabel="direction of the wavevector in the (100) surface",
+        ylabel=r"$E^*(\theta)\,/\,E^*$",
+        title=f"{title}: {relative.min():.4f} to {relative.max():.4f} of the mean",
+    )
+    return plot.save_figure(figure, stem)
 
 
-@styled
+@plot.styled
 def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     """Stiffness of lattice against continuum over q, all waves and the two limits; returns the PNG file."""
-    figure = new_figure(COLUMN, 2.8)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(plot.COLUMN, 2.8)
     q = 2 * np.pi / found.wavelength
     # 0 along <110>, 1 along <100>.
     turn = (1 - np.cos(4 * found.angle)) / 2
-    for low, high, colour, label in ((0.0, 0.1, SERIES[0], "[110]"), (0.9, 1.0, SERIES[5], "[100]")):
+    for low, high, colour, label in ((0.0, 0.1, plot.SERIES[0], "[110]"), (0.9, 1.0, plot.SERIES[5], "[100]")):
         near = (turn >= low) & (turn <= high)
         axis.plot(q[near], 100 * found.difference[near], ".", color=colour, markersize=2.5, label=f"near {label}")
     between = (turn > 0.1) & (turn < 0.9)
     axis.plot(q[between], 100 * found.difference[between], ".", color="0.8", markersize=1, zorder=0, label="between")
     limit = np.array([0, 0.8])
-    for slope, colour in ((found.along_110, SERIES[0]), (found.along_100, SERIES[5])):
+    for slope, colour in ((found.along_110, plot.SERIES[0]), (found.along_100, plot.SERIES[5])):
         axis.plot(limit, 100 * slope * limit, "-", color=colour, linewidth=1)
     axis.axhline(0, color="0.6", linewidth=0.8)
-    axis.set_xlim(0, 4.5)
-    axis.set_xlabel("wavenumber q ($1/a_0$)")
-    axis.set_ylabel(r"$K_{lattice}/K_{continuum} - 1$ (%)")
+    axis.set(xlim=(0, 4.5), xlabel="wavenumber q ($1/a_0$)", ylabel=r"$K_{lattice}/K_{continuum} - 1$ (%)")
     above = axis.secondary_xaxis("top")
     lengths = (64, 16, 8, 4, 3, 2)
     above.set_xticks([2 * np.pi / length for length in lengths], [str(length) for length in lengths])
@@ -257,4 +220,4 @@ def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     axis.text(0.03, 0.97, title, transform=axis.transAxes, va="top")
     axis.set_ylim(bottom=min(axis.get_ylim()[0], -0.6 * axis.get_ylim()[1]))  # room below for what the points are
     axis.legend(markerscale=3, loc="lower left")
-    return save_figure(figure, stem)
+    return plot.save_figure(figure, stem)

@@ -13,13 +13,11 @@ from continuum.arguments import choice, count, flag
 from continuum.files.inputs import load
 from continuum.solve.solution import MOST_THREADS
 from continuum.sticky.materials import Interface, InterfaceError, read_interface
-from continuum.sticky.predict import prediction_of
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import Detrending, prepare
-from continuum.topography.quantities import share
-from continuum.topography.reading import read_all
+from continuum.topography.reading import read_all, share
 
 READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff"}
 """Arguments that are used when the maps are read."""

@@ -51,17 +51,9 @@ class Claim:
     """What counts as reproduced; and, after a semicolon, as reproduced with a remark."""
 
     def finding(self, points: DataFrame) -> Finding:
-        """What the points of a sweep say of it."""
         rows = points.query(self.query)
         found = None if rows.empty else self.judge(rows)
         return found or Finding("not looked at", "no points for it in this sweep", 0)
-
-
-class ClaimVerdict(NamedTuple):
-    """A claim with what was found."""
-
-    claim: Claim
-    finding: Finding
 
 
 def _word(good: bool | np.bool_, fair: bool | np.bool_ = False) -> Word:
@@ -69,7 +61,6 @@ def _word(good: bool | np.bool_, fair: bool | np.bool_ = False) -> Word:
 
 
 def _spread(values: ArrayLike) -> str:
-    """Mean, standard deviation and range."""
     found = np.asarray(values)
     return f"{found.mean():.3g} ± {found.std():.2g} ({found.min():.3g} - {found.max():.3g})"
 
@@ -164,20 +155,12 @@ def _strip(rows: DataFrame) -> Finding | None:
     return _equal(ratio, "A_att/(P d_att), d_att of Eq. (S-2) with the measured d_rep, where A_att < A_rep")
 
 
-def _area_ratio(rows: DataFrame) -> Finding | None:
-    return _equal(rows.area_rep / rows.area_att / rows.expected_ratio, "measured over predicted", _factor)
-
-
 def _kappa_att(rows: DataFrame) -> Finding | None:
     if len(rows) < 3:
         return None
     decades = np.ptp(np.log10(rows.kappa_att.to_numpy()))
     says = f"measured over predicted 1/κ_att, over {decades:.2g} decades"
     return _equal(rows.expected_kappa_att / rows.kappa_att, says, _factor)
-
-
-def _perimeter(rows: DataFrame) -> Finding | None:
-    return _equal(rows.perimeter * rows.chord / (np.pi * rows.area_rep * rows.area), "P d/(π A_rep)")
 
 
 def _sticky(rows: DataFrame) -> Finding:
@@ -254,7 +237,10 @@ CLAIMS = (
     ),
     Claim("N_att = (w/range) A_att", "1 (Fig. 3)", _ATTRACTED, _attraction),
     Claim("A_att is a strip of width d_att along the perimeter", "1 (Eq. S-2)", _THIN, _strip),
-    Claim("A_rep/A_att follows Eq. (4) where A_att < A_rep", "1 (Fig. 4)", _THIN, _area_ratio),
+    Claim(
+        "A_rep/A_att follows Eq. (4) where A_att < A_rep", "1 (Fig. 4)", _THIN,
+        lambda rows: _equal(rows.area_rep / rows.area_att / rows.expected_ratio, "measured over predicted", _factor),
+    ),
     Claim("1/kappa_att follows Eqs. (3) and (4)", "1 (Fig. 4)", "reference and area_att > 0", _kappa_att),
     Claim(
         "sticky if and only if 1/kappa_att of theory > 1/kappa_rep", "every surface of Fig. 4",
@@ -272,7 +258,8 @@ CLAIMS = (
     ),
     Claim(
         "P d = pi A_rep where d > 10 a0", "1 (Fig. S-2)",
-        "valid and chord > 10", _perimeter,
+        "valid and chord > 10",
+        lambda rows: _equal(rows.perimeter * rows.chord / (np.pi * rows.area_rep * rows.area), "P d/(π A_rep)"),
     ),
     Claim("the stiffness is lowered by kappa_rep/kappa, where not sticky", "1", "approach", _stiffness),
     Claim(
@@ -286,12 +273,12 @@ CLAIMS = (
 )  # fmt: skip
 
 
-def claim_verdicts(points: DataFrame) -> list[ClaimVerdict]:
+def claim_verdicts(points: DataFrame) -> list[tuple[Claim, Finding]]:
     """All claims that a sweep can judge; of the others it is said that they were not looked at."""
-    return [ClaimVerdict(claim, claim.finding(points)) for claim in CLAIMS]
+    return [(claim, claim.finding(points)) for claim in CLAIMS]
 
 
-def verdict_sheet(found: list[ClaimVerdict]) -> Sheet:
+def verdict_sheet(found: list[tuple[Claim, Finding]]) -> Sheet:
     """The claims as a table."""
     columns = (
         "claim of the paper",

@@ -1,25 +1,142 @@
-"""Which theory is right?  Figures and tables of the work of adhesion at the crossover, beside every camp."""
+"""Which theory is right?  The work of adhesion at which a surface turns sticky, beside the theory of every camp.
+
+The systems of one surface and one law differ in the work of adhesion w.  The crossover is where the quantity that tells
+sticky from not passes 1: attraction over repulsion at 1 % area, or pull-off over the load before it.  Between two works
+its logarithm is taken as linear in that of w.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from pandas import DataFrame, Series
 
 from continuum.files import output
-from continuum.paper.crossover import crossovers, exponent
+from continuum.measure.curve import adhesion
+from continuum.model.grid import Grid
+from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.figures import Drawing, save_drawing
-from continuum.paper.points import ENOUGH, FigureError, sweep_points
-from continuum.paper.symbols import plain_ticks
+from continuum.paper.points import ENOUGH, FigureError, alike, curve_of, plain_ticks, sweep_points
 from continuum.show import plot
 from continuum.show.sheet import Sheet
-from continuum.sticky.criteria import CRITERIA, Criterion
+from continuum.sticky.criteria import AREA, CRITERIA, Criterion, RoughContact
 from continuum.sweeps.collect import PointTable
-from continuum.theory import dispute
+from continuum.theory import dispute, rough
+
+NEAR = 1.1
+"""Ratio within which the largest or smallest work counts as the crossover itself: attraction is nearly proportional to
+w, so that the crossover is then known to a few per cent."""
+_MARKS = {"spline": "o", "exponential": "s"}
+
+
+def crossovers(table: PointTable) -> DataFrame:
+    """The crossover of each surface and law of a sweep, one a row, by :func:`attraction_ratio`.
+
+    Where paths have a way back it is that of :func:`pull_off_ratio`.  Columns are
+
+    * ``hurst``, ``lambda_s``, ``lambda_L``, ``seed``: of the surface; ``law``: shape of the attraction;
+    * ``range``: effective range of the attraction over h_rms, to two digits;
+    * ``peak``: mean gap over h_rms at which the approach ended, as text; empty where paths are not told apart by it;
+    * ``contact``: the :class:`RoughContact` at the crossover; ``work``: l_a λ_L/h_rms² there, the pure number of the
+      bearing-area model; ``loss``: work lost in the cycle over w, there;
+    * ``squares``: squares of λ_s in 1 % of the map, of which the paper shows no surface with fewer than ten.
+    """
+    points = sweep_points(table)
+    ratio = attraction_ratio if points.approach.all() else pull_off_ratio
+    points["series"] = alike(points, "wall.adhesion_length")
+    energies, trials = conformal_energies(table), []
+    for system, path in points.sort_values("step").groupby("system"):
+        value, loss = ratio(path)
+        if value > 0:
+            trial = _trial(table, table.keys[system], path.iloc[0], energies)
+            trials.append({**trial, "ratio": value, "loss": loss / trial["work"]})
+    if not trials:
+        return DataFrame()
+    found = DataFrame(trials).sort_values("work", kind="stable")
+    turns = (_crossover(each) for _, each in found.groupby("series", sort=False))
+    return DataFrame([turn for turn in turns if turn is not None])
+
+
+def _trial(table: PointTable, key: str, first: Series, energies: Mapping[str, float]) -> dict[str, Any]:
+    """A system by the first of its points: its surface, its law, and what the theories ask about it."""
+    height, shape = first.rms_height, table.setting(key, "wall.shape")
+    contact = RoughContact(
+        height, first.rms_slope, first.rms_curvature, first.work_of_adhesion, first.effective_range,
+        conformal_energy=energies[key], roll_off=float(first.lambda_L),
+    )  # fmt: skip
+    targets = table.setting(key, "loading.targets") if "sweep.loading.targets" in first else None
+    return {
+        **first[["series", "hurst", "lambda_s", "lambda_L", "seed"]],
+        "law": shape if isinstance(shape, str) else "spline",
+        "range": round(first.effective_range / height, 2),
+        "peak": f"{targets[-1] / height:.3g}" if isinstance(targets, (list, tuple)) else "",
+        "squares": float(AREA * np.prod(table.setting(key, "grid.period")) / first.lambda_s**2),
+        "contact": contact,
+        "work": first.work_of_adhesion,
+    }
+
+
+def attraction_ratio(path: DataFrame) -> tuple[float, float]:
+    """The paper's observable: attraction over repulsion at the first point of the approach; no work is lost."""
+    first = path.iloc[0]
+    return (first.load_att / first.load_rep if first.load_rep > 0 else np.nan), np.nan
+
+
+def pull_off_ratio(path: DataFrame) -> tuple[float, float]:
+    """The observable of its critics: pull-off over the peak load of the cycle, and the work lost in it."""
+    if path.approach.all() or not np.array_equal(path.step, np.arange(len(path))):
+        return np.nan, np.nan  # a point is missing
+    found = adhesion(curve_of(path))
+    if not found.separated:
+        return np.nan, np.nan
+    # A contact that never pushes is sticky however it is measured.
+    return (found.pull_off / found.peak_load if found.peak_load > 0 else np.inf), found.loss
+
+
+def _crossover(trials: DataFrame) -> dict[str, Any] | None:
+    """Between the last work that is not sticky and the next; None if there is no such pair."""
+    work, over, loss = np.log(trials.work.to_numpy()), np.log(trials.ratio.clip(upper=1e6).to_numpy()), trials.loss
+    sticky = over > 0
+    if sticky.all() or not sticky.any():
+        edge = 0 if sticky.all() else -1
+        if abs(over[edge]) > np.log(NEAR):
+            return None
+        at, lost = work[edge] - over[edge], loss.iloc[edge]
+    else:
+        above = int(np.argmax(sticky))
+        if above == 0:  # not steady in w: a surface that sticks at the smallest work and not at a larger one
+            return None
+        share = -over[above - 1] / (over[above] - over[above - 1])
+        at = work[above - 1] + share * (work[above] - work[above - 1])
+        lost = loss.iloc[above - 1] + share * (loss.iloc[above] - loss.iloc[above - 1])
+    first = trials.iloc[0]
+    contact = replace(first.contact, work_of_adhesion=float(np.exp(at)))
+    assert contact.roll_off is not None
+    number = contact.adhesion_length * contact.roll_off / contact.rms_height**2
+    return {**first, "contact": contact, "work": number, "loss": float(lost)}
+
+
+def conformal_energies(table: PointTable) -> dict[str, float]:
+    """Elastic energy per area of full contact of each system's surface, in E* a0: the surfaces are made anew."""
+
+    @cache
+    def energy(grid: Grid, surface: SelfAffineSurface) -> float:
+        power = np.abs(grid.forward(surface.build(grid))) ** 2 * grid.mode_weights
+        return rough.conformal_energy(grid.wavenumber, power)
+
+    surfaces = {key: SelfAffineSurface.model_validate(table.given(key, "surface")) for key in table.keys}
+    return {key: energy(table.grid(key), surface) for key, surface in surfaces.items()}
+
+
+def exponent(cuts: Any, works: Any) -> float:
+    """The power x of w ~ λ_s^x, by least squares of the logarithms; NaN for fewer than three."""
+    return float(np.polyfit(np.log(cuts), np.log(works), 1)[0]) if len(cuts) > 2 else float("nan")
 
 
 @dataclass(frozen=True)
@@ -43,7 +160,6 @@ THEORIES = (
     Theory("Fuller-Tabor", CRITERIA["fuller-tabor"], dispute.fuller_tabor_exponent, "#009e73"),
     Theory("bearing area (BAM)", CRITERIA["bearing-area"], dispute.long_wave_exponent, "#cc79a7"),
 )
-_MARKS = {"spline": "o", "exponential": "s"}
 
 
 def _mean(values: Sequence[float]) -> str:
@@ -84,8 +200,7 @@ def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
         ratios = [np.log(theory.margins(used).to_numpy()) for theory in THEORIES]
         works.append((*name, len(used), *(f"{np.exp(r.mean()):.2g} (x{np.exp(r.std()):.2f})" for r in ratios)))
     if not exponents:
-        msg = "no surface of this sweep has its turn at three λ_s: too few systems are done"
-        raise FigureError(msg)
+        raise FigureError("no surface of this sweep has its turn at three λ_s: too few systems are done")
     names = [theory.name for theory in THEORIES]
     head = ["Δr/h_rms", *(["turned back at (h_rms)"] if peaked else []), "law", "H"]
     measured = [*head, "surfaces", "λ_s (a0)", "Δr/g0", "μ_T", "measured", *(f"{name} (limit)" for name in names)]
@@ -168,11 +283,6 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
     ----------
     sweeps : name of the folder and table; paths with a way back are judged by their pull-off, others by their load.
     path : of the page, in Markdown; figures lie beside it.
-
-    Raises
-    ------
-    FigureError
-        If a sweep has too few surfaces that turn sticky.
     """
     parts, written = ["# Which theory is right: the numbers\n"], list[Path]()
     for name, table in sweeps:
@@ -206,7 +316,6 @@ def many_contacts(turns: DataFrame) -> list[Sheet]:
 
 
 def _losses(turns: DataFrame) -> str:
-    """The work lost in a cycle at the crossover."""
     peaks = turns.assign(peak_gap=[float(peak or 0) for peak in turns.peak])
     rows = [
         (group.peak.iloc[0], str(hurst), str(cut), len(group), f"{np.mean(group.loss):.3f}")

@@ -106,14 +106,13 @@ def _crystals() -> list[Example]:
             "w = 50 mJ/m² in place of 10 J/m²: 200 times less, 'two to three orders of magnitude'",
         ),
     ]  # fmt: skip
-    for name in ("mica", "silicon"):
+    for name, about in (("mica", "mica on mica"), ("silicon", "bonded silicon wafers")):
         material = MATERIALS[name]
         contact = interface([Body(material=material), Body(material=material)])
         slope = _stick_slope(contact.adhesion_length, material.spacing or np.nan)
         found.append(
             Example(
-                {"mica": "mica on mica", "silicon": "bonded silicon wafers"}[name],
-                "h' that sticks, at most", "≲ 1e-3", slope, "",
+                about, "h' that sticks, at most", "≲ 1e-3", slope, "",
                 f"w = {1e3 * contact.work_of_adhesion:.0f} mJ/m² and E* = {1e-9 * contact.contact_modulus:.0f} GPa of "
                 "the two, softer than 1 TPa; necessary, not sufficient",
             )

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pandas import DataFrame
 
 from continuum.files import output
-from continuum.paper import further, gaps, maps, relations
+from continuum.paper import fields, relations
 from continuum.paper.points import FigureError, SweepData
 from continuum.show import plot
 from continuum.show.sheet import Sheet
@@ -50,30 +50,17 @@ class PaperFigure:
 
     @plot.styled
     def make(self, data: SweepData) -> Drawing:
-        """Draw the figure.
-
-        Raises
-        ------
-        FigureError
-            If the sweep has no point for it.
-        """
+        """Draw the figure."""
         shown = self.select(data)
         if not len(shown):
-            msg = f"{data.table.listing.name}: {self.needs}"
-            raise FigureError(msg)
+            raise FigureError(f"{data.table.listing.name}: {self.needs}")
         figure, numbers = self.draw(shown)
         caption = self.caption if isinstance(self.caption, str) else self.caption(numbers)
         return Drawing(figure, Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None)), caption)
 
 
 def save_drawing(drawing: Drawing, stem: Path) -> list[Path]:
-    """Write ``stem.png``, ``stem.pdf`` and ``stem.csv``; returns PNG and CSV.
-
-    Raises
-    ------
-    OutputError
-        If they cannot be written there.
-    """
+    """Write ``stem.png``, ``stem.pdf`` and ``stem.csv``; returns PNG and CSV."""
     picture = plot.save_figure(drawing.figure, stem)
     return [picture, output.save(stem.with_name(f"{stem.name}.csv"), drawing.sheet.csv())]
 
@@ -94,21 +81,32 @@ def _along(key: str, query: str, least: int = 2) -> Select:
 
 
 _ANY = "the sweep has no point that this figure shows: too few systems are done, or it is another sweep"
-_TWO_VALUES = "this figure needs a sweep over {}, with points of enough contact at two values at least"
+
+
+def _inverse_kappa(title: str, column: str, key: str, label: str, *along: str) -> PaperFigure:
+    """1/κ or 1/κ_rep against a key of [surface], and the keys that change along with it."""
+    return PaperFigure(
+        title,
+        _along(f"surface.{key}", "reference"),
+        f"this figure needs a sweep over surface.{key}, with points of enough contact at two values at least",
+        partial(relations.draw_inverse_kappa, key=key, label=label, column=column, along=along),
+        f"{title}; means over surfaces, bars their standard deviation.",
+    )
+
 
 FIGURES = {
     "figure1": PaperFigure(
-        "Fig. 1", maps.near_target_area, "no system has a converged point to draw", maps.draw_contact_maps,
+        "Fig. 1", fields.near_target_area, "no system has a converged point to draw", fields.draw_contact_maps,
         "Fig. 1: contact at a fixed repulsive area, adhesion growing.", fields=True,
     ),
     "figure-s1": PaperFigure(
-        "Fig. S-1", maps.near_target_area, "no system has a converged point to draw", maps.draw_patch_cells,
+        "Fig. S-1", fields.near_target_area, "no system has a converged point to draw", fields.draw_patch_cells,
         lambda n: "Fig. S-1: cells and perimeter; of {} cells of this map {} are perimeter cells.".format(*n.iloc[0]),
         fields=True,
     ),
     "gap-profile": PaperFigure(
-        "gap profile", gaps.stored_profiles,
-        "no system has a contact with its gaps: this figure needs fields = true in [output]", gaps.draw_gap_profiles,
+        "gap profile", fields.stored_profiles,
+        "no system has a contact with its gaps: this figure needs fields = true in [output]", fields.draw_gap_profiles,
         "Mean gap outside the contact at 1 % area, over Eq. (S-1) with the measured d_rep, against x from the edge.",
         fields=True,
     ),
@@ -136,47 +134,32 @@ FIGURES = {
         lambda numbers: "Fig. S-3: largest tension on approach, at the points of each path; "
         f"{np.sum(numbers['N_max/(N P_c)'] <= 0)} never pull.", general=True,
     ),
-    "finite-size": PaperFigure(
-        "κ at 1 % area against the period L = 2λ_L", _along("surface.lambda_L", "reference"),
-        _TWO_VALUES.format("surface.lambda_L"),
-        partial(
-            further.draw_inverse_kappa, key="lambda_L", label=r"$\lambda_L = L/2$ ($a_0$)", column="kappa",
-            along=("grid.n",),
-        ),
-        "κ at 1 % area against the period L = 2λ_L; means over surfaces, bars their standard deviation.",
+    "finite-size": _inverse_kappa(
+        "κ at 1 % area against the period L = 2λ_L", "kappa", "lambda_L", r"$\lambda_L = L/2$ ($a_0$)", "grid.n",
     ),
-    "continuum-limit": PaperFigure(
-        "κ_rep at 1 % area against λ_s/a0", _along("surface.lambda_s", "reference"),
-        _TWO_VALUES.format("surface.lambda_s"),
-        partial(
-            further.draw_inverse_kappa, key="lambda_s", label=r"$\lambda_s/a_0$", column="kappa_rep",
-            along=("grid.n", "surface.lambda_L"),
-        ),
-        "κ_rep at 1 % area against λ_s/a0; means over surfaces, bars their standard deviation.",
+    "continuum-limit": _inverse_kappa(
+        "κ_rep at 1 % area against λ_s/a0", "kappa_rep", "lambda_s", r"$\lambda_s/a_0$", "grid.n", "surface.lambda_L",
     ),
-    "lambda-L": PaperFigure(
-        "κ at 1 % area against λ_L, one period", _along("surface.lambda_L", "reference"),
-        _TWO_VALUES.format("surface.lambda_L"),
-        partial(further.draw_inverse_kappa, key="lambda_L", label=r"$\lambda_L$ ($a_0$)", column="kappa"),
-        "κ at 1 % area against λ_L, one period; means over surfaces, bars their standard deviation.",
+    "lambda-L": _inverse_kappa(
+        "κ at 1 % area against λ_L, one period", "kappa", "lambda_L", r"$\lambda_L$ ($a_0$)",
     ),
     "other-potentials": PaperFigure(
         "other potentials", _along("wall.law", "reference and length > 0", least=1),
-        "this figure needs a sweep over wall.law", further.draw_laws,
+        "this figure needs a sweep over wall.law", relations.draw_laws,
         "Other laws of the wall beside the theory for the spline.",
     ),
     "stiffness": PaperFigure(
-        "stiffness", lambda data: data.points, _ANY, further.draw_stiffness, "Normal stiffness against load.",
+        "stiffness", lambda data: data.points, _ANY, relations.draw_stiffness, "Normal stiffness against load.",
     ),
     "pull-off": PaperFigure(
-        "pull-off", lambda data: further.whole_cycles(data.points),
+        "pull-off", lambda data: relations.whole_cycles(data.points),
         "this figure needs paths with a way back (retract = true) of which every point converged",
-        further.draw_pull_off,
+        relations.draw_pull_off,
         "Cycles of load, and pull-off against how far the contact was pressed; peak loads and work are in the table.",
     ),
     "diameter": PaperFigure(
-        "diameter", lambda data: further.long_paths(data.points),
-        "this figure needs paths of three areas at least, as those of figure3", further.draw_diameter,
+        "diameter", lambda data: relations.long_paths(data.points),
+        "this figure needs paths of three areas at least, as those of figure3", relations.draw_diameter,
         "Mean diameter of contact patches against the area.", general=True,
     ),
 }  # fmt: skip

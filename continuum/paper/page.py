@@ -33,16 +33,14 @@ def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None)
     """
     roots = [Path(folder) for folder in folders]
     if name not in NAMES:
-        msg = f"{name}: no such figure; there are {', '.join(NAMES)}"
-        raise FigureError(msg)
+        raise FigureError(f"{name}: no such figure; there are {', '.join(NAMES)}")
     place = output.folder(Path(into) if into else roots[0])
     if name == "dispute":
         return write_dispute([(root.resolve().name, collect(root)) for root in roots], place / "dispute.md")
     if name == "page":
         return write_page([SweepData(collect(root), root) for root in roots], place / "paper.md")
     if len(roots) > 1:
-        msg = f"{name}: of one sweep at a time; only page and dispute have several"
-        raise FigureError(msg)
+        raise FigureError(f"{name}: of one sweep at a time; only page and dispute have several")
     data = SweepData(collect(roots[0]), roots[0])
     if name == "verdicts":
         found = verdict_sheet(claim_verdicts(data.points))
@@ -66,7 +64,7 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     written, parts = list[Path](), ["# The paper's figures and claims, from stored sweeps\n"]
     for folder, data in zip(names, sweeps, strict=True):
         parts += [f"## Sweep `{folder}`\n", _provenance(data.table), _sizes(data)]
-        looked = [verdict for verdict in claim_verdicts(data.points) if verdict.finding.word != "not looked at"]
+        looked = [each for each in claim_verdicts(data.points) if each[1].word != "not looked at"]
         parts += ["", verdict_sheet(looked).markdown(), ""]
         for name in _meant(data):
             try:

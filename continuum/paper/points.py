@@ -1,16 +1,22 @@
-"""The points of a sweep as the paper's figures show them: its symbols, and which points have enough asperities."""
+"""The points of a sweep as the paper's figures show them: which have enough asperities, and the symbols.
+
+The shape of a symbol tells H, its colour l_a; it is filled for h' < 0.2, and larger for larger λ_s.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
+from matplotlib.axes import Axes
 from pandas import DataFrame, Series
 
 from continuum.errors import InputError
 from continuum.measure.curve import Curve
+from continuum.model.fourier import Real
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
 from continuum.theory.paper import ExpectedContact
@@ -21,10 +27,14 @@ _SETTINGS = {
     "hurst": "surface.hurst", "slope": "surface.rms_slope", "lambda_s": "surface.lambda_s",
     "lambda_L": "surface.lambda_L", "seed": "surface.seed", "law": "wall.law",
 }  # fmt: skip
+_MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
+_COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00"}
+"""The paper's black, blue and red, as colours that all kinds of sight tell apart."""
+_OTHERS = ("#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 
 
 class FigureError(InputError, ValueError):
-    """A figure cannot be made of this sweep."""
+    """A figure, or a page, cannot be made of this sweep: it has no, or too few, points for it."""
 
 
 def sweep_points(table: PointTable) -> DataFrame:
@@ -39,15 +49,9 @@ def sweep_points(table: PointTable) -> DataFrame:
     * ``reference``: κ is read here, the approaching point of each system of smallest valid area from about 1 % on;
     * ``expected_diameter``, ``expected_ratio``, ``expected_kappa_att``: d_rep = 4h'/h'', A_rep/A_att of Eq. (4), and
       κ_att of Eqs. (3) and (4) with the effective range of Eq. (S-5).
-
-    Raises
-    ------
-    FigureError
-        If there are none.
     """
     if table.values.size == 0:
-        msg = f"{table.listing.name}: no system of this sweep is done"
-        raise FigureError(msg)
+        raise FigureError(f"{table.listing.name}: no system of this sweep is done")
     points = DataFrame(dict(zip(COLUMNS, table.values.T, strict=True)))
     for name, key in _SETTINGS.items():
         points[name] = table[key]
@@ -90,5 +94,62 @@ class SweepData:
 
     @cached_property
     def points(self) -> DataFrame:
-        """See :func:`sweep_points`."""
         return sweep_points(self.table)
+
+
+def adhesion_colour(length: float) -> str:
+    """The colour of an adhesion length."""
+    known = next((c for value, c in _COLOURS.items() if np.isclose(value, length, rtol=1e-6, atol=1e-12)), None)
+    return known or _OTHERS[int(abs(np.log10(max(length, 1e-9)) * 7)) % len(_OTHERS)]
+
+
+def adhesion_labels(axis: Axes, lengths: Any, line: str, text: str = "") -> None:
+    """An entry of the legend for each adhesion length."""
+    for length in sorted(set(lengths)):
+        axis.plot([], [], line, color=adhesion_colour(length), label=rf"$\ell_a/a_0 = {length:g}${text}")
+
+
+def draw_points(axis: Axes, points: DataFrame, x: Real, y: Real, errors: Real | None = None) -> None:
+    """Points at x and y, in the paper's symbols; pale where there are too few asperities."""
+    bars = np.zeros(len(points)) if errors is None else errors
+    for point, at, value, bar in zip(points.itertuples(), x, y, bars, strict=True):
+        shade = adhesion_colour(point.length)
+        axis.errorbar(
+            at, value, yerr=bar if bar > 0 else None,
+            marker=_MARKERS.get(point.hurst, "D"), color=shade, linestyle="none", elinewidth=0.6,
+            markerfacecolor=shade if point.slope < 0.2 else "none", markeredgewidth=0.8,
+            markersize=1.5 + float(np.log2(point.lambda_s)),
+            alpha=1.0 if point.valid else 0.25,
+        )  # fmt: skip
+
+
+def symbol_legend(axis: Axes, points: DataFrame, **options: Any) -> None:
+    """What the symbols mean, as far as they occur."""
+    for hurst in sorted(set(points.hurst)):
+        axis.plot([], [], _MARKERS.get(hurst, "D"), color="0.3", label=f"$H = {hurst:g}$")
+    adhesion_labels(axis, points.length, "o")
+    for slope in sorted(set(points.slope)):
+        fill = "0.3" if slope < 0.2 else "none"
+        axis.plot([], [], "o", color="0.3", markerfacecolor=fill, label=rf"$h'_{{rms}} = {slope:g}$")
+    for size in sorted(set(points.lambda_s)):
+        axis.plot([], [], "o", color="0.3", markersize=1.5 + np.log2(size), label=rf"$\lambda_s/a_0 = {size:g}$")
+    if not points.valid.all():
+        axis.plot([], [], "o", color="0.3", alpha=0.25, label=rf"$A_{{rep}} < {ENOUGH:g}\lambda_s^2$")
+    axis.legend(**{"fontsize": 6.5, "ncols": 2, **options})
+
+
+def line_of_slope(axis: Axes, slope: float = 1.0, label: str = "", linestyle: str = "-") -> None:
+    """The line y = slope x, over what is shown."""
+    ends = np.array(axis.get_xlim())
+    axis.plot(ends, slope * ends, linestyle, color="0.5", linewidth=0.9, zorder=0, label=label)
+    axis.set_xlim(*ends)
+
+
+def plain_ticks(axes: Axes, which: Literal["x", "y"] = "x") -> None:
+    """1, 2, 5, 10, ... on an axis of about a decade, where powers of ten alone would be one label or none."""
+    axis: Any = axes.xaxis if which == "x" else axes.yaxis
+    low, high = axis.get_view_interval()
+    ticks = [d * 10.0**e for e in range(-3, 5) for d in (1, 2, 5) if low <= d * 10.0**e <= high]
+    axis.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axis.set_ticks([], minor=True)
+    axis.set_view_interval(low, high, ignore=True)

@@ -15,7 +15,7 @@ import unicodedata
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, Literal, Protocol, Self
+from typing import Any, Literal
 
 from rich.console import Console
 from rich.progress import (
@@ -41,11 +41,8 @@ _voice: ContextVar[Voice] = ContextVar("voice", default="normal")
 _console = Console(highlight=False)
 
 
-class Reporter(Protocol):
-    """Called after each finished part of the work."""
-
-    def __call__(self, done: int, text: str) -> None:
-        """Say how many parts are done, and what the last one was."""
+Reporter = Callable[[int, str], None]
+"""Called after each finished part of the work: with how many parts are done, and what the last one was."""
 
 
 @contextmanager
@@ -97,25 +94,21 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
     yield line
 
 
-class EstimatedProgress:
-    """Progress of parts whose work is known about: what remains is estimated from the work that is done."""
+class EstimatedProgress(contextlib.ExitStack):
+    """Progress of parts whose work is known about: what remains is estimated from the work that is done.
+
+    Nothing is shown before :meth:`begin`.
+    """
 
     def __init__(self, title: str) -> None:
-        self._title, self._stack, self._began = title, contextlib.ExitStack(), 0.0
+        super().__init__()
+        self._title, self._total, self._worked = title, 0, 0.0
         self._costs: dict[Hashable, float] = {}
-        self._total, self._worked = 0, 0.0
-
-    def __enter__(self) -> Self:
-        """Nothing is shown before :meth:`begin`."""
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        self._stack.close()
 
     def begin(self, costs: Mapping[Hashable, float]) -> None:
         """The parts, with their work in any unit."""
         self._costs, self._total, self._began = dict(costs), len(costs), time.monotonic()
-        self._report = self._stack.enter_context(progress(self._total, self._title, self._left))
+        self._report = self.enter_context(progress(self._total, self._title, self._left))
 
     def end(self, part: Hashable, text: str, *, new: bool = True) -> None:
         """A part has ended; nothing is said of one that was there already."""

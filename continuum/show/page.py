@@ -56,13 +56,7 @@ class Page:
         return "\n".join(self._parts()) + "\n"
 
     def write(self, path: Path) -> Path:
-        """Write the page; returns its path.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written there.
-        """
+        """Write the page; returns its path."""
         return output.save(path, self.html())
 
     def _parts(self) -> Iterator[str]:

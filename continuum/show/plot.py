@@ -14,8 +14,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.patches import Patch
 
 from continuum.files import output
 from continuum.model.fourier import Real
@@ -49,6 +51,12 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
+def new_axes(width: float, height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
+    """A new figure, and its axes as matplotlib's ``subplots`` gives them."""
+    figure = new_figure(width, height)
+    return figure, figure.subplots(rows, columns, **options)
+
+
 @contextmanager
 def written_as(formats: Sequence[str] | None) -> Iterator[None]:
     """Figures are saved in these formats, of png, pdf and svg, instead of PNG and PDF; as before if None."""
@@ -61,13 +69,7 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
 
 @styled
 def save_figure(figure: Figure, stem: Path) -> Path:
-    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first.
-
-    Raises
-    ------
-    OutputError
-        If they cannot be written there.
-    """
+    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first."""
     output.folder(stem.parent)
     paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
     for one, path in zip(_formats.get(), paths, strict=True):
@@ -99,14 +101,20 @@ def broken(x: Real, y: Real) -> tuple[Real, Real]:
 def contact_image(axis: Axes, kinds: np.ndarray, period: tuple[float, float], alpha: float = 1.0) -> None:
     """Draw a contact map: 2 repulsive, 1 attracted, 0 out of range (shape (nx, ny); lengths in a0)."""
     colours = ListedColormap(["white", ATTRACTED_COLOUR, REPULSIVE_COLOUR])
-    axis.imshow(
-        kinds.T,
-        cmap=colours,
-        vmin=0,
-        vmax=2,
-        origin="lower",
-        interpolation="nearest",
-        extent=(0, period[0], 0, period[1]),
-        alpha=alpha,
-    )
+    map_image(axis, kinds, period, colours, (0, 2), interpolation="nearest", alpha=alpha)
+
+
+def contact_key() -> list[Patch]:
+    """Entries of a legend: the colours of contact maps."""
+    colours = {"repulsive": REPULSIVE_COLOUR, "attracted": ATTRACTED_COLOUR}
+    return [Patch(facecolor=colour, label=name) for name, colour in colours.items()]
+
+
+def map_image(
+    axis: Axes, values: np.ndarray, lengths: Sequence[float], colours: str | Colormap, ends: Any, **more: Any
+) -> AxesImage:
+    """Draw a map of values, shape (nx, ny), over its lengths in a frame; colours run between two values."""
+    extent, (low, high) = (0, lengths[0], 0, lengths[1]), ends
+    image = axis.imshow(values.T, cmap=colours, vmin=low, vmax=high, origin="lower", extent=extent, **more)
     axis.spines[:].set_visible(True)
+    return image

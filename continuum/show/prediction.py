@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +13,7 @@ from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.page import Page
 from continuum.show.prediction_data import remedy_options
-from continuum.show.prediction_faults import fault_figure
-from continuum.show.prediction_figures import contact_figure, overview
+from continuum.show.prediction_figures import contact_figure, fault_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
 from continuum.sticky.prediction import Prediction
@@ -22,17 +23,9 @@ from continuum.theory import paper
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
 
-
-def _length(value: float) -> str:
-    return units.readable(value, "length", 3)
-
-
-def _pressure(value: float) -> str:
-    return units.readable(value, "pressure", 3)
-
-
-def _work(value: float) -> str:
-    return units.readable(value, "energy_per_area", 3)
+_length = partial(units.readable, quantity="length", digits=3)
+_pressure = partial(units.readable, quantity="pressure", digits=3)
+_work = partial(units.readable, quantity="energy_per_area", digits=3)
 
 
 def _answer(estimate: Estimate) -> str:
@@ -184,7 +177,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
 
 
 def _numbers(prediction: Prediction) -> Sheet:
-    shown = {"": lambda value: f"{value:.4g}", "length": _length, "pressure": _pressure}
+    shown: dict[str, Callable[[float], str]] = {"": "{:.4g}".format, "length": _length, "pressure": _pressure}
     rows = []
     for estimate in prediction.estimates:
         if estimate.margin is None:
@@ -241,8 +234,8 @@ def _solved(prediction: Prediction, simulation: Simulation) -> Sheet:
     return Sheet.of("Solved on the map, on approach", ("quantity", "paper", "solver"), rows)
 
 
-def prediction_page(prediction: Prediction, name: str, folder: Path) -> tuple[Page, list[Path]]:
-    """The page of a prediction, and its figures, which are drawn into a folder."""
+def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Path]:
+    """Write ``NAME.html``, which needs no other file, and its figures as PNG and PDF; returns HTML and PNG files."""
     figures = {name: (overview(prediction), "Map, spectrum, and what depends on the smallest wavelength counted.")}
     if prediction.simulation is not None:
         figures[f"{name}-contact"] = (contact_figure(prediction.simulation), "The contact, solved on the map.")
@@ -250,10 +243,9 @@ def prediction_page(prediction: Prediction, name: str, folder: Path) -> tuple[Pa
         figures[f"{name}-faults"] = (fault_figure(prediction), "What was looked for on a faulty map.")
     drawn = [(plot.save_figure(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
     sheets = prediction_sheets(prediction)
-    text = prediction_sentence(prediction)
     page = Page(
         "Is it sticky?  " + " and ".join(t.source for t in prediction.topographies),
-        text + ".",
+        prediction_sentence(prediction) + ".",
         prediction.doubts,
         drawn,
         # A terminal ends, a page begins with what was asked.
@@ -261,10 +253,4 @@ def prediction_page(prediction: Prediction, name: str, folder: Path) -> tuple[Pa
         sources="Criteria and numbers: L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), and the sources in the "
         "tables.  Margins compare one theory with itself: they say nothing of what is wrong with it.",
     )
-    return page, [path for path, _ in drawn]
-
-
-def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Path]:
-    """Write ``NAME.html``, which needs no other file, and its figures as PNG and PDF; returns HTML and PNG files."""
-    page, pictures = prediction_page(prediction, name, folder)
-    return [page.write(folder / f"{name}.html"), *pictures]
+    return [page.write(folder / f"{name}.html"), *(path for path, _ in drawn)]

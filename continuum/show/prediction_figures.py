@@ -1,4 +1,4 @@
-"""Figures of a prediction: the map, its spectrum, what depends on resolution, and the solved contact."""
+"""Figures of a prediction: map, spectrum, what depends on resolution, the solved contact, the faults of a map."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ from continuum.measure.contact import contact_map
 from continuum.show import plot
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import Simulation
+from continuum.topography.faults import Findings
+from continuum.topography.map import Topography
 from continuum.topography.roughness import Cut, spectrum
+from continuum.topography.scanlines import line_offsets
+from continuum.topography.spectra import profile_spectrum
 
 _COLOURS = (*plot.SERIES, "black")
 """Colours of the criteria."""
@@ -22,8 +26,7 @@ _COLOURS = (*plot.SERIES, "black")
 @plot.styled
 def overview(prediction: Prediction) -> Figure:
     """Map, spectrum, and what depends on the smallest wavelength."""
-    figure = plot.new_figure(plot.PAGE, 6.8)
-    (image, density), (slopes, margins) = figure.subplots(2, 2)
+    figure, ((image, density), (slopes, margins)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
     _draw_map(image, prediction)
     _draw_spectrum(density, prediction)
     cuts = [cut for cut, _ in prediction.cuts]
@@ -40,23 +43,15 @@ def length_scale(value: float) -> tuple[float, str]:
 
 def _draw_map(axis: Axes, prediction: Prediction) -> None:
     topography = prediction.topographies[0]
+    size, name = length_scale(max(topography.lengths))
+    most = 3 * topography.heights.std()
     # Heights of less than a nanometre are still read in nanometres.
-    (size, name), (height, height_name) = (
-        length_scale(max(topography.lengths)),
-        length_scale(max(3 * topography.heights.std(), 1e-9)),
-    )
-    image = axis.imshow(
-        topography.heights.T / height,
-        origin="lower",
-        extent=(0, topography.lengths[0] / size, 0, topography.lengths[1] / size),
-        vmin=-3 * topography.heights.std() / height,
-        vmax=3 * topography.heights.std() / height,
-        cmap="cividis",
-    )
+    height, height_name = length_scale(max(most, 1e-9))
+    lengths = [length / size for length in topography.lengths]
+    image = plot.map_image(axis, topography.heights / height, lengths, "cividis", (-most / height, most / height))
     # Inside the axes' own frame, so that it stays beside a map of any shape.
     axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=f"height ({height_name})")
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title="map, ± 3 h_rms")
-    axis.spines[:].set_visible(True)
 
 
 def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
@@ -121,8 +116,7 @@ def _draw_margins(axis: Axes, prediction: Prediction) -> None:
 @plot.styled
 def contact_figure(simulation: Simulation) -> Figure:
     """Where the solved contact repels and attracts."""
-    figure = plot.new_figure(4.2, 4.2)
-    axis = figure.subplots()
+    figure, axis = plot.new_axes(4.2, 4.2)
     unit, name = length_scale(max(simulation.lengths))
     period = (simulation.lengths[0] / unit, simulation.lengths[1] / unit)
     nx, ny = simulation.shape
@@ -130,3 +124,61 @@ def contact_figure(simulation: Simulation) -> Figure:
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
     axis.set_title(f"repulsive (orange) and attracted (black), A_rep/A0 = {simulation.area_rep:.3g}")
     return figure
+
+
+@plot.styled
+def fault_figure(prediction: Prediction) -> Figure:
+    """The first map with a fault: marks on the map, offsets of lines, spectra by direction, heights."""
+    i = next(i for i, found in enumerate(prediction.findings) if found.faults)
+    topography, found = prediction.topographies[i], prediction.findings[i]
+    figure, ((image, offsets), (spectra, heights)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
+    _marks(image, topography, found)
+    _offsets(offsets, topography, found)
+    _spectra(spectra, topography)
+    _heights(heights, topography)
+    return figure
+
+
+def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
+    """The map in grey, scars and outliers in red, displaced lines in blue."""
+    size, name = length_scale(max(topography.lengths))
+    lengths = [length / size for length in topography.lengths]
+    plot.map_image(axis, topography.heights, lengths, "gray", np.quantile(topography.heights, (0.01, 0.99)))
+    x, y = np.nonzero(found.marked)
+    pixel = topography.grid.spacing
+    axis.plot((x + 0.5) * pixel[0] / size, (y + 0.5) * pixel[1] / size, "s", color="red", markersize=1.0)
+    for line in found.lines.outliers:
+        draw = axis.axhline if found.lines.axis == 0 else axis.axvline
+        draw((line + 0.5) * pixel[1 - found.lines.axis] / size, color="blue", linewidth=0.6)
+    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title="scars (red), displaced lines (blue)")
+
+
+def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
+    """Medians of lines and of columns: an isotropic surface has two curves of one kind."""
+    unit, name = length_scale(topography.heights.std())
+    for along, colour in ((found.lines.axis, plot.SERIES[5]), (1 - found.lines.axis, plot.SERIES[0])):
+        offsets = line_offsets(topography.heights, along)
+        axis.plot(offsets / unit, color=colour, linewidth=0.8, label=f"lines along {'xy'[along]}")
+    axis.set(xlabel="number of the line", ylabel=f"median height ({name})", title="offsets of lines")
+    axis.legend()
+
+
+def _spectra(axis: Axes, topography: Topography) -> None:
+    """Spectra of profiles along x and y, averaged: they differ where lines are displaced or the surface is grooved."""
+    for along in (0, 1):
+        q, c = profile_spectrum(np.moveaxis(topography.heights, along, 1), topography.grid.spacing[along])
+        # Twice, so that ∫ C dq over q > 0 is their mean square.
+        axis.loglog(q, 2 * c, color=plot.SERIES[5 * along], linewidth=1, label=f"profiles along {'xy'[along]}")
+    axis.set(xlabel="wavenumber q (1/m)", ylabel="C of profiles (m³)", title="spectra by direction")
+    axis.legend(loc="lower left")
+
+
+def _heights(axis: Axes, topography: Topography) -> None:
+    """Distribution of heights beside the Gaussian of the same variance."""
+    z = topography.heights / topography.heights.std()
+    counts, edges = np.histogram(z, bins=np.linspace(-8, 8, 121), density=True)
+    middle = (edges[1:] + edges[:-1]) / 2
+    axis.semilogy(middle[counts > 0], counts[counts > 0], ".", color=plot.SERIES[0], markersize=4, label="heights")
+    axis.semilogy(middle, np.exp(-(middle**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=0.8, label="Gaussian")
+    axis.set(xlabel="height over h_rms", ylabel="density", title="distribution of heights", ylim=(1e-6, 1))
+    axis.legend()

@@ -9,25 +9,13 @@ from typing import Protocol
 import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from continuum.measure.curve import CurvePoint
 from continuum.measure.outline import patches, size_distribution
 from continuum.runs.analysis import Analysis, MeasuredPoint
 from continuum.runs.result import Result
-from continuum.show.plot import (
-    ATTRACTED_COLOUR,
-    COLUMN,
-    PAGE,
-    REPULSIVE_COLOUR,
-    SERIES,
-    broken,
-    contact_image,
-    new_figure,
-    save_figure,
-    styled,
-)
+from continuum.show import plot
 from continuum.theory import paper
 
 
@@ -46,67 +34,48 @@ class PathPoint(CurvePoint, Protocol):
 def draw_run(result: Result, folder: Path | None = None) -> list[Path]:
     """Draw every figure of a stored run, beside it or into a folder; returns the PNG files."""
     stem = (folder or result.path.parent) / result.path.stem
-    figures = {"contact": run_contact_maps(result), "area-and-load": area_and_load(result)}
-    return [save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
+    figures = {
+        "contact": run_contact_maps(result),
+        "area-and-load": curve_figure(result.points, result.moments.rms_slope),
+    }
+    return [plot.save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
 
 
-def _explain(figure: Figure) -> None:
-    """The colours of contact maps, below."""
-    figure.legend(
-        handles=[
-            Patch(facecolor=REPULSIVE_COLOUR, label="repulsive"),
-            Patch(facecolor=ATTRACTED_COLOUR, label="attracted"),
-        ],
-        loc="outside lower center",
-        ncols=2,
-    )
-
-
-@styled
-def run_contact_maps(result: Result, most: int = 3) -> Figure:
-    """Contact maps of up to ``most`` points of the approach, spread evenly over those in contact."""
+@plot.styled
+def run_contact_maps(result: Result) -> Figure:
+    """Contact maps of up to three points of the approach, spread evenly over those in contact."""
     points = result.points
     touching = [i for i, point in enumerate(points) if point.area_rep > 0 and point.branch != "retract"]
     touching = touching or list(range(len(points)))
-    chosen = np.unique(np.array(touching)[np.linspace(0, len(touching) - 1, most).round().astype(int)])
-    figure = new_figure(2.5 * len(chosen) + 0.3, 3.2)
+    chosen = np.unique(np.array(touching)[np.linspace(0, len(touching) - 1, 3).round().astype(int)])
+    figure = plot.new_figure(2.5 * len(chosen) + 0.3, 3.2)
     axes = figure.subplots(1, len(chosen), squeeze=False, sharey=True)[0]
     for axis, step in zip(axes, chosen.tolist(), strict=True):
-        contact_image(axis, result.contact_map(step), result.grid.lengths)
+        plot.contact_image(axis, result.contact_map(step), result.grid.lengths)
         point = points[step]
-        axis.set_title(f"$A_{{rep}}/A_0$ = {point.area_rep:.3g}\n$N/(E^* A_0)$ = {point.load:.3g}")
-        axis.set_xlabel("x ($a_0$)")
+        axis.set(title=f"$A_{{rep}}/A_0$ = {point.area_rep:.3g}\n$N/(E^* A_0)$ = {point.load:.3g}", xlabel="x ($a_0$)")
     axes[0].set_ylabel("y ($a_0$)")
-    _explain(figure)
+    figure.legend(handles=plot.contact_key(), loc="outside lower center", ncols=2)
     return figure
 
 
-@styled
+@plot.styled
 def map_figure(kinds: NDArray[np.uint8], period: tuple[float, float], area: float, load: float) -> Figure:
     """One contact map, with its area and load."""
-    figure = new_figure(COLUMN, 3.6)
-    axis = figure.subplots()
-    contact_image(axis, kinds, period)
-    axis.set_title(f"$A_{{rep}}/A_0$ = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}")
-    axis.set_xlabel("x ($a_0$)")
-    axis.set_ylabel("y ($a_0$)")
-    _explain(figure)
+    figure, axis = plot.new_axes(plot.COLUMN, 3.6)
+    plot.contact_image(axis, kinds, period)
+    axis.set(title=f"$A_{{rep}}/A_0$ = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}", xlabel="x ($a_0$)", ylabel="y ($a_0$)")
+    figure.legend(handles=plot.contact_key(), loc="outside lower center", ncols=2)
     return figure
 
 
-def area_and_load(result: Result) -> Figure:
-    """Area and load along a stored path."""
-    return curve_figure(result.points, result.moments.rms_slope)
-
-
-@styled
+@plot.styled
 def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
     """Repulsive area against load (the paper's Fig. 2), and both against the mean gap; failed points crossed."""
     area, load, gap = np.array([(p.area_rep, p.load, p.mean_gap) for p in points]).T
     retract = np.array([point.branch == "retract" for point in points])
     failed = np.array([not point.converged for point in points])
-    figure = new_figure(PAGE, 2.6)
-    axes = figure.subplots(1, 3)
+    figure, axes = plot.new_axes(plot.PAGE, 2.6, 1, 3)
     panels = (
         (load / slope, area, r"load $N/(h'_{rms} E^* A_0)$", r"repulsive area $A_{rep}/A_0$"),
         (gap, area, r"mean gap ($a_0$)", r"repulsive area $A_{rep}/A_0$"),
@@ -114,22 +83,18 @@ def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
     )
     for axis, (x, y, xlabel, ylabel) in zip(axes, panels, strict=True):
         for mine, style, colour, label in (
-            (~retract, "o-", SERIES[0], "approach"),
-            (retract, "s--", SERIES[5], "retraction"),
+            (~retract, "o-", plot.SERIES[0], "approach"),
+            (retract, "s--", plot.SERIES[5], "retraction"),
         ):
             if mine.any():
-                axis.plot(*broken(x[mine], y[mine]), style, color=colour, markerfacecolor="none", label=label)
+                axis.plot(*plot.broken(x[mine], y[mine]), style, color=colour, markerfacecolor="none", label=label)
         if failed.any():
             axis.plot(x[failed], y[failed], "kx", markersize=8, label="not converged")
-        axis.set_xlabel(xlabel)
-        axis.set_ylabel(ylabel)
+        axis.set(xlabel=xlabel, ylabel=ylabel)
     axes[2].axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes[0].axvline(0, color="0.7", linewidth=0.6, zorder=0)
     axes[0].legend()
     return figure
-
-
-# --- what was measured on a run -------------------------------------------------------------------------------
 
 
 def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
@@ -145,63 +110,53 @@ def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
     if any(point.fields for point in chosen):
         figures["gap-profile"] = run_gap_profiles(analysis, chosen)
         figures["distributions"] = _distributions(chosen)
-    return [save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
+    return [plot.save_figure(figure, stem.with_name(f"{stem.name}-{name}")) for name, figure in figures.items()]
 
 
 def _label(point: MeasuredPoint) -> str:
     return rf"$A_{{rep}}/A_0$ = {point.numbers.area_rep:.3g}"
 
 
-@styled
+@plot.styled
 def _patch_maps(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
     """Connected patches, the largest in colours of their own, the others grey."""
-    figure = new_figure(2.6 * len(points) + 0.3, 3.0)
+    figure = plot.new_figure(2.6 * len(points) + 0.3, 3.0)
     axes = figure.subplots(1, len(points), squeeze=False, sharey=True)[0]
     grid = analysis.result.grid
     for axis, point in zip(axes, points, strict=True):
         found = patches(grid, analysis.result.repulsive(point.step))
-        rank = np.full(found.cells.size + 1, len(SERIES) + 1)
-        rank[1 + np.argsort(-found.cells, kind="stable")[: len(SERIES)]] = np.arange(
-            1, min(len(SERIES), rank.size - 1) + 1
+        rank = np.full(found.cells.size + 1, len(plot.SERIES) + 1)
+        rank[1 + np.argsort(-found.cells, kind="stable")[: len(plot.SERIES)]] = np.arange(
+            1, min(len(plot.SERIES), rank.size - 1) + 1
         )
         rank[0] = 0
-        axis.imshow(
-            rank[found.labels].T,
-            cmap=ListedColormap(["white", *SERIES, "0.5"]),
-            vmin=0,
-            vmax=len(SERIES) + 1,
-            origin="lower",
-            interpolation="nearest",
-            extent=(0, grid.lengths[0], 0, grid.lengths[1]),
+        colours = ListedColormap(["white", *plot.SERIES, "0.5"])
+        plot.map_image(
+            axis, rank[found.labels], grid.lengths, colours, (0, len(plot.SERIES) + 1), interpolation="nearest"
         )
-        axis.spines[:].set_visible(True)
-        axis.set_title(f"{_label(point)}\n{found.cells.size} patches")
-        axis.set_xlabel("x ($a_0$)")
+        axis.set(title=f"{_label(point)}\n{found.cells.size} patches", xlabel="x ($a_0$)")
     axes[0].set_ylabel("y ($a_0$)")
     return figure
 
 
-@styled
+@plot.styled
 def _sizes(points: list[MeasuredPoint]) -> Figure:
     """Number of patches against their area."""
-    figure = new_figure(COLUMN, 2.6)
-    axis = figure.subplots()
-    for point, colour in zip(points, SERIES, strict=False):
+    figure, axis = plot.new_axes(plot.COLUMN, 2.6)
+    for point, colour in zip(points, plot.SERIES, strict=False):
         size, density = size_distribution(point.patch_areas)
         axis.loglog(size, density, "o-", color=colour, markerfacecolor="none", label=_label(point))
-    axis.set_xlabel(r"area of a patch $a$ ($a_0^2$)")
-    axis.set_ylabel(r"patches per area $n(a)$ ($1/a_0^2$)")
+    axis.set(xlabel=r"area of a patch $a$ ($a_0^2$)", ylabel=r"patches per area $n(a)$ ($1/a_0^2$)")
     axis.legend()
     return figure
 
 
-@styled
+@plot.styled
 def run_gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
     """Mean gap against the distance from the edge, and its ratio to Eq. (S-1) with the measured mean diameter."""
-    figure = new_figure(PAGE, 2.8)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = plot.new_axes(plot.PAGE, 2.8, 1, 2)
     slope = analysis.expected.rms_slope
-    for point, colour in zip(points, SERIES, strict=False):
+    for point, colour in zip(points, plot.SERIES, strict=False):
         if point.fields is None or point.fields.profile.cells.size == 0:
             continue
         profile, diameter = point.fields.profile, point.numbers.diameter
@@ -209,42 +164,32 @@ def run_gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
         left.loglog(x, profile.gap, "o", color=colour, markerfacecolor="none", markersize=3, label=_label(point))
         left.loglog(x, paper.gap_outside_contact(x, slope, diameter), "-", color=colour, linewidth=0.8)
         for distance, style in ((x, "-"), (profile.from_perimeter_cells, ":")):
-            right.plot(
-                distance / diameter,
-                profile.gap / paper.gap_outside_contact(distance, slope, diameter),
-                style,
-                color=colour,
-            )
+            ratio = profile.gap / paper.gap_outside_contact(distance, slope, diameter)
+            right.plot(distance / diameter, ratio, style, color=colour)
     if analysis.expected.range > 0:
         left.axhline(analysis.expected.range, color="0.6", linewidth=0.6)
         left.annotate(r"$\Delta r$", (0.02, analysis.expected.range), xycoords=("axes fraction", "data"), va="bottom")
     right.axhspan(0.8, 1.3, color="0.92", zorder=0)
-    right.set_xlim(0, 1)
-    right.set_ylim(0, 2)
-    left.set_xlabel(r"distance from the edge $x$ ($a_0$)")
-    left.set_ylabel(r"mean gap above that of the edge ($a_0$)")
-    right.set_xlabel(r"$x/d_{rep}$ (dotted: from the perimeter cells)")
-    right.set_ylabel("ratio to Eq. (S-1)")
+    right.set(xlim=(0, 1), ylim=(0, 2))
+    left.set(xlabel=r"distance from the edge $x$ ($a_0$)", ylabel=r"mean gap above that of the edge ($a_0$)")
+    right.set(xlabel=r"$x/d_{rep}$ (dotted: from the perimeter cells)", ylabel="ratio to Eq. (S-1)")
     left.legend()
     return figure
 
 
-@styled
+@plot.styled
 def _distributions(points: list[MeasuredPoint]) -> Figure:
     """Distributions of gap and pressure over the area."""
-    figure = new_figure(PAGE, 2.8)
-    left, right = figure.subplots(1, 2)
-    for point, colour in zip(points, SERIES, strict=False):
+    figure, (left, right) = plot.new_axes(plot.PAGE, 2.8, 1, 2)
+    for point, colour in zip(points, plot.SERIES, strict=False):
         if point.fields is None:
             continue
         left.stairs(point.fields.gaps.density, point.fields.gaps.edges, color=colour, label=_label(point))
         if point.fields.pressures is not None:
             right.stairs(point.fields.pressures.density, point.fields.pressures.edges, color=colour)
     right.set_yscale("log")
-    left.set_xlabel("gap $g$ ($a_0$)")
-    left.set_ylabel("$P(g)$ ($1/a_0$)")
-    right.set_xlabel("pressure $p$ ($E^*$)")
-    right.set_ylabel("$P(p)$ ($1/E^*$)")
+    left.set(xlabel="gap $g$ ($a_0$)", ylabel="$P(g)$ ($1/a_0$)")
+    right.set(xlabel="pressure $p$ ($E^*$)", ylabel="$P(p)$ ($1/E^*$)")
     right.axvline(0, color="0.7", linewidth=0.6, zorder=0)
     left.legend()
     return figure

@@ -1,15 +1,22 @@
-"""Runs and analyses as text: what is printed of them."""
+"""Runs, analyses and sweeps as text: what is printed of them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from continuum.files.output import LockedError
 from continuum.runs.analysis import Analysis, MeasuredPoint
 from continuum.runs.record import PathEvent, Point
 from continuum.runs.result import Result
 from continuum.show.sheet import Column, Sheet, pairs
+from continuum.sweeps.collect import PointTable, SweepStatus
+from continuum.sweeps.tasks import TaskResult
+
+_POINT = (Column("step"), Column("branch"), Column("mean gap", "a0"))
+_MOST = 20
 
 
 def words(status: str) -> str:
@@ -23,9 +30,6 @@ def progress_line(point: Point, seconds: float) -> str:
     search = f" and {point.search_pairs:.0f} in the search" if point.search_pairs else ""
     work = f"residual {point.residual:.1e}, FFT pairs {point.fft_pairs:.0f}{search}, {seconds:.1f} s"
     return f"{place}, N {point.load:.4g} E*, {work}, {words(point.status)}"
-
-
-# --- sheets --------------------------------------------------------------------------------------------------
 
 
 def run_sheets(result: Result) -> list[Sheet]:
@@ -65,9 +69,6 @@ def analysis_sheets(analysis: Analysis) -> list[Sheet]:
     if any(point.fields for point in analysis.points):
         sheets.append(_outside(analysis))
     return [*sheets, _whole(analysis)]
-
-
-_POINT = (Column("step"), Column("branch"), Column("mean gap", "a0"))
 
 
 def _head(measured: MeasuredPoint) -> tuple[int, str, float]:
@@ -142,4 +143,49 @@ def _whole(analysis: Analysis) -> Sheet:
     return pairs("Theory and adhesion", rows)
 
 
-# --- figures of a run ----------------------------------------------------------------------------------------
+def result_line(ended: TaskResult) -> str:
+    """One system, in a line."""
+    if ended.ok:
+        return f"{ended.task.label}: {'was there' if ended.found else f'{ended.seconds:.1f} s'}"
+    if isinstance(ended.error, LockedError):
+        return f"{ended.task.label}: locked by another process"
+    return f"{ended.task.label}: {ended.reason.splitlines()[0]}"
+
+
+def status_sheet(found: SweepStatus) -> Sheet:
+    """How far a sweep is."""
+    rows: list[tuple[str, str | int]] = [
+        ("systems", found.total),
+        ("done", found.done),
+        ("running", len(found.running)),
+        *(("", text) for text in found.running[:_MOST]),
+        ("failed", len(found.failed)),
+        ("left", found.total - found.done - len(found.failed)),
+    ]
+    if not math.isnan(found.rate):
+        rows.append(("lately", f"{found.rate:.3g} systems an hour"))
+    if found.done < found.total and not math.isnan(found.seconds_left):
+        rows.append(("time left, about", f"{found.seconds_left / 3600:.2g} h at that rate"))
+    if found.others:
+        rows.append(("of an earlier input, kept", found.others))
+    return pairs(found.listing.name, rows)
+
+
+def failed_sheet(found: SweepStatus) -> Sheet:
+    """Table of the systems that failed, with the reasons."""
+    rows = list(found.failed[:_MOST])
+    note = f"and {len(found.failed) - _MOST} more" if len(found.failed) > _MOST else ""
+    return Sheet.of("failed; --retry tries them again", ("system", "reason"), rows, note)
+
+
+def table_sheet(found: PointTable) -> Sheet:
+    """Table of the columns that were collected."""
+    rows: list[tuple[str, str | int]] = [
+        ("systems", len(found.keys)),
+        ("points", len(found.system)),
+        ("points that did not converge, left out", found.unconverged),
+        ("systems that are not done", found.missing),
+        ("files that cannot be read", len(found.faults)),
+        *(("computed with", f"{made}: {count} systems") for made, count in found.provenance.items()),
+    ]
+    return pairs(found.listing.name, rows)

@@ -30,11 +30,9 @@ class Column:
 
     @property
     def head(self) -> str:
-        """Name of the column with its unit."""
         return f"{self.name} ({self.unit})" if self.unit and self.unit != "%" else self.name
 
     def text(self, cell: Entry) -> str:
-        """A cell as people read it."""
         if cell is None or (isinstance(cell, float) and math.isnan(cell)):
             return "-"
         if isinstance(cell, str | bool):
@@ -74,18 +72,15 @@ class Sheet:
         body = tuple(map(tuple, rows))
         wrong = next((row for row in body if len(row) != len(heads)), None)
         if wrong is not None:
-            msg = f"{title}: a row of {len(wrong)} cells under {len(heads)} columns: {wrong}"
-            raise ValueError(msg)
+            raise ValueError(f"{title}: a row of {len(wrong)} cells under {len(heads)} columns: {wrong}")
         return cls(title, heads, body, note)
 
     @property
     def head(self) -> tuple[str, ...]:
-        """Names of the columns, with their units."""
         return tuple(column.head for column in self.columns)
 
     @property
     def cells(self) -> tuple[tuple[str, ...], ...]:
-        """The rows as people read them."""
         return tuple(
             tuple(column.text(cell) for column, cell in zip(self.columns, row, strict=True)) for row in self.rows
         )
@@ -131,11 +126,9 @@ class Sheet:
         return out.getvalue()
 
     def __str__(self) -> str:
-        """The text, which is what `print` is asked for."""
         return self.text()
 
     def _repr_html_(self) -> str:
-        """As a notebook shows it."""
         note = f"<p>{html.escape(self.note)}</p>" if self.note else ""
         return f"<b>{html.escape(self.title)}</b>{self.html()}{note}"
 

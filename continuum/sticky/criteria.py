@@ -63,24 +63,19 @@ class RoughContact:
         return self.work_of_adhesion / self.contact_modulus
 
     @property
+    def expected(self) -> paper.ExpectedContact:
+        """What the paper expects of it."""
+        return paper.ExpectedContact(self.rms_slope, self.rms_curvature, self.range, self.adhesion_length)
+
+    @property
     def diameter(self) -> float:
         """d_rep = 4h'/h''."""
-        return paper.contact_diameter(self.rms_slope, self.rms_curvature)
+        return self.expected.diameter
 
     @property
     def radius(self) -> float:
         """R = 2/h''."""
         return paper.asperity_radius(self.rms_curvature)
-
-    @property
-    def area_ratio(self) -> float:
-        """A_rep/A_att, Eq. (4)."""
-        return paper.area_ratio(self.rms_slope, self.diameter, self.range)
-
-    @property
-    def rim(self) -> float:
-        """d_att, width of the attracted rim, Eq. (S-2)."""
-        return paper.attraction_width(self.rms_slope, self.diameter, self.range)
 
     @property
     def maugis(self) -> float:
@@ -114,12 +109,10 @@ class Estimate:
 
     @property
     def valid(self) -> bool:
-        """Whether the contact lies in the range of the theory."""
         return not self.why
 
     @property
     def sticky(self) -> bool | None:
-        """The verdict, if there is one."""
         return None if self.margin is None else self.margin > 1
 
     def turning_modulus(self, contact: RoughContact) -> float | None:
@@ -174,8 +167,7 @@ class Criterion:
     def __call__(self, contact: RoughContact) -> Estimate:
         """The estimate for a contact; ValueError where the contact lacks what it needs."""
         if not self.possible(contact):
-            msg = f"{self.name} needs the {self.needs} of the contact"
-            raise ValueError(msg)
+            raise ValueError(f"{self.name} needs the {self.needs} of the contact")
         value = self.formula(contact)
         inputs = {name: float(getattr(contact, name)) for name in self.uses}
         why = tuple(filter(None, (limit.why(contact) for limit in self.limits)))
@@ -183,7 +175,6 @@ class Criterion:
         return Estimate(self.name, self.symbol, value, self.unit, self.source, inputs, why, margin, self.key)
 
     def possible(self, contact: RoughContact) -> bool:
-        """Whether the contact has all that it needs."""
         return not self.needs or getattr(contact, self.needs) is not None
 
 
@@ -192,8 +183,9 @@ _STEEP = Limit(
 )
 _RIM = (
     _STEEP,
-    Limit(lambda c: 1 / c.area_ratio, "A_att/A_rep = {:.3g} is above 1: the attracted area is no thin rim", most=1),
-    Limit(lambda c: c.rim / c.diameter,
+    Limit(lambda c: 1 / c.expected.area_ratio,
+          "A_att/A_rep = {:.3g} is above 1: the attracted area is no thin rim", most=1),
+    Limit(lambda c: c.expected.width / c.diameter,
           "d_att/d_rep = {:.3g} is above 1/2: the gap profile ends inside the next contact", most=0.5),
     Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above {JKR_LIMIT:g}: adhesion changes the gap",
           most=JKR_LIMIT),
@@ -267,15 +259,16 @@ _CRITERIA = (
     # (N/A_rep)/(h' E*): finite at the onset, negative where sticky.
     Criterion(
         "inverse-kappa", "inverse kappa", "1/κ", "paper, Eqs. (3), (4)", _ONSET,
-        lambda c: 1 / c.kappa_rep - 1 / paper.kappa_att(c.rms_slope, c.range, c.adhesion_length, c.area_ratio), _RIM,
+        lambda c: 1 / c.kappa_rep - 1 / c.expected.kappa_att, _RIM,
     ),
-    Criterion("area-ratio", "area ratio", "A_rep/A_att", "paper, Eq. (4)", _MOMENTS, lambda c: c.area_ratio, _RIM),
+    Criterion("area-ratio", "area ratio", "A_rep/A_att", "paper, Eq. (4)", _MOMENTS,
+              lambda c: c.expected.area_ratio, _RIM),
     Criterion(
         "contact-diameter", "contact diameter", "d_rep", "paper, above Eq. (6); measured widths within a factor of two",
         ("rms_slope", "rms_curvature"), lambda c: c.diameter, (_STEEP,), unit="length",
     ),
-    Criterion("attraction-width", "attraction width", "d_att", "paper, Eq. (S-2)", _MOMENTS, lambda c: c.rim, _RIM,
-              unit="length"),
+    Criterion("attraction-width", "attraction width", "d_att", "paper, Eq. (S-2)", _MOMENTS,
+              lambda c: c.expected.width, _RIM, unit="length"),
     # Mean over the repulsive area, h' E*/κ_rep.
     Criterion(
         "repulsive-pressure", "repulsive pressure", "p_rep", "paper, Eq. (1); A_rep much smaller than A0",

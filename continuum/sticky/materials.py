@@ -56,7 +56,6 @@ class Material:
 
 
 def _materials() -> dict[str, Material]:
-    """The entries of ``materials.toml``."""
     text = resources.files("continuum.sticky").joinpath("materials.toml").read_text(encoding="utf-8")
     return {
         name: Material(**entry | {"name": name, "sources": tuple(entry["sources"])})
@@ -92,13 +91,7 @@ class Body:
 
     @property
     def plane_strain_modulus(self) -> float | None:
-        """E/(1 - ν²), in Pa; None if nothing is known of the body.
-
-        Raises
-        ------
-        InterfaceError
-            If one of E and ν is missing.
-        """
+        """E/(1 - ν²), in Pa; None if nothing is known of the body, an InterfaceError if one of E and ν is missing."""
         modulus, poisson = self.modulus, self.poisson
         if self.material is not None:
             modulus = self.material.modulus if modulus is None else modulus
@@ -106,8 +99,7 @@ class Body:
         if modulus is None and poisson is None:
             return None
         if modulus is None or poisson is None:
-            msg = "a body has a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`"
-            raise InterfaceError(msg)
+            raise InterfaceError("a body has a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`")
         return modulus / (1 - poisson**2)
 
 
@@ -173,22 +165,19 @@ def interface(
     elif known:
         contact_modulus = reduced_modulus(known)
         origin.append("E* of two elastic bodies" if len(known) == 2 else "E* of one elastic body on a rigid one")
-    missing = []
-    if contact_modulus is None:
-        missing.append("a contact modulus (`contact_modulus`, or `modulus` with `poisson`, or `material`)")
     if work_of_adhesion is None and materials:
         work_of_adhesion = float(np.exp(np.mean([np.log(m.work_of_adhesion) for m in materials])))
         if len(materials) == 2 and materials[0] != materials[1]:
             origin.append("w as the geometric mean of the two materials', an estimate for dispersion forces")
-    elif work_of_adhesion is None:
-        missing.append("a work of adhesion (`work`, or `material`)")
     if range is None and materials:
         range = float(np.mean([m.range for m in materials]))
-    elif range is None:
-        missing.append("a range of attraction (`range`, or `material`)")
     if contact_modulus is None or work_of_adhesion is None or range is None:
-        msg = "missing: " + "; ".join(missing)
-        raise InterfaceError(msg)
+        needed = {
+            "a contact modulus (`contact_modulus`, or `modulus` with `poisson`, or `material`)": contact_modulus,
+            "a work of adhesion (`work`, or `material`)": work_of_adhesion,
+            "a range of attraction (`range`, or `material`)": range,
+        }
+        raise InterfaceError("missing: " + "; ".join(name for name, value in needed.items() if value is None))
     if spacing is None:
         spacings = [m.spacing for m in materials]
         spacing = max((s for s in spacings if s is not None), default=None) if None not in spacings else None
@@ -242,10 +231,9 @@ def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quan
     """A quantity with its unit, in SI; what is wrong with it is added to the faults."""
     if text is None:
         return None
+    instance(name, text, str, f"a text such as {_EXAMPLES[quantity]}")
     try:
-        value = units.parse(instance(name, text, str, f"a text such as {_EXAMPLES[quantity]}"), quantity)
-    except ArgumentError:
-        raise
+        value = units.parse(text, quantity)
     except ValueError as error:
         faults.append(f"`{name}` {error}")
         return None

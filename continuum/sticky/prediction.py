@@ -1,24 +1,51 @@
-"""What can be said about one contact: roughness, estimates of every theory, faults of the maps, the solution.
+"""Is my surface sticky?  Roughness, estimates of every theory, faults of the maps, the solution, and what to doubt.
 
-Everything is in one consistent system of units: SI where it begins with a file.
+Everything is in one consistent system of units: SI where it begins with a file.  The equations are those of
+:mod:`continuum.theory.paper`, the verdicts and their ranges those of :mod:`continuum.sticky.criteria`; here they are
+put together.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from continuum.sticky.criteria import AREA, Estimate, RoughContact
+import numpy as np
+
+from continuum import units
+from continuum.arguments import ArgumentError, instance
+from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.materials import Interface
 from continuum.theory import paper
-from continuum.topography.faults import Findings, MapFault
+from continuum.topography.faults import Findings, MapFault, find_faults
 from continuum.topography.map import Topography, opposed
-from continuum.topography.roughness import Cut, Fit, Roughness
+from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
     from continuum.sticky.simulate import Simulation
+
+
+_length = partial(units.readable, quantity="length")
+RESOLVED = 8.0
+"""Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
+GROWTH = 0.1
+"""Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
+FEW = 10.0
+"""Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
+STIFFEST = 2e12
+"""E* in Pa beyond which it is questioned; in other units nothing is so stiff, and nothing is said."""
+NOTHING = 1e-9
+"""Part of a moment below which there is nothing but rounding errors."""
+LINE_ERROR = 0.1
+"""Error of slope and curvature from one line, seen on synthetic surfaces; it falls with the root of their number."""
+LINES_ERROR = 0.03
+"""Error of slope and curvature from many lines: the largest seen from thirty lines, where more do not help."""
+DISAGREE = 0.15
+"""Difference of two estimates of the rms slope above which it is mentioned."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +83,6 @@ class Prediction:
 
     @property
     def faults(self) -> tuple[MapFault, ...]:
-        """Faults of the maps."""
         return tuple(fault for found in self.findings for fault in found.faults)
 
     @property
@@ -66,7 +92,6 @@ class Prediction:
 
     @property
     def paper(self) -> Estimate:
-        """The paper's criterion."""
         return self.estimates[0]
 
     def number(self, key: str) -> Estimate:
@@ -93,13 +118,7 @@ class Prediction:
 
     @property
     def facing(self) -> Topography:
-        """The map of the contact, or its two maps put face to face.
-
-        Raises
-        ------
-        TopographyError
-            If that cannot be done.
-        """
+        """The map of the contact, or its two maps put face to face, where that can be done."""
         maps = self.topographies
         return maps[0] if len(maps) == 1 else opposed(*maps)
 
@@ -125,7 +144,6 @@ class Prediction:
 
     @property
     def sentence(self) -> str:
-        """The answer in one sentence."""
         from continuum.show.prediction import prediction_sentence
 
         return prediction_sentence(self)
@@ -162,3 +180,139 @@ class Prediction:
 
     def _repr_html_(self) -> str:
         return f"<p>{self.sentence}</p>{self.sheets()[3]._repr_html_()}"
+
+
+def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:
+    """Roughness and interface as the criteria take them; λ_L where it is known."""
+    return RoughContact(
+        *cut.moments,
+        interface.work_of_adhesion,
+        interface.range,
+        interface.contact_modulus,
+        conformal_energy=cut.conformal_energy * interface.contact_modulus,
+        spacing=interface.spacing,
+        roll_off=roll_off,
+    )
+
+
+def prediction_of(topographies: Sequence[Topography], interface: Interface) -> Prediction:
+    """Analyse one topography, or two that face each other, as they are: detrended before, if at all."""
+    instance("interface", interface, Interface)
+    if not isinstance(topographies, Sequence) or not 1 <= len(topographies) <= 2:
+        raise ArgumentError(
+            "topographies", topographies, "one or two, in a list: a contact has one or two rough surfaces"
+        )
+    for one in topographies:
+        instance("topographies", one, Topography)
+    findings = tuple(find_faults(topography) for topography in topographies)
+    found = _predicted(topographies, interface, findings)
+    better = [looked.mended or topography for topography, looked in zip(topographies, findings, strict=True)]
+    if all(one is other for one, other in zip(better, topographies, strict=True)):
+        return found
+    return replace(found, mended=_predicted(better, interface, findings))
+
+
+def _predicted(topographies: Sequence[Topography], interface: Interface, findings: tuple[Findings, ...]) -> Prediction:
+    analysed = [roughness_of(topography) for topography in topographies]
+    roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
+    # What bands of lines leave of a spectrum gives moments, but no exponent that deserves the name.
+    fits = tuple(None if one.lines or one.measurements else fit_self_affine(*spectrum(one)) for one in topographies)
+    # Of two bodies the longer waves carry the heights; a map without roll-off has at least its own size.
+    roll_off = max(
+        (fit.roll_off if fit is not None and fit.roll_off else min(topography.lengths))
+        for topography, fit in zip(topographies, fits, strict=True)
+    )
+    contact = rough_contact(roughness.whole, interface, roll_off)
+    estimates = every_estimate(contact)
+    warnings = _warnings(topographies, analysed, fits, roughness, contact)
+    warnings += [f"{estimates[0].name} out of its range: {why}" for why in estimates[0].why]
+    shortest = max(topography.cutoff or 0.0 for topography in topographies)
+    cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths if wavelength >= shortest]
+    return Prediction(
+        tuple(topographies),
+        roughness,
+        fits,
+        interface,
+        contact,
+        estimates,
+        tuple((cut, verdicts(rough_contact(cut, interface, roll_off))) for cut in cuts if _shown(cut, roughness)),
+        tuple(warnings),
+        findings,
+    )
+
+
+def _shown(cut: Cut, roughness: Roughness) -> bool:
+    """Whether a cut-off leaves more than rounding errors."""
+    return all(one > NOTHING * whole for one, whole in zip(cut.moments, roughness.whole.moments, strict=True))
+
+
+def _stands_for(topography: Topography) -> Iterator[str]:
+    """What to doubt of a random surface that stands for lines or for several measurements."""
+    if topography.lines:
+        error = max(LINE_ERROR / np.sqrt(topography.lines), LINES_ERROR)
+        yield (
+            f"from {topography.lines} line{'s' if topography.lines > 1 else ''}: isotropy and Gaussian "
+            f"heights are assumed, slope and curvature known to {error:.0%}, faults not looked for"
+        )
+    if topography.measurements:
+        agree = next((step for step in topography.steps if "densities differ" in step), "none has waves of another")
+        yield (
+            f"from {topography.measurements} measurements: isotropy and Gaussian heights are assumed, "
+            f"faults looked for in their joined spectrum only; {agree}"
+        )
+
+
+def _warnings(
+    topographies: Sequence[Topography],
+    analysed: Sequence[Roughness],
+    fits: Sequence[Fit | None],
+    roughness: Roughness,
+    contact: RoughContact,
+) -> list[str]:
+    found = []
+    for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
+        name = topography.source
+        found += [f"{name}: {doubt}" for doubt in _stands_for(topography)]
+        if not topography.periodic:
+            found.append(
+                f"{name}: not periodic: spectrum through a Hann window, slope and curvature from neighbouring points"
+            )
+        ratio = mine.spectral.rms_slope / mine.stencil.rms_slope
+        if abs(ratio - 1) > DISAGREE:
+            why = "roughness at the pixel" if ratio > 1 else "a map that is rougher at its edges"
+            found.append(
+                f"{name}: rms slope {mine.spectral.rms_slope:.3g} from the spectrum, {mine.stencil.rms_slope:.3g} from "
+                f"neighbouring points: {why}"
+            )
+        if fit is not None and fit.roll_off is None:
+            found.append(f"{name}: no roll-off: h_rms, and criteria that use it, depend on the size of the map")
+    pixels = contact.diameter / roughness.pixel
+    if pixels < RESOLVED:
+        found.append(
+            f"resolution: d_rep is {pixels:.2g} pixels; below about {RESOLVED:g} the curvature is that of the pixel, "
+            "not of the surface"
+        )
+    contacts = AREA * min(topography.grid.area for topography in topographies) / contact.diameter**2
+    if contacts < FEW:
+        found.append(
+            f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, "
+            "not the average that all theories give"
+        )
+    whole, octave = roughness.whole.moments, roughness.cut(4 * roughness.pixel).moments
+    grown = 1 - octave.rms_slope / whole.rms_slope
+    if grown > GROWTH:
+        found.append(
+            f"resolution: {100 * grown:.0f} % of the rms slope come from wavelengths below 4 pixels "
+            f"({_length(4 * roughness.pixel)}): a finer map would be steeper, and less sticky"
+        )
+    if len({mine.pixel for mine in analysed}) > 1:
+        finest = min(mine.pixel for mine in analysed)
+        found.append(f"different pixels: from {_length(finest)} to {_length(roughness.pixel)} one map is missing")
+    if contact.contact_modulus > STIFFEST:
+        found.append(f"E* = {units.readable(contact.contact_modulus, 'pressure')} is above that of any material")
+    if roughness.pixel > contact.range:
+        found.append(
+            f"the pixel, {_length(roughness.pixel)}, is larger than the range of adhesion: roughness between the "
+            "points is not seen, and can undo a verdict of 'sticky'"
+        )
+    return found

@@ -92,16 +92,15 @@ def resolvable(topography: Topography, interface: Interface) -> tuple[Interface,
     needed, given = (units.readable(value, "length", 3) for value in (shortest, interface.range))
     height = float(topography.heights.std())
     if shortest > height:
-        msg = (
+        raise UnresolvedError(
             f"the map is too coarse for adhesion so strong and so short-ranged: pixels of "
             f"{units.readable(pixel, 'length', 3)} resolve ranges above {needed}, more than its rms height of "
             f"{units.readable(height, 'length', 3)}"
         )
-        raise UnresolvedError(msg)
-    why = (
-        f"the limit of Johnson, Kendall and Roberts: the same w with a range of {needed}, the shortest that the pixels "
+    return replace(interface, range=shortest), (
+        f"solved instead: the limit of Johnson, Kendall and Roberts: the same w with a range of {needed}, the shortest "
+        f"that the pixels resolve, in place of {given}"
     )
-    return replace(interface, range=shortest), f"solved instead: {why}resolve, in place of {given}"
 
 
 def simulate(topography: Topography, interface: Interface, threads: int = 1) -> Simulation:

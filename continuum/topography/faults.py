@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from continuum.topography.mending import background, cut_off, detrend, fill_outl
 from continuum.topography.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
 from continuum.topography.scanlines import Mask, ScanLines, scan_lines, spikes
 
+_length = partial(units.readable, quantity="length", digits=3)
 LINE_SHARE = 0.05
 """Part of the mean square slope across the lines, due to their offsets, that counts."""
 BACKGROUND_SHARE = 0.75
@@ -63,7 +65,11 @@ class MapFault:
     @property
     def arguments(self) -> dict[str, str]:
         """The remedy as texts with units, as :func:`continuum.predict` and the command take them."""
-        return {name: value if isinstance(value, str) else _text(value) for name, value in self.remedy.items()}
+        # A length is typed as 12nm.
+        return {
+            name: value if isinstance(value, str) else _length(value).replace(" ", "").replace("µ", "u")
+            for name, value in self.remedy.items()
+        }
 
 
 class Marks(NamedTuple):
@@ -130,12 +136,7 @@ def directions(topography: Topography) -> Directions:
 
 
 def find_faults(topography: Topography) -> Findings:
-    """Look for every fault, in the order in which they are mended.
-
-    Parameters
-    ----------
-    topography : as it is to be judged.
-    """
+    """Look for every fault of a map as it is to be judged, in the order in which they are mended."""
     lines = scan_lines(instance("topography", topography, Topography).heights)
     marks = Marks(lines, spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2))
     faults, clean = _looked_for(LEVELLING, topography, marks)
@@ -214,7 +215,6 @@ def _outlier_lines(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
-    """A plane that carries most of the heights."""
     plane = float(np.var(background(topography, 1)[0]) / np.var(topography.heights))
     if topography.periodic or plane < BACKGROUND_SHARE:
         return None
@@ -222,7 +222,6 @@ def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _bow(topography: Topography, marks: Marks) -> MapFault | None:
-    """A paraboloid that carries most of what the plane leaves."""
     plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
     whole = float(np.var(topography.heights))
     left = whole - plane
@@ -323,7 +322,7 @@ ROUGHENING: tuple[Stage, ...] = (
         above("slope", lambda _, waves: waves.roughness.moments.rms_slope, STEEP,
               "an rms slope of {}: size or unit of the heights are probably wrong"),
         above("pixel", lambda topography, _: max(topography.grid.spacing), COARSE,
-              "pixels of {}: the size of the map is probably wrong", lambda pixel: _length(pixel)),
+              "pixels of {}: the size of the map is probably wrong", _length),
     ),
 )  # fmt: skip
 """Artefacts in the spectrum and in the statistics: called with the map and its :class:`SpectrumFindings`."""
@@ -338,12 +337,3 @@ MENDING: dict[str, Callable[[Topography, Any], Topography]] = {
 def _kurtosis(heights: Real) -> float:
     z = heights - heights.mean()
     return float(np.mean(z**4) / np.mean(z**2) ** 2)
-
-
-def _length(value: float) -> str:
-    return units.readable(value, "length", 3)
-
-
-def _text(value: float) -> str:
-    """A length as it is typed, such as 12nm."""
-    return _length(value).replace(" ", "").replace("µ", "u")

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import warnings
 import zipfile
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib import util
 from pathlib import Path
@@ -45,49 +45,42 @@ def measurements(path: Path) -> tuple[str, ...]:
     """Names of the measurements of a container; none of any other file."""
     if not (file_name("path", path).is_file() and is_container(path)):
         return ()
-    _need_reader(path)
-    with warnings.catch_warnings(), ExitStack() as stack:
-        warnings.simplefilter("ignore")
-        try:
-            return tuple(_maps(path, stack))
-        except Exception as error:
-            msg = f"{path}: SurfaceTopography cannot read it: {error or type(error).__name__}"
-            raise TopographyError(msg) from error
+    with _opened(path) as maps:
+        return tuple(maps)
 
 
 def from_instrument(path: Path, part: str | None) -> RawMap:
     """A map by SurfaceTopography: heights as they are in the file, size and unit in m if it says them."""
-    _need_reader(path)
-    with warnings.catch_warnings(), ExitStack() as stack:
-        warnings.simplefilter("ignore")  # of imports, and of formats that are guessed
-        try:
-            maps = _maps(path, stack)
-            chosen = [name for name in maps if part is None or name == part]
-            if len(chosen) == 1:
-                return maps[chosen[0]]()
-            if chosen and part is None and not is_container(path):
-                # The first height channel is what an instrument shows; the others are other directions of the scan.
-                others = ", ".join(map(repr, chosen[1:]))
-                return maps[chosen[0]]()._replace(steps=(f"channel {chosen[0]!r} taken, not {others}",))
-        except Exception as error:  # vendors' formats fail in all ways
-            unknown = type(error).__name__ == "CannotDetectFileFormat"
-            reason = "none of its formats" if unknown else str(error) or type(error).__name__
-            msg = f"{path}: SurfaceTopography cannot read it: {reason}"
-            raise TopographyError(msg) from error
+    with _opened(path) as maps:
+        chosen = [name for name in maps if part is None or name == part]
+        if len(chosen) == 1:
+            return maps[chosen[0]]()
+        if chosen and part is None and not is_container(path):
+            # The first height channel is what an instrument shows; the others are other directions of the scan.
+            others = ", ".join(map(repr, chosen[1:]))
+            return maps[chosen[0]]()._replace(steps=(f"channel {chosen[0]!r} taken, not {others}",))
     names = ", ".join(map(repr, maps)) or "none"
     none = f"holds no map named {part!r}" if part else "holds no map"
     several = f"holds {len(chosen)} maps, choose one by `part`, or all by `part` {ALL!r}"
-    msg = f"{path}: {several if chosen else none}; maps: {names}"
-    raise TopographyError(msg)
+    raise TopographyError(f"{path}: {several if chosen else none}; maps: {names}")
 
 
-def _need_reader(path: Path) -> None:
+@contextmanager
+def _opened(path: Path) -> Iterator[dict[str, Callable[[], RawMap]]]:
+    """The maps of heights in a file, by name, as long as it is open."""
     if util.find_spec("SurfaceTopography") is None:
-        msg = (
+        raise TopographyError(
             f"{path}: to read this format install SurfaceTopography (pip install 'stickiness[topography]'), "
             "or save the map as .npy or text"
         )
-        raise TopographyError(msg)
+    with warnings.catch_warnings(), ExitStack() as stack:
+        warnings.simplefilter("ignore")  # of imports, and of formats that are guessed
+        try:
+            yield _maps(path, stack)
+        except Exception as error:  # vendors' formats fail in all ways
+            unknown = type(error).__name__ == "CannotDetectFileFormat"
+            reason = "none of its formats" if unknown else str(error) or type(error).__name__
+            raise TopographyError(f"{path}: SurfaceTopography cannot read it: {reason}") from error
 
 
 def is_container(path: Path) -> bool:
@@ -99,7 +92,6 @@ def is_container(path: Path) -> bool:
 
 
 def _maps(path: Path, stack: ExitStack) -> dict[str, Callable[[], RawMap]]:
-    """The maps of heights in a file, by name."""
     if is_container(path):
         from SurfaceTopography.Container.IO import read_container
 

@@ -72,8 +72,8 @@ class Topography:
     source : where it comes from, in words.
     steps : what has been done to it, in words.
     cutoff : wavelength below which waves were left out on purpose, in m.
-    lines : of a scan that it stands for (:mod:`continuum.topography.linescan`); 0 for a map.
-    measurements : that it stands for together (:mod:`continuum.topography.joined`); 0 for a map.
+    lines : of a scan that it stands for (:mod:`continuum.topography.spectra`); 0 for a map.
+    measurements : that it stands for together (:mod:`continuum.topography.spectra`); 0 for a map.
 
     Raises
     ------
@@ -112,8 +112,7 @@ class Topography:
         object.__setattr__(self, "lengths", lengths)
 
     def _refuse(self, why: str) -> None:
-        msg = f"{self.source}: {why}"
-        raise TopographyError(msg)
+        raise TopographyError(f"{self.source}: {why}")
 
     @cached_property
     def grid(self) -> Grid:
@@ -126,7 +125,6 @@ class Topography:
         return hashlib.sha256(self.heights.tobytes() + np.array(self.lengths).tobytes()).hexdigest()
 
     def after(self, heights: Real, step: str, **changes: Any) -> Topography:
-        """The map with other heights, and what was done."""
         return replace(self, heights=heights, steps=(*self.steps, step), **changes)
 
 
@@ -156,11 +154,10 @@ def opposed(first: Topography, second: Topography) -> Topography:
     instance("second", second, Topography)
     if not np.allclose(first.grid.spacing, second.grid.spacing, rtol=1e-6, atol=0):
         pixels = [" x ".join(units.readable(d, "length") for d in t.grid.spacing) for t in (first, second)]
-        msg = (
+        raise TopographyError(
             f"{first.source} and {second.source} have pixels of {pixels[0]} and {pixels[1]}: "
             "heights can be added only on the same points; resample one (statistics need no such thing)"
         )
-        raise TopographyError(msg)
     nx, ny = np.minimum(first.heights.shape, second.heights.shape)
     same = first.heights.shape == second.heights.shape
     heights = first.heights[:nx, :ny] + second.heights[::-1][:nx, :ny]

@@ -1,4 +1,4 @@
-"""What is done to a map before it is judged: cut, holes filled, background taken off, short waves left out.
+"""What is done to a map before it is judged, or is a wall: cut, holes filled, background and short waves taken off.
 
 Each step is asked for, changes heights only, and is written into the steps of the map.  One that cannot be done, since
 nothing would be left or more would have to be filled than is allowed, raises TopographyError.
@@ -10,16 +10,24 @@ from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
+from scipy.interpolate import RectBivariateSpline
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
 from continuum import units
-from continuum.arguments import ArgumentError, array, choice, instance, number, pair
+from continuum.arguments import ArgumentError, array, choice, count, instance, number, pair
 from continuum.model.fourier import Real
+from continuum.tables import LARGEST_N
 from continuum.topography.map import FLAT, Topography, TopographyError, mirror
 from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spikes
+from continuum.units import readable
 
 Detrending = Literal["plane", "curvature", "lines", "none"]
+Edges = Literal["mirror", "window"]
+_FEWEST = 4
+"""Pixels across a part: within fewer a cubic spline is one polynomial, whatever was measured."""
+_TAPER = 0.5
+"""Part of a side over which a window goes to zero, both ends together."""
 
 
 def detrend(topography: Topography, how: Detrending | None = None) -> Topography:
@@ -50,34 +58,27 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
         heights = heights - heights.mean()
         step += f", then the median of each line along {'xy'[found.axis]}"
     if np.abs(heights).max() <= FLAT * max(np.abs(topography.heights).max(), np.ptp(topography.heights)) * 1e2:
-        msg = f"{topography.source}: the map is a plane: nothing is left when its plane is taken off"
-        raise TopographyError(msg)
+        raise TopographyError(f"{topography.source}: the map is a plane: nothing is left when its plane is taken off")
     return topography.after(heights, step)
 
 
 def prepare(
     topography: Topography, how: Detrending | None = None, *, fill: float = 0.0, cutoff: str | None = None
 ) -> Topography:
-    """A map as it is to be judged: outliers filled, background taken off, short waves left out.
+    """A map as it is to be judged: after :func:`fill_outliers` (not if 0), :func:`detrend` and :func:`cut_off`.
 
-    Parameters
-    ----------
-    how : see :func:`detrend`.
-    fill : see :func:`fill_outliers`; 0 not to look for any.
-    cutoff : see :func:`cut_off`, with its unit; None to keep all waves.
+    The cut-off is a text with its unit; None keeps all waves.
     """
     if fill:
         topography = fill_outliers(topography, fill)
     topography = detrend(topography, how)
     if cutoff is None:
         return topography
+    instance("cutoff", cutoff, str, 'a text such as "20nm"')
     try:
-        wavelength = units.parse(instance("cutoff", cutoff, str, 'a text such as "20nm"'), "length")
-    except ArgumentError:
-        raise
+        wavelength = units.parse(cutoff, "length")
     except ValueError as error:
-        msg = f"`cutoff` {error}"
-        raise TopographyError(msg) from error
+        raise TopographyError(f"`cutoff` {error}") from error
     return cut_off(topography, wavelength)
 
 
@@ -103,10 +104,7 @@ def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tup
 def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, float, float, float]) -> Real:
     """Heights with x0 <= x < x1 and y0 <= y < y1, the points being the middles of their pixels.
 
-    Parameters
-    ----------
-    heights, lengths : a map and its size.
-    corners : (x0, x1, y0, y1), in the unit of the size.
+    The corners (x0, x1, y0, y1) are in the unit of the lengths, the size of the map.
     """
     heights = array("heights", heights)
     sides = [number("lengths", length, above=0) for length in pair("lengths", lengths)]
@@ -138,8 +136,7 @@ def harmonic(heights: Real, holes: Mask) -> Real:
     if not holes.any():
         return heights.copy()
     if holes.all():
-        msg = "all heights are missing"
-        raise ValueError(msg)
+        raise ValueError("all heights are missing")
     number = np.full(heights.shape, -1)
     number[holes] = np.arange(np.count_nonzero(holes))
     rows, columns, weights = [], [], []
@@ -166,12 +163,7 @@ def harmonic(heights: Real, holes: Mask) -> Real:
 
 
 def fill_outliers(topography: Topography, limit: float) -> Topography:
-    """Fill scars and single points that stand out as if they had not been measured.
-
-    Parameters
-    ----------
-    limit : largest share of the points that may be filled.
-    """
+    """Fill scars and single points that stand out as if they had not been measured, up to a share of the points."""
     number("limit", limit, least=0, most=1)
     mask = scan_lines(instance("topography", topography, Topography).heights).scars | spikes(topography.heights)
     share = float(mask.mean())
@@ -207,3 +199,77 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     heights = grid.inverse(heights_q)[:nx, :ny]
     step = f"waves shorter than {units.readable(wavelength, 'length', 3)} left out"
     return topography.after(heights, step, cutoff=wavelength)
+
+
+def wall_from_map(
+    topography: Topography, n: int, spacing: float, edges: Edges, centre: tuple[float, float] = (0.5, 0.5)
+) -> Topography:
+    """A periodic wall of n x n points, one above each surface atom; its heights are those of a wall.
+
+    The part is cut out, its plane taken off, and interpolated by cubic splines; then it is continued by its mirror
+    images (the part is then n/2 spacings wide), or brought to its mean at the edges by a Tukey window; and turned
+    over, so that what stands out of the body comes lowest.
+
+    Parameters
+    ----------
+    topography : as read.
+    n : points along a side, even with mirrors.
+    spacing : of the atoms, a0, in m.
+    edges : how it is made periodic.
+    centre : of the part, as fractions of the map.
+
+    Returns
+    -------
+    Topography
+        In m, with every step in words.
+
+    Raises
+    ------
+    TopographyError
+        If the part does not lie within the map, has too few of its pixels, or is a plane.
+    """
+    instance("topography", topography, Topography)
+    spacing = number("spacing", spacing, above=0)
+    choice("edges", edges, get_args(Edges))
+    for fraction in pair("centre", centre):
+        number("centre", fraction, above=0, below=1)
+    if count("n", n, 1, LARGEST_N) % 2 and edges == "mirror":
+        raise TopographyError(f"{topography.source}: mirrors need an even number n of atoms along a side, got {n}")
+    points = n // 2 if edges == "mirror" else n
+    level = detrend(_cut(topography, points, spacing, centre))
+    if edges == "mirror":
+        made = mirror(level)
+    else:
+        from scipy.signal.windows import tukey
+
+        taper = tukey(points + 1, _TAPER)[:-1]
+        step = "brought to its mean at the edges by a Tukey window"
+        made = detrend(level.after(level.heights * np.outer(taper, taper), step, periodic=True))
+    return made.after(-made.heights, "turned over: what stands out of the body comes lowest")
+
+
+def _cut(topography: Topography, points: int, spacing: float, centre: tuple[float, float]) -> Topography:
+    """The part of a map, sampled above the atoms."""
+    side = points * spacing
+    pixels = [np.arange(m) * length / m for m, length in zip(topography.heights.shape, topography.lengths, strict=True)]
+    start = [c * length - side / 2 for c, length in zip(centre, topography.lengths, strict=True)]
+    at = [s + (np.arange(points) + 0.5) * spacing for s in start]
+    if any(x[0] < pixel[0] or x[-1] > pixel[-1] for x, pixel in zip(at, pixels, strict=True)):
+        size = " x ".join(readable(length, "length") for length in topography.lengths)
+        raise TopographyError(
+            f"{topography.source}: a part {readable(side, 'length')} wide about {centre} does not lie within the map, "
+            f"{size}: a smaller n or spacing, another centre, or another map"
+        )
+    if any(side < _FEWEST * pixel[1] for pixel in pixels):
+        widest = readable(max(pixel[1] for pixel in pixels), "length")
+        raise TopographyError(
+            f"{topography.source}: a part {readable(side, 'length')} wide has fewer than {_FEWEST} pixels of {widest}: "
+            "it holds no roughness that was measured; a larger n or spacing, or a finer map"
+        )
+    heights = RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])
+    pixel = " x ".join(readable(x[1], "length") for x in pixels)
+    cut = topography.after(
+        heights, f"{readable(side, 'length')} cut out about the fractions {centre[0]:g}, {centre[1]:g}",
+        lengths=(side, side), periodic=False,
+    )  # fmt: skip
+    return cut.after(heights, f"sampled every {readable(spacing, 'length')} by cubic splines through pixels of {pixel}")

@@ -1,31 +1,36 @@
 """Reading topographies: from plain arrays, whose units must be given, and from the files of instruments.
 
 Arrays in memory or in files (npy, text, HDF5) carry no units: size and unit of the heights must be given.  What an
-instrument wrote names them (:mod:`continuum.topography.instruments`).
+instrument wrote names them (:mod:`continuum.topography.instruments`).  Sizes, units, shares and parts of a map that a
+person writes as text are read as numbers in m; what a message names in backticks is an argument, which the command
+writes as its option.  What cannot be read raises TopographyError, and what is of another type ArgumentError.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Sequence
 from functools import partial
 from importlib import util
+from numbers import Real as Number
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from continuum import units
-from continuum.arguments import ArgumentError, file_name, flag, number, pair, texts
+from continuum.arguments import ArgumentError, file_name, flag, instance, number, pair, texts
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
 from continuum.model.fourier import Real
-from continuum.topography import quantities
 from continuum.topography.instruments import ALL, RawMap, from_instrument, is_container, measurements
-from continuum.topography.joined import joined
-from continuum.topography.linescan import isotropic_surface
 from continuum.topography.map import FEWEST, Topography, TopographyError, heights_of
 from continuum.topography.mending import crop, harmonic
+from continuum.topography.spectra import isotropic_surface, joined
 
+_ZERO = re.compile(r"\s*[0.]+\s*\D*")
+"""An edge of a map at zero, which needs no unit."""
 _PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
 
 
@@ -55,21 +60,12 @@ def read_topography(
     corners : (x0, x1, y0, y1) of the part that counts, in m; None for all.
     fill : largest share of missing heights that is filled (:func:`continuum.topography.mending.harmonic`).
     override : whether a given size or unit overrules what the file says.
-
-    Raises
-    ------
-    TopographyError
-        If there is no map to be had, or its units are missing or given twice.
-    ArgumentError
-        If an argument is of another type.
     """
     path = file_name("path", path)
     if not path.is_file():
-        msg = f"{path}: {'a folder, and no file' if path.is_dir() else 'there is no such file'}"
-        raise TopographyError(msg)
+        raise TopographyError(f"{path}: {'a folder, and no file' if path.is_dir() else 'there is no such file'}")
     if path.stat().st_size == 0:
-        msg = f"{path}: the file is empty"
-        raise TopographyError(msg)
+        raise TopographyError(f"{path}: the file is empty")
     if part == ALL and is_container(path):
         one = partial(
             read_topography, path, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill,
@@ -108,13 +104,6 @@ def from_array(
     size, unit : as in :func:`read_topography`; both are needed.
     periodic, corners, fill : as in :func:`read_topography`.
     source : what it is called in messages and on the page.
-
-    Raises
-    ------
-    TopographyError
-        If there is no map to be had, or its units are missing.
-    ArgumentError
-        If the array does not hold real numbers, or an argument is of another type.
     """
     found = _plain(heights_of("heights", heights), source)._replace(of="an array")
     return _whole(_with_units(found, size, unit, flag("periodic", periodic)), corners, fill)
@@ -140,6 +129,8 @@ def read_all(
 ) -> list[Topography]:
     """One or two topographies, from files or arrays, with sizes and units as text: one for all, or one for each.
 
+    All maps are looked at before one is refused.
+
     Parameters
     ----------
     maps : names of files, or arrays of heights whose masked points are missing.
@@ -150,17 +141,11 @@ def read_all(
     crop : part of each map that counts, like ``"1um,9um,1um,9um"``: from x0 to x1 and from y0 to y1.
     fill : largest share of heights that is filled where they are missing, like ``"5%"`` or 0.05.
     override_size : whether a given size or unit overrules what a file says.
-
-    Raises
-    ------
-    TopographyError, ArgumentError
-        If an argument is not allowed; or see :func:`read_topography`.  All maps are looked at before.
     """
     if not 1 <= len(maps) <= 2:
-        msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}"
-        raise TopographyError(msg)
+        raise TopographyError(f"maps: a contact has one or two rough surfaces, got {len(maps)}")
     given = _given(len(maps), size=size, unit=unit, dataset=dataset, part=part)
-    corners, limit = quantities.corners(crop), quantities.share(fill)
+    part_of_all: dict[str, Any] = {"corners": _corners(crop), "fill": share(fill)}
     always, override = flag("periodic", periodic), flag("override_size", override_size)
     found, faults = [], []
     for i, one in enumerate(maps):
@@ -168,37 +153,22 @@ def read_all(
         source = path.name if path is not None else "array" if len(maps) == 1 else f"array {i + 1}"
         text = {name: _each(values, i) for name, values in given.items()}
         try:
-            found.append(_one(one, path, source, text, periodic=always, corners=corners, fill=limit, override=override))
+            of: dict[str, Any] = {"size": _sizes(source, text["size"]), "unit": _length_unit(source, text["unit"])}
+            of |= part_of_all
+            if path is not None:
+                of |= {"dataset": text["dataset"], "part": text["part"], "override": override}
+                found.append(read_topography(path, periodic=always or None, **of))
+                continue
+            heights = heights_of("maps", one)
+            if not heights.ndim:
+                raise ArgumentError("maps", one, "names of files, or arrays of heights")
+            _whole_array(source, dataset=text["dataset"], part=text["part"])
+            found.append(from_array(heights, periodic=always, source=source, **of))
         except TopographyError as error:
             faults.append(str(error))
     if faults:
         raise TopographyError("\n".join(dict.fromkeys(faults)))
     return found
-
-
-def _one(
-    given: str | Path | ArrayLike,
-    path: Path | None,
-    source: str,
-    text: Mapping[str, str | None],
-    *,
-    periodic: bool,
-    corners: tuple[float, float, float, float] | None,
-    fill: float,
-    override: bool,
-) -> Topography:
-    """One of the maps, from its file or, without a path, from the array that it is."""
-    size, unit = quantities.sizes(source, text["size"]), quantities.length_unit(source, text["unit"])
-    if path is not None:
-        return read_topography(
-            path, size=size, unit=unit, periodic=periodic or None, dataset=text["dataset"], part=text["part"],
-            corners=corners, fill=fill, override=override,
-        )  # fmt: skip
-    heights = heights_of("maps", given)
-    if not heights.ndim:
-        raise ArgumentError("maps", given, "names of files, or arrays of heights")
-    _whole_array(source, dataset=text["dataset"], part=text["part"])
-    return from_array(heights, size=size, unit=unit, periodic=periodic, corners=corners, fill=fill, source=source)
 
 
 def _given(count: int, **values: str | Sequence[str] | None) -> dict[str, tuple[str, ...]]:
@@ -218,8 +188,7 @@ def _whole_array(source: str, **names: str | None) -> None:
     """Refuse to look for a dataset or a part in what is one array."""
     for name, value in names.items():
         if value is not None:
-            msg = f"{source}: `{name}` {value!r}: there is one array; leave it out"
-            raise TopographyError(msg)
+            raise TopographyError(f"{source}: `{name}` {value!r}: there is one array; leave it out")
 
 
 def _each(values: Sequence[str], i: int) -> str | None:
@@ -234,8 +203,9 @@ def _with_units(
     """Heights in m: what the file says, or what was given; neither both, unless it overrules, nor none."""
     if not found.heights.size:
         shape = " x ".join(map(str, found.heights.shape))
-        msg = f"{found.source}: holds no heights, an array of {shape}: an empty file, or the wrong part of one?"
-        raise TopographyError(msg)
+        raise TopographyError(
+            f"{found.source}: holds no heights, an array of {shape}: an empty file, or the wrong part of one?"
+        )
     if size is not None:
         if not isinstance(size, Sequence) or not size:
             raise ArgumentError("size", size, "one length or two, in m")
@@ -258,8 +228,7 @@ def _with_units(
         raise TopographyError("\n".join(f"{found.source}: {fault}" for fault in faults))
     lengths = tuple(size or found.size or ())
     if len(lengths) == 2 and found.heights.ndim == 1:
-        msg = f"{found.source}: a line scan has one length: one number in `size`"
-        raise TopographyError(msg)
+        raise TopographyError(f"{found.source}: a line scan has one length: one number in `size`")
     if len(lengths) == 1 and found.heights.ndim == 2:
         nx, ny = found.heights.shape
         lengths = (lengths[0], lengths[0] * ny / nx)
@@ -273,7 +242,7 @@ def _with_units(
 def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fill: float) -> Topography:
     """The part that counts, without holes."""
     number("fill", fill, least=0, most=0.5)
-    heights, (lx, ly), steps = found.heights, _two(found.size), list(found.steps)
+    heights, (lx, ly), steps = found.heights, found.size or (np.nan, np.nan), list(found.steps)
     if heights.ndim == 1:
         if corners is not None or fill:
             msg = f"{found.source}: a line scan can be neither cut nor filled: leave out `crop` and `fill`"
@@ -287,8 +256,7 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
         try:
             heights = crop(heights, (lx, ly), corners)
         except ValueError as error:
-            msg = f"{found.source}: {error}"
-            raise TopographyError(msg) from error
+            raise TopographyError(f"{found.source}: {error}") from error
         if min(heights.shape) < FEWEST:
             points = " x ".join(map(str, heights.shape))
             msg = f"{found.source}: `crop` leaves {points} points: a map has two directions of at least {FEWEST} points"
@@ -308,5 +276,53 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
     return Topography(heights, (lx, ly), periodic, found.source, tuple(steps))
 
 
-def _two(size: tuple[float, ...] | None) -> tuple[float, float]:
-    return (np.nan, np.nan) if size is None else (size[0], size[-1])
+def _sizes(source: str, text: str | None) -> tuple[float, ...] | None:
+    """One length or two, in m, from a text such as "10um" or "10um,12um"; None for None."""
+    if text is None:
+        return None
+    try:
+        found = tuple(units.parse(one, "length") for one in text.split(","))
+    except ValueError as error:
+        raise TopographyError(f"{source}: `size` {error}") from error
+    if len(found) > 2:
+        raise TopographyError(f"{source}: `size` {text!r}: a map has one or two lengths")
+    return found
+
+
+def _length_unit(source: str, name: str | None) -> float | None:
+    """A unit of length, in m, from its name such as "nm"; None for None."""
+    if name is None:
+        return None
+    try:
+        return units.unit_size(name, "length")
+    except ValueError as error:
+        raise TopographyError(f"{source}: `unit`: {error}") from error
+
+
+def share(fill: str | float | None) -> float:
+    """The share of the points that may be filled, from "5%" or 0.05; 0 for None."""
+    if fill is None:
+        return 0.0
+    if isinstance(fill, Number):
+        return number("fill", fill, above=0, most=0.5)
+    text = instance("fill", fill, str, 'a text such as "5%", or a number such as 0.05')
+    try:
+        value = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
+    except ValueError:
+        value = -1.0
+    if not 0 < value <= 0.5:
+        raise TopographyError(f"`fill` {text!r}: the largest share of points that may be filled, like 5%, at most 50%")
+    return value
+
+
+def _corners(crop: str | None) -> tuple[float, float, float, float] | None:
+    """The part of a map from x0 to x1 and from y0 to y1, in m, from "1um,9um,0,8um"; None for None."""
+    if crop is None:
+        return None
+    parts = instance("crop", crop, str, 'a text such as "1um,9um,0,8um"').split(",")
+    try:
+        a, b, c, d = (0.0 if _ZERO.fullmatch(one) else units.parse(one, "length") for one in parts)
+    except ValueError as error:
+        why = error if len(parts) == 4 else f"{len(parts)} lengths"
+        raise TopographyError(f"`crop` {crop!r}: four lengths, x0,x1,y0,y1, as 1um,9um,1um,9um ({why})") from error
+    return a, b, c, d

@@ -23,7 +23,7 @@ from continuum.theory.rough import conformal_energy
 from continuum.topography.map import Topography, mirror
 
 BANDS_PER_DECADE = 12
-"""Number of the logarithmic bands that a fit sees."""
+"""Number of the logarithmic bands in which spectra are averaged."""
 MODEL_ERROR = 0.1
 """Relative deviation of a band from a power law that counts as none."""
 EMPTY = 1e-3
@@ -84,7 +84,6 @@ class Roughness:
         return tuple(np.cumsum(share) for share in self.shares)
 
     def cut(self, wavelength: float) -> Cut:
-        """The roughness of wavelengths above a cut-off."""
         wavelength = number("wavelength", wavelength, above=0)
         # One part in 1e9: a mode that lies on the cut-off belongs to the surface.
         count = int(np.searchsorted(self.wavenumber, 2 * np.pi / wavelength * (1 + 1e-9), "right"))

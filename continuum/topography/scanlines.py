@@ -61,18 +61,14 @@ class ScanLines:
 
 
 def scan_lines(heights: Real) -> ScanLines:
-    """Lines against columns, along the direction in which there is more to find.
-
-    Parameters
-    ----------
-    heights : shape (nx, ny), at least 3 points along each.
-    """
+    """Lines against columns, along the direction in which there is more to find; of at least 3 x 3 heights."""
     heights = map_of("heights", heights)
     if min(heights.shape) < 3:
         raise ArgumentError("heights", heights, "at least 3 lines of 3 points: a line is held against its neighbours")
     scars = [_scars(heights, axis) for axis in (0, 1)]
     found = [np.count_nonzero(mask) for mask in scars]
-    bends = [_bend(line_offsets(heights, axis, scars[axis])) for axis in (0, 1)]
+    offsets = [line_offsets(heights, axis, scars[axis]) for axis in (0, 1)]
+    bends = [each[1:-1] - (each[:-2] + each[2:]) / 2 for each in offsets]
     spreads = [_spread(bend) for bend in bends]
     limit = FAR * max(*spreads, 1e-300)
     outliers = [
@@ -144,11 +140,6 @@ def _scars(heights: Real, axis: int) -> Mask:
     mask &= np.moveaxis(lines >= 0.75 * beside, 1, axis)
     # The ends of a scar are less high.
     return np.asarray(binary_dilation(mask, run, iterations=1))
-
-
-def _bend(offsets: Real) -> Real:
-    bend: Real = offsets[1:-1] - (offsets[:-2] + offsets[2:]) / 2
-    return bend
 
 
 def _agreement(heights: Real, axis: int) -> Real:

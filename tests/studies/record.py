@@ -21,12 +21,11 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files import output
-from continuum.paper.crossover import conformal_energies, crossovers
+from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import CRITERIA, RoughContact
-from continuum.sticky.record import Surface, recorded
-from continuum.sticky.verdict import count_verdicts, votes
+from continuum.sticky.verdict import Surface, count_verdicts, recorded, votes
 from continuum.sweeps.collect import PointTable, collect
 
 COLUMNS = (

@@ -14,8 +14,17 @@ from pandas import DataFrame, concat
 from continuum.model.grid import Grid
 from continuum.model.surface import moments
 from continuum.model.surfaces import SelfAffineSurface
-from continuum.paper.crossover import conformal_energies, crossovers, exponent
-from continuum.paper.dispute import THEORIES, Theory, dispute_sheets, draw_crossovers, many_contacts, write_dispute
+from continuum.paper.dispute import (
+    THEORIES,
+    Theory,
+    conformal_energies,
+    crossovers,
+    dispute_sheets,
+    draw_crossovers,
+    exponent,
+    many_contacts,
+    write_dispute,
+)
 from continuum.paper.points import FigureError
 from continuum.sticky.criteria import RoughContact
 from continuum.sweeps.axes import Axis

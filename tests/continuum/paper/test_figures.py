@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from continuum.paper.claims import ClaimVerdict, Finding, claim_verdicts
+from continuum.paper.claims import Claim, Finding, claim_verdicts
 from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData, sweep_points
@@ -60,7 +60,7 @@ def table(kappa_rep: float = 2.0, strip: float = 1.0) -> PointTable:
     return PointTable(listing, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
 
 
-def by_claim(found: list[ClaimVerdict]) -> dict[str, Finding]:
+def by_claim(found: list[tuple[Claim, Finding]]) -> dict[str, Finding]:
     return {claim.text: finding for claim, finding in found}
 
 

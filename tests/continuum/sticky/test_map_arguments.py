@@ -12,17 +12,24 @@ from hypothesis import strategies as st
 
 from continuum.arguments import ArgumentError
 from continuum.sticky.materials import MATERIALS, Body, Interface, read_interface
-from continuum.sticky.predict import prediction_of
+from continuum.sticky.prediction import prediction_of
 from continuum.sticky.simulate import resolvable, simulate
-from continuum.topography.crop import wall_from_map
 from continuum.topography.faults import directions, find_faults
-from continuum.topography.joined import joined
-from continuum.topography.linescan import isotropic_surface
 from continuum.topography.map import Topography, mirror, opposed
-from continuum.topography.mending import background, crop, cut_off, detrend, fill_outliers, harmonic, prepare
+from continuum.topography.mending import (
+    background,
+    crop,
+    cut_off,
+    detrend,
+    fill_outliers,
+    harmonic,
+    prepare,
+    wall_from_map,
+)
 from continuum.topography.reading import from_array, read_all, read_topography
 from continuum.topography.roughness import fit_self_affine, roughness_of, spectrum, stencil_moments, together
 from continuum.topography.scanlines import scan_lines
+from continuum.topography.spectra import isotropic_surface, joined
 from tests.wrong import ANYTHING, refused_by_name
 
 HEIGHTS = np.random.default_rng(1).normal(size=(16, 18)).cumsum(0)

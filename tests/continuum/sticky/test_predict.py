@@ -21,8 +21,7 @@ from continuum.model.walls.attraction import attraction_on_core
 from continuum.show.prediction_figures import overview
 from continuum.sticky import materials
 from continuum.sticky.materials import MATERIALS, Body, Interface, InterfaceError, interface, reduced_modulus
-from continuum.sticky.predict import prediction_of
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
 from continuum.topography.map import Topography
 from continuum.topography.mending import detrend

@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.sticky.criteria import CRITERIA, RoughContact
-from continuum.sticky.record import Surface, recorded, support
-from continuum.sticky.verdict import SURE, count_verdicts, votes
+from continuum.sticky.verdict import SURE, Surface, count_verdicts, recorded, support, votes
 
 TURNS = [surface for surface in recorded() if surface.sticky is None]
 STATES = [surface for surface in recorded() if surface.sticky is not None]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from continuum.topography.crop import wall_from_map
 from continuum.topography.map import Topography, TopographyError
+from continuum.topography.mending import wall_from_map
 
 NM = 1e-9
 

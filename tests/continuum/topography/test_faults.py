@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from continuum.cli import main
 from continuum.show.prediction_data import remedy_options
-from continuum.show.prediction_faults import fault_figure
+from continuum.show.prediction_figures import fault_figure
 from continuum.sticky.materials import Interface
-from continuum.sticky.predict import prediction_of
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.verdict import judge
 from continuum.topography.faults import directions, find_faults
 from continuum.topography.map import Topography, TopographyError

@@ -13,10 +13,9 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
 from continuum.topography.instruments import measurements
-from continuum.topography.joined import joined, joined_spectrum
-from continuum.topography.linescan import isotropic_surface
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.reading import read_topography
+from continuum.topography.spectra import isotropic_surface, joined, joined_spectrum
 from tests.measured import MEASURED, needs_files, needs_reader
 
 NM = 1e-9

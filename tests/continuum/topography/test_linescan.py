@@ -13,10 +13,10 @@ from continuum.cli import main
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine, moments
 from continuum.sticky.materials import Interface
-from continuum.sticky.predict import prediction_of
-from continuum.topography.linescan import isotropic_surface, profile_spectrum, surface_bands
+from continuum.sticky.prediction import prediction_of
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.reading import read_topography
+from continuum.topography.spectra import isotropic_surface, profile_spectrum, surface_bands
 
 GRID = Grid.square(512)
 

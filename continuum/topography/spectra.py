@@ -1,32 +1,42 @@
-"""Line scans: from the spectrum of a profile to the isotropic surface that has it.
+"""Random surfaces that stand for what was measured: lines of a scan, or several measurements of one surface.
 
 A profile of an isotropic surface has the spectrum C1(q) = ∫ C(√(q² + k²)) dk, Abel's transform of that of the surface.
 It is inverted in logarithmic bands, with C constant and not negative in each; the deviations are weighted as those of a
-periodogram are, by what is fitted (some steps of reweighting).  All theories ask for moments of the spectrum only, so a
-random surface of that spectrum stands for the one that was scanned: Gaussian and isotropic by assumption.
+periodogram are, by what is fitted (some steps of reweighting).
+
+Measurements of different size and resolution each tell of the waves that they resolve: in bands of equal width of log q
+the logarithms of their spectral densities are averaged over those that have waves there.
+
+All theories ask for moments of the spectrum only, so a random surface of that spectrum stands for what was measured:
+Gaussian and isotropic by assumption.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import nnls
 
-from continuum.arguments import ArgumentError, flag, number
+from continuum.arguments import ArgumentError, count, flag, instance, number
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.topography.map import Topography, TopographyError, fault_of, heights_of
+from continuum.topography.mending import detrend
+from continuum.topography.roughness import BANDS_PER_DECADE, spectrum
 
 LARGEST = 1024
 """Points a side of the surface, at most: of a longer scan, waves longer than so many points are left out."""
 SHORTEST = 64
 """Points of a scan below which its spectrum says nothing."""
-BANDS_PER_DECADE = 12
 _STEPS = 8
 """Steps of reweighting; the weights change by less than a per cent after five."""
 Bands = tuple[Real, Real]
 """Edges of bands of |q|, and C in each."""
+_BANDS_OF_LINES = BANDS_PER_DECADE // 2  # a profile leaves bands with power or without: two are averaged
+_ROUNDING = 1e-20
+MOST_POINTS = 2048
+"""Points a side of the surface, at most: waves longer than so many of the finest pixels are left out."""
 
 
 def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> tuple[Real, Real]:
@@ -43,23 +53,18 @@ def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> 
     q : above zero, ascending.
     C1 : in length³.
     """
-    from scipy.signal import detrend, welch  # half a second that other commands need not wait
+    from scipy import signal  # half a second that other commands need not wait
 
     lines = np.atleast_2d(lines)
     if periodic:
-        frequency, density = welch(lines, 1 / spacing, "boxcar", lines.shape[1])
+        frequency, density = signal.welch(lines, 1 / spacing, "boxcar", lines.shape[1])
     else:
-        frequency, density = welch(detrend(lines), 1 / spacing, "hann", min(lines.shape[1], LARGEST))
+        frequency, density = signal.welch(signal.detrend(lines), 1 / spacing, "hann", min(lines.shape[1], LARGEST))
     return 2 * np.pi * frequency[1:], density.mean(axis=0)[1:] / (4 * np.pi)
 
 
 def surface_bands(wavenumber: Real, profile: Real) -> Bands:
-    """C of the isotropic surface whose profiles have a given spectrum, constant in bands: Abel's equation solved.
-
-    Parameters
-    ----------
-    wavenumber, profile : from :func:`profile_spectrum`.
-    """
+    """C of the isotropic surface whose :func:`profile_spectrum` is given, constant in bands: Abel's equation solved."""
     # In units of the longest wave and its power, so that rounding is the same in all.
     units = float(wavenumber[0]), float(profile.mean())
     wavenumber, profile = wavenumber / units[0], profile / units[1]
@@ -146,3 +151,76 @@ def isotropic_surface(
     left = f", waves longer than {n} points left out" if n < points else ""
     told = f"{count}: an isotropic Gaussian surface of that spectrum, {n} x {n} points{left}"
     return Topography(heights, grid.lengths, True, source, (*steps, told), lines=len(lines))
+
+
+def joined_spectrum(topographies: Sequence[Topography]) -> tuple[Real, Real, float]:
+    """Wavenumbers and C of all measurements, and the factor by which they scatter where several have waves.
+
+    A measurement counts from twice its longest wave, where its window and its levelling show, to half the highest
+    wavenumber that it resolves; but the largest one from its beginning, and the finest one to its end.
+    """
+    spectra = [spectrum(detrend(one)) for one in topographies]
+    first, last = (np.array([float(q[i]) for q, _ in spectra]) for i in (0, -1))
+    low, high = float(first.min()), float(last.max())
+    per_decade = _BANDS_OF_LINES if any(one.lines for one in topographies) else BANDS_PER_DECADE
+    count = max(2, round(np.log10(high / low) * per_decade))
+    edges = np.geomspace(low, high * (1 + 1e-9), count + 1)
+    found = np.full((len(spectra), count), np.nan)
+    for i, (q, c) in enumerate(spectra):
+        own = (q >= first[i] * (2 if first[i] > low else 1)) & (q <= last[i] / (2 if last[i] < high else 1))
+        band = np.clip(np.searchsorted(edges, q[own], side="right") - 1, 0, count - 1)
+        # A ring has as many modes as it is long.
+        mean = np.bincount(band, c[own] * q[own], count) / np.maximum(np.bincount(band, q[own], count), low)
+        # A band that lines leave without power, but for rounding, is one of which they do not tell.
+        told = mean > _ROUNDING * c.max()
+        found[i, told] = np.log(mean[told])
+    has = np.isfinite(found)
+    several, some = has.sum(axis=0) > 1, has.any(axis=0)
+    mean = np.nansum(found, axis=0)[some] / has.sum(axis=0)[some]
+    scatter = np.nanvar(found[:, several], axis=0, ddof=1).mean() if several.any() else np.nan
+    return np.sqrt(edges[1:] * edges[:-1])[some], np.exp(mean), float(np.exp(np.sqrt(scatter)))
+
+
+def joined(topographies: Sequence[Topography], source: str = "measurements", seed: int = 0) -> Topography:
+    """A periodic random surface with the spectrum of several measurements of one surface.
+
+    Parameters
+    ----------
+    topographies : as read; each is levelled first.
+    source : where they come from, in words.
+    seed : of the random numbers.
+
+    Raises
+    ------
+    TopographyError
+        If there is none, or their waves fill less than two bands.
+    """
+    if not (isinstance(topographies, Sequence) and topographies):
+        raise TopographyError(f"{source}: topographies: no measurement to join")
+    for one in topographies:
+        instance("topographies", one, Topography)
+    count("seed", seed, 0)
+    q, c, scatter = joined_spectrum(topographies)
+    if q.size < 2:
+        raise TopographyError(f"{source}: too few waves to join: a map of at least 16 x 16 points has enough")
+    steps = np.log(q), np.log(c)
+
+    def density(wavenumber: Real) -> Real:
+        """A power law between two wavenumbers, and as steep beyond the last; zero below the first band."""
+        x = np.log(np.maximum(wavenumber, q[0] / 10))
+        end = steps[1][-1] + (x - steps[0][-1]) * (steps[1][-1] - steps[1][-2]) / (steps[0][-1] - steps[0][-2])
+        inside = np.where(x > steps[0][-1], end, np.interp(x, *steps))
+        return np.where(wavenumber >= q[0] ** 2 / np.sqrt(q[0] * q[1]) * (1 - 1e-9), np.exp(inside), 0.0)
+
+    spacing = min(max(one.grid.spacing) for one in topographies)
+    longest = max(max(one.lengths) for one in topographies)
+    n = int(np.clip(round(longest / spacing), 16, MOST_POINTS))
+    grid, heights = random_surface(density, spacing, n, seed)
+    told = [
+        f"{len(topographies)} measurements joined: an isotropic Gaussian surface of their spectrum, {n} x {n} points"
+    ]
+    if longest / spacing > n + 0.5:
+        told.append(f"waves longer than {n} of the finest pixels left out")
+    if np.isfinite(scatter):
+        told.append(f"where several have waves, their spectral densities differ by a factor of {scatter:.2g}")
+    return Topography(heights, grid.lengths, True, source, tuple(told), measurements=len(topographies))
