@@ -31,6 +31,7 @@ from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import UnresolvedError, resolvable
 from continuum.sticky.tables import OPTIONS
+from continuum.sweeps import collect as collecting
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
 
@@ -116,9 +117,9 @@ def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Para
     return OK
 
 
-@like(sweeps.sweep_status)
+@like(collecting.sweep_status)
 def sweep_status(**given: Any) -> int:
-    found = sweeps.sweep_status(**given)
+    found = collecting.sweep_status(**given)
     show(status_sheet(found))
     if found.failed:
         show(failed_sheet(found))
@@ -135,9 +136,9 @@ def sweep_collect(**given: Any) -> int:
     return NOT_CONVERGED if found.faults else OK
 
 
-@like(sweeps.sweep_verify)
+@like(collecting.sweep_verify)
 def sweep_verify(sweep: Path, **given: Any) -> int:
-    found = sweeps.sweep_verify(sweep, **given)
+    found = collecting.sweep_verify(sweep, **given)
     warn(found.faults)
     print(f"{sweep}: {found.files} files, {len(found.faults)} of them damaged")
     return OK if found.ok else NOT_CONVERGED

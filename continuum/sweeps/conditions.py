@@ -10,7 +10,7 @@ import ast
 import itertools
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 _LONGEST = 1000  # characters; one of ours has 70
@@ -106,23 +106,23 @@ def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
         raise ValueError(msg) from None
 
 
+def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) -> Iterator[tuple[str, Any]]:
+    """Dotted keys and their values, whether the keys are quoted or not; ``ranges``, {from, ...}, are values."""
+    for name, value in table.items():
+        if isinstance(value, Mapping) and not (ranges and "from" in value):
+            yield from dotted(value, f"{prefix}{name}.", ranges=ranges)
+        else:
+            yield prefix + name, value
+
+
 def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
     """Values of an input by dotted key, or by its last part where that is the only one of that name."""
-    flat: dict[str, Any] = {}
-
-    def visit(table: Mapping[str, Any], prefix: str) -> None:
-        for name, value in table.items():
-            if isinstance(value, Mapping):
-                visit(value, f"{prefix}{name}.")
-            else:
-                flat[prefix + name] = value
-
-    visit({name: value for name, value in data.items() if name != "sweep"}, "")
+    values = dict(dotted({name: value for name, value in data.items() if name != "sweep"}))
 
     def value(name: str) -> Any:
-        found = [key for key in flat if key == name or key.endswith(f".{name}")]
-        if name in flat or len(found) == 1:
-            return flat[name if name in flat else found[0]]
+        found = [key for key in values if key == name or key.endswith(f".{name}")]
+        if name in values or len(found) == 1:
+            return values[name if name in values else found[0]]
         msg = f"{name} is {'the name of several keys' if found else 'no key'} of this input"
         raise ValueError(msg)
 

@@ -48,7 +48,7 @@ def run_tasks(
 
     Yields
     ------
-    Ended
+    TaskResult
         Of each task: those found done first, the others as they end.
     """
     check_workers(workers, threads, devices)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,28 +33,27 @@ class Folder:
 
     @property
     def description(self) -> Path:
-        """The input of the sweep."""
         return self.root / "sweep.toml"
 
     @property
     def listing(self) -> Path:
-        """What the sweep amounts to."""
         return self.root / "systems.json"
 
     @property
     def points(self) -> Path:
-        """Result files of the systems that are done."""
         return self.root / "points"
 
     @property
     def work(self) -> Path:
-        """Files of the systems that are being worked on."""
         return self.root / "work"
 
     @property
     def failed(self) -> Path:
-        """Reasons why systems could not be done."""
         return self.root / "failed"
+
+    @property
+    def folders(self) -> tuple[Path, Path, Path]:
+        return self.points, self.work, self.failed
 
     @property
     def tables(self) -> tuple[Path, Path]:
@@ -78,7 +76,7 @@ class Folder:
         OutputError
             If they cannot be made or written to.
         """
-        for path in (self.root, self.points, self.work, self.failed):
+        for path in (self.root, *self.folders):
             output.folder(path)
         return self
 
@@ -95,17 +93,13 @@ class Folder:
         OutputError
             That names the first of them.
         """
-        ours = _begins_with(self.listing, b'{"schema": "stickiness/sweep"') or all(
-            path.is_dir()
-            for path in (self.points, self.work, self.failed)  # where the listing was damaged
-        )
         self.require_tables_of_ours()
-        for path in (self.description, self.listing):
-            if path.exists() and not ours:
-                raise _of_another(path)
-        for path in (self.points, self.work, self.failed):
-            if names(path) and not ours:
-                raise _of_another(path)
+        # The folders are known by their names where the listing was damaged.
+        ours = _begins_with(self.listing, b'{"schema": "stickiness/sweep"') or all(map(Path.is_dir, self.folders))
+        there = [path for path in (self.description, self.listing) if path.exists()]
+        there += [path for path in self.folders if names(path)]
+        if there and not ours:
+            raise _of_another(there[0])
 
     def require_tables_of_ours(self) -> None:
         """Refuse a place that holds a ``table.csv`` or ``table.h5`` which is no table of a sweep.
@@ -115,10 +109,11 @@ class Folder:
         OutputError
             That names it.
         """
-        known: Mapping[Path, Callable[[Path], bool]] = dict(zip(self.tables, (_is_text_table, _is_cube), strict=True))
-        for path, is_ours in known.items():
-            if path.exists() and not is_ours(path):
-                raise _of_another(path)
+        text, cube = self.tables
+        if text.exists() and not _begins_with(text, b"system,"):  # its first column
+            raise _of_another(text)
+        if cube.exists() and store.schema_of(cube) != TABLE_SCHEMA:
+            raise _of_another(cube)
 
     def keep_earlier(self) -> None:
         """Keep input and listing, which are about to be replaced by others, under names made of their content."""
@@ -144,15 +139,6 @@ def _begins_with(path: Path, start: bytes) -> bool:
             return file.read(len(start)) == start
     except OSError:
         return False
-
-
-def _is_text_table(path: Path) -> bool:
-    """Whether the first column is that of a table of a sweep."""
-    return _begins_with(path, b"system,")
-
-
-def _is_cube(path: Path) -> bool:
-    return store.schema_of(path) == TABLE_SCHEMA
 
 
 def _of_another(path: Path) -> OutputError:

@@ -6,9 +6,9 @@ Nothing is known anywhere but in the folder of the sweep: processes may die, and
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,8 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.memory import physical_memory
 from continuum.runs.run import follow_run
-from continuum.sweeps.axes import Axis, Sweep, SystemPlan
+from continuum.sweeps.axes import Axis, Sweep, SystemPlan, label_of
+from continuum.sweeps.conditions import dotted
 from continuum.sweeps.engine import run_tasks
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
@@ -42,9 +43,7 @@ class System:
 
     @property
     def label(self) -> str:
-        """Values of the axes of the system, in words."""
-        named = (f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
-        return ", ".join(named) or "the one system"
+        return label_of(self.settings)
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class SweepListing:
 class SystemTask(Task):
     """What the engine is given."""
 
-    plan: SystemPlan | None = None
+    plan: SystemPlan = field(kw_only=True)
 
 
 def begin(
@@ -94,15 +93,15 @@ def begin(
     failed = names(folder.failed)
     if retry:
         for name in failed:
-            (folder.failed / f"{name}.json").unlink(missing_ok=True)
+            folder.failure(name).unlink(missing_ok=True)
         failed = frozenset()
     part, parts = shard
     mine = sorted(tasks, key=lambda task: (-task.cost, task.path.name))[part - 1 :: parts]
     left = [task for task in mine if task.path.stem not in failed]
     if threads == 1:
         return left
-    with_threads = {"solver.threads": threads}
-    return [_threaded(task, with_threads) for task in left]
+    sources = (task.plan.source.changed({"solver.threads": threads}) for task in left)
+    return [replace(t, plan=replace(t.plan, source=source)) for t, source in zip(left, sources, strict=True)]
 
 
 def run_sweep(
@@ -147,7 +146,6 @@ def solve_system(root: Path, task: Task) -> None:
         If another process works on it.
     """
     assert isinstance(task, SystemTask)
-    assert task.plan is not None
     folder = Folder(root)
     working = folder.work / task.path.name
     with output.reserved(folder.work / task.path.stem):
@@ -194,14 +192,14 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
     tasks, systems = list[SystemTask](), list[System]()
     common: dict[str, Any] = {}
     for plan, config in sweep.systems():
-        values = dict(_flat(config.plain()))
+        values = dict(dotted(config.plain()))
         # A key that follows from one on an axis, as the period from the points, is common to none.
         common = {key: value for key, value in common.items() if values.get(key) == value} if systems else values
         cost = cost_of(config)
         nx, ny = config.grid.n
         work = float(cost.fft_pairs) * nx * ny
-        tasks.append(SystemTask(folder.point(plan.key), plan.label, work, float(cost.memory), plan))
-        systems.append(System(plan.key, dict(plan.settings), work, float(cost.memory)))
+        tasks.append(SystemTask(folder.point(plan.key), plan.label, work, float(cost.memory), plan=plan))
+        systems.append(System(plan.key, plan.settings, work, float(cost.memory)))
     on_axes = {key for axis in sweep.axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
     return SweepListing(sweep.name, sweep.axes, common, tuple(systems)), tasks
@@ -227,14 +225,6 @@ def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
         folder.keep_earlier()
 
 
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield prefix + name, value
-
-
 def _json(listing: SweepListing) -> str:
     axes = [{"keys": axis.keys, "values": axis.values} for axis in listing.axes]
     head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": axes}
@@ -250,12 +240,6 @@ def _save_once(path: Path, text: str) -> None:
         if path.read_text() == text:
             return
     output.save(path, text)
-
-
-def _threaded(task: SystemTask, settings: Mapping[str, Any]) -> SystemTask:
-    assert task.plan is not None
-    plan = SystemPlan(task.plan.source.changed(settings), task.plan.settings, task.plan.key)
-    return SystemTask(task.path, task.label, task.cost, task.memory, plan)
 
 
 def _record(folder: Folder, ended: TaskResult) -> None:

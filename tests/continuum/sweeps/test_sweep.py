@@ -33,7 +33,7 @@ from continuum.runs.cost import cost_of
 from continuum.runs.ranges import expand_range
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
-from continuum.sweeps.collect import collect, status_of, verify
+from continuum.sweeps.collect import Verification, collect, sweep_status, sweep_verify
 from continuum.sweeps.conditions import condition, holds
 from continuum.sweeps.measured import numbers_of
 from continuum.sweeps.sweep import begin, run_sweep, solve_system, systems_of
@@ -353,7 +353,7 @@ def test_an_axis_that_grows_keeps_what_is_there(undisturbed: Path, tmp_path: Pat
     tasks = begin(Sweep.read(path), root)
     assert sum(not task.path.exists() for task in tasks) == 2
     assert {p.name: p.stat().st_mtime_ns for p in (root / "points").iterdir()} == before
-    found = status_of(root)
+    found = sweep_status(root)
     assert (found.total, found.done, found.others) == (6, 4, 2)
 
 
@@ -388,12 +388,12 @@ def test_broken_files_are_one_message_each_and_verify_finds_all(
     assert "Traceback" not in said.err
     assert main(["sweep", "verify", str(root)]) == 1
     assert "6 files, 5 of them damaged" in capsys.readouterr().out
-    count, faults = verify(root, aside=True)
-    assert (count, len(faults)) == (6, 5)
-    assert {fault.path for fault in faults} == set(points[:5])
+    found = sweep_verify(root, aside=True)
+    assert (found.files, len(found.faults)) == (6, 5)
+    assert {path.name for path in (root / "damaged").iterdir()} == {path.name for path in points[:5]}
     for task in begin(Sweep.read(path), root):
         solve_system(root, task)
-    assert verify(root) == (6, [])
+    assert sweep_verify(root) == Verification(6, ())
     for point in points:
         same(point, undisturbed / point.relative_to(path.parent))
 
@@ -408,7 +408,7 @@ def test_what_fails_is_recorded_stops_nothing_and_is_tried_again_on_request(tmp_
     root = tmp_path / "out" / "many"
     done = continuum.sweep(path, root.parent)
     assert (done.done, len(done.failed)) == (1, 1)
-    ((label, reason),) = status_of(root).failed
+    ((label, reason),) = sweep_status(root).failed
     assert "bad.txt" in label
     assert "bad.txt" in reason + done.failed[0].reason
     again = continuum.sweep(path, root.parent)
@@ -516,7 +516,7 @@ def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
     assert "Traceback" not in said
     assert "Warning" not in said
     assert not any(psutil.pid_exists(worker) for worker in workers)
-    assert verify(root)[1] == []
+    assert sweep_verify(root).ok
 
 
 @pytest.mark.long
@@ -533,7 +533,7 @@ def test_two_drivers_share_a_folder(undisturbed: Path, tmp_path: Path) -> None:
     assert sum(counts) >= 6, said  # one that the other has just done counts for both
     for point in (root / "points").iterdir():
         same(point, undisturbed / point.relative_to(path.parent))
-    assert verify(root) == (6, [])
+    assert sweep_verify(root) == Verification(6, ())
 
 
 @pytest.mark.long
@@ -552,7 +552,7 @@ def test_kills_at_random_moments_of_forty_systems(victim: str, tmp_path: Path) -
         for one in victims:
             os.kill(one, signal.SIGKILL)
         process.communicate()
-        assert verify(root)[1] == []
+        assert sweep_verify(root).ok
         kept = {point.name for point in (root / "points").iterdir()}
         done = continuum.sweep(path, root.parent, workers=2)
         assert done.ok
