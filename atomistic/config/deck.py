@@ -14,6 +14,7 @@ from atomistic.config.crystal import Interatomic
 from atomistic.config.motion import ProtocolTable, Steps
 from atomistic.config.slab import AtomsSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
+from continuum.files import kinds as kinds  # known to an input when it is defined
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document
 from continuum.files.toml import Source
