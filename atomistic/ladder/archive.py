@@ -6,7 +6,7 @@ The file is rewritten after each finished path, so that a validation that was st
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -176,8 +176,7 @@ def write_archive(
     OutputError
         If the file cannot be written.
     """
-    columns = {name: dataset.values for name, dataset in datasets.items()}
-    finished = not remaining(config, columns)
+    finished = not remaining(config, datasets)
     store.write(
         path,
         datasets,
@@ -196,11 +195,10 @@ def write_archive(
     return finished
 
 
-def read_archive(path: Path) -> tuple[Archive, dict[str, Dataset]]:
-    """What a file holds, as plain arrays, and as datasets to which more can be joined."""
+def read_archive(path: Path) -> Archive:
+    """What a file holds, as plain arrays."""
     file = store.read_datasets(path, ValidateConfig.result_schema, ValidateConfig.result_version)
-    datasets = dict(file.datasets)
-    return Archive({n: d.values for n, d in datasets.items()}, dict(file.attributes)), datasets
+    return Archive({name: dataset.values for name, dataset in file.datasets.items()}, dict(file.attributes))
 
 
 PART = "stickiness/validation-path"
@@ -256,9 +254,8 @@ def join(config: ValidateConfig, old: dict[str, Dataset], new: dict[str, Dataset
             joined[name] = Dataset(values, dataset.dims, dataset.units, dataset.long_name)
         else:
             joined[name] = dataset
-    place = {key_of(u): i for i, u in enumerate(paths_of(config))}
-    keys = zip(*(joined[name].values.tolist() for name in ("case", "rms_slope", "seed")), strict=True)
-    order = {"state": np.argsort([place[key] for key in keys], kind="stable")}
+    place = {key_of(path): i for i, path in enumerate(paths_of(config))}
+    order = {"state": np.argsort([place[key] for key in _keys_in(joined)], kind="stable")}
     if "curve_case" in joined:
         cases = [case.name for case in config.case]
         rows = [cases.index(case) for case in joined["curve_case"].values.tolist()]
@@ -281,9 +278,12 @@ def key_of(path: PathPlan) -> tuple[str, float, int]:
     return path.case, path.rms_slope, path.seed
 
 
-def remaining(config: ValidateConfig, columns: dict[str, np.ndarray]) -> tuple[PathPlan, ...]:
+def _keys_in(datasets: Mapping[str, Dataset]) -> Iterator[tuple[str, float, int]]:
+    """What tells the path of each state."""
+    return zip(*(datasets[name].values.tolist() for name in ("case", "rms_slope", "seed")), strict=True)
+
+
+def remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[PathPlan, ...]:
     """Paths of an input whose states are not all there."""
-    if not columns:
-        return paths_of(config)
-    done = set(zip(*(columns[name].tolist() for name in ("case", "rms_slope", "seed")), strict=True))
-    return tuple(u for u in paths_of(config) if key_of(u) not in done)
+    done = set(_keys_in(datasets)) if datasets else set()
+    return tuple(path for path in paths_of(config) if key_of(path) not in done)

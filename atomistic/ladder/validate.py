@@ -118,18 +118,18 @@ def validate_all(
     if decks is not None:
         folder(decks)
     datasets = archive.resume(path, config, force=force)
-    if _remaining(config, datasets):
+    if archive.remaining(config, datasets):
         about = specimen_of(config).about()  # measured once, and read by all; before anything is written
         with reserved(path):
             datasets = archive.resume(path, config, force=force)  # again, now that nobody else writes it
             parts = _Parts(path.with_name(f"{path.stem}.parts"), config)
             if force:
                 parts.clear()
-            todo = _remaining(config, datasets)
+            todo = archive.remaining(config, datasets)
             with closing(parts.run(todo, workers, decks, lmp_command)) as ended:
                 _gather(config, path, datasets, ended, about, progress)
             parts.clear()
-    stored = archive.read_archive(path)[0]
+    stored = archive.read_archive(path)
     return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
 
 
@@ -154,16 +154,11 @@ def _gather(
         archive.write_archive(path, config, datasets, about)
         one.task.path.unlink()
         if progress is not None:
-            progress(_said(one.task.label, part), total - len(_remaining(config, datasets)), total)
+            progress(_said(one.task.label, part), total - len(archive.remaining(config, datasets)), total)
     if failed:
         reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
         msg = f"{len(failed)} of {total} paths could not be compared; the others are stored in {path}\n{reasons}"
         raise ValidationError(msg)
-
-
-def _remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[PathPlan, ...]:
-    """Paths whose states are not all there."""
-    return archive.remaining(config, {name: dataset.values for name, dataset in datasets.items()})
 
 
 def _said(label: str, part: Mapping[str, Dataset]) -> str:

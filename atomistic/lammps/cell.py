@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from atomistic.crystal.interatomic import Potential
-from atomistic.lammps.opened import LammpsHandle
 from atomistic.lammps.result import LammpsError
+from atomistic.lammps.session import LammpsHandle
 from continuum.model.fourier import Real
 
 
@@ -83,11 +82,7 @@ class Cell(LammpsHandle):
 
     def evaluate(self, positions: Real) -> tuple[float, Real]:
         """Energy of all atoms, and forces, shape (n, 3), at given positions."""
-        at = np.ascontiguousarray(positions, dtype=np.float64)
-        self._lammps.scatter_atoms("x", 1, 3, at.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
-        self.command("run 0 post no")
-        forces = np.array(self._lammps.gather_atoms("f", 1, 3), dtype=np.float64).reshape(-1, 3)
-        return float(self._lammps.get_thermo("pe")), forces
+        return self._forces_at(positions)
 
     def stress(self) -> Real:
         """Stress xx, yy, zz of the last evaluation, tension positive, in units of energy per volume."""

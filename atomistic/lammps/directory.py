@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 
 import continuum
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
-from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.language import formatted, listing
@@ -96,29 +95,28 @@ def render(deck: Deck) -> dict[str, str]:
         "room": " &\n                extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else "",
         "surface_atoms": f"{surface_atoms:d}",
         "mobile_atoms": f"{deck.slab.mobile * surface_atoms:d}",
-        "timestep": formatted(_timestep(model)),
+        "timestep": formatted(model.timestep * time_unit(model)),
         "real_units": _real_units(deck),
         "atoms": f"{deck.slab.size:d}",
         "version": continuum.__version__,
         "model": textwrap.fill(model.reference, 118),
-        "notes": "".join(f"{textwrap.fill(_printable(note), 118)}\n" for note in deck.notes),
+        "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
         "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
         "commands": _COMMANDS if deck.stock else _IN_PROCESS,
         **force_lines(deck.shape),
         **_steps(deck),
     }
-    script, included = (
-        ("single", "in.relax") if deck.protocol is None else (deck.protocol.script, deck.protocol.included)
-    )
+    protocol = deck.protocol
+    script, included = ("single", "in.relax") if protocol is None else (protocol.script, protocol.included)
     names = {name: name for name in (*SCRIPTS, included)} | {"in.contact": f"contact.{script}"}
-    texts = {name: _template(template).substitute(values) for name, template in names.items()}
+    templates = files("atomistic.lammps") / "templates"
+    texts = {
+        name: _Template((templates / template).read_text(encoding="utf-8")).substitute(values)
+        for name, template in names.items()
+    }
     mesh = wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
     return texts | {"wall.table": wall_table(wall), "wall.vtk": mesh}
-
-
-def _template(name: str) -> _Template:
-    return _Template((files("atomistic.lammps") / "templates" / name).read_text(encoding="utf-8"))
 
 
 _INCLUDED = {
@@ -148,10 +146,6 @@ def _steps(deck: Deck) -> dict[str, str]:
         "separations": listing(protocol.separations),
         **protocol.placeholders(deck.model, deck.slab.mobile, deck.slab.ids[0].size),
     }
-
-
-def _printable(text: str) -> str:
-    return "".join(c for c in text if c.isprintable())
 
 
 def _real_units(deck: Deck) -> str:
@@ -299,11 +293,6 @@ def read_wall(directory: Path) -> Wall:
     directory = Path(directory)
     numbers = json.loads((directory / "deck.json").read_text(encoding="utf-8"))["wall"]
     return read_law(numbers.pop("law"), numbers, directory / "wall.table")
-
-
-def _timestep(model: Model) -> float:
-    """Time step of damped dynamics, in LAMMPS' unit of time."""
-    return model.timestep * time_unit(model)
 
 
 def _write_data(file: BinaryIO, deck: Deck) -> None:

@@ -30,6 +30,7 @@ from atomistic.lammps.directory import read_slab, remove_outputs
 from atomistic.lammps.following import follow_atoms
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
+    DeckDescription,
     DeckError,
     DeckResult,
     LammpsError,
@@ -76,35 +77,35 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
     OutputError
         If another run of this deck is under way.
     """
-    directory, steps = _described(directory)
-    run = _run_stock if read_description(directory).stock else _run_following
+    directory, deck = _described(directory)
+    steps = max(deck.steps, 1)
     with hold(directory):
-        done = _done(directory, steps)
-        for step in range(done + 1, max(steps, 1) + 1):
+        done = _done(directory, deck)
+        for step in range(done + 1, steps + 1):
             with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
                 if timeout is not None:
                     lammps.command(f"variable timeout index {max(1, math.ceil(timeout))}")
                 lammps.command(f"variable last index {step}")
-                run(lammps, directory)
+                _run(lammps, directory, deck)
             if len(finished_steps(directory)) < step:
                 break  # time was up in the middle of a window
             if progress is not None:
-                progress(step, max(steps, 1))
+                progress(step, steps)
     return read_result(directory)
 
 
-def _run_stock(lammps: Any, directory: Path) -> None:
-    guard(lambda: lammps.file("in.contact"), directory)
-
-
-def _run_following(lammps: Any, directory: Path) -> None:
-    """The script stops where the wall is made, is given its heights, and goes on."""
+def _run(lammps: Any, directory: Path, deck: DeckDescription) -> None:
+    run_script = partial(guard, lambda: lammps.file("in.contact"), directory)
+    if deck.stock:
+        run_script()
+        return
+    # The script stops where the wall is made, is given its heights, and goes on.
     lammps.command("variable stage string 1")
-    guard(lambda: lammps.file("in.contact"), directory)
+    run_script()
     check = follow_atoms(lammps, read_slab(directory / "slab.data").shape)
     lammps.command("variable stage string 2")
     try:
-        guard(lambda: lammps.file("in.contact"), directory)
+        run_script()
     finally:
         check()
 
@@ -150,15 +151,20 @@ def run_command(
         msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
         raise ValueError(msg)
     words = command_words(command)
-    directory, steps = _described(directory)
-    _require_stock(directory)
+    directory, deck = _described(directory)
+    if not deck.stock:
+        msg = (
+            f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
+            "only this process runs it (without --lmp-command, on one core)"
+        )
+        raise DeckError(msg)
     if ranks > 1:
         words = [script("mpiexec"), "-n", str(ranks), *words]
     words += ["-in", "in.contact", "-screen", "none"]
     with hold(directory) as lock:
-        _done(directory, steps)
+        _done(directory, deck)
         process = _start(words, directory, lock)
-        output = _watched(process, directory, steps, timeout, progress)
+        output = _watched(process, directory, max(deck.steps, 1), timeout, progress)
     if process.returncode != 0:
         detail = f"\n{output.strip()[-1000:]}" if output.strip() else ""
         status = f"{shlex.join(words)} in {directory} ended with status {process.returncode}"
@@ -217,7 +223,7 @@ def _output(
             output = None
         done = len(finished_steps(directory))
         if progress is not None and done > before:
-            progress(done, max(steps, 1))
+            progress(done, steps)
             before = done
         if output is not None:
             return output
@@ -332,26 +338,16 @@ def guard(call: Callable[[], object], directory: Path) -> None:
         raise LammpsError(msg) from error
 
 
-def _described(directory: Path) -> tuple[Path, int]:
-    """The directory of a deck, and the steps of its protocol; 0 of one equilibrium."""
+def _described(directory: Path) -> tuple[Path, DeckDescription]:
     directory = Path(directory).absolute()
-    return directory, read_description(directory).steps
+    return directory, read_description(directory)
 
 
-def _require_stock(directory: Path) -> None:
-    if not read_description(directory).stock:
-        msg = (
-            f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
-            "only this process runs it (without --lmp-command, on one core)"
-        )
-        raise DeckError(msg)
-
-
-def _done(directory: Path, steps: int) -> int:
+def _done(directory: Path, deck: DeckDescription) -> int:
     """Steps that are finished; the outputs of an earlier run of one equilibrium are removed.
 
     No result outlives its run, but that of a step is what the next one starts from.
     """
-    if not steps:
+    if not deck.steps:
         remove_outputs(directory)
     return len(finished_steps(directory))

@@ -10,9 +10,9 @@ other array is interpolated in this process and handed to LAMMPS in each evaluat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, singledispatch
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -240,41 +240,30 @@ def shape_of(heights: Real) -> Waves | HeightSpline:
     return Waves(grid.lengths, float(heights.mean()), waves)
 
 
-@singledispatch
+_Period = tuple[float, float]
+_FORMULAS: dict[type[SurfaceTable], Callable[[Any, _Period], Shape]] = {
+    SphereSurface: lambda surface, period: Round(period, surface.radius),
+    CylinderSurface: lambda surface, period: Round(
+        period, surface.radius, across=(surface.along == "y", surface.along == "x")
+    ),
+    PunchSurface: lambda surface, period: Round(period, surface.edge_radius, surface.flat_radius),
+    SineSurface: lambda surface, period: Waves(period, surface.amplitude, ((-surface.amplitude, *surface.waves, 0.0),)),
+}
+"""Kinds of surfaces that have a formula, as functions of the position over a period."""
+
+
 def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
     """The wall of an input as a function of the position: the formula of its surface, or what its heights make of it.
 
     Parameters
     ----------
-    surface : table of the input; a kind of surface that has a formula is registered below.
+    surface : table of the input.
     heights : of the surface at the sites, shape (nx, ny), in a0.
     """
-    del surface
-    return shape_of(heights)
-
-
-def _period(heights: Real) -> tuple[float, float]:
-    return float(heights.shape[0]), float(heights.shape[1])
-
-
-@shape_of_surface.register
-def _(surface: SphereSurface, heights: Real) -> Shape:
-    return Round(_period(heights), surface.radius)
-
-
-@shape_of_surface.register
-def _(surface: CylinderSurface, heights: Real) -> Shape:
-    return Round(_period(heights), surface.radius, across=(surface.along == "y", surface.along == "x"))
-
-
-@shape_of_surface.register
-def _(surface: PunchSurface, heights: Real) -> Shape:
-    return Round(_period(heights), surface.edge_radius, surface.flat_radius)
-
-
-@shape_of_surface.register
-def _(surface: SineSurface, heights: Real) -> Shape:
-    return Waves(_period(heights), surface.amplitude, ((-surface.amplitude, *surface.waves, 0.0),))
+    formula = _FORMULAS.get(type(surface))
+    if formula is None:
+        return shape_of(heights)
+    return formula(surface, (float(heights.shape[0]), float(heights.shape[1])))
 
 
 def shape_notes(shape: Shape | None) -> tuple[str, ...]:
