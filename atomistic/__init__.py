@@ -73,8 +73,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _MODULES:
-        msg = f"module 'atomistic' has no attribute {name!r}"
-        raise AttributeError(msg)
+        raise AttributeError(f"module 'atomistic' has no attribute {name!r}")
     return getattr(import_module(f"atomistic.{_MODULES[name]}"), name)
 
 

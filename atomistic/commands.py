@@ -89,12 +89,11 @@ def deck(
     _check_lmp_command(lmp_command)
     made = decks.deck(file)
     if not made.stock and (not run or lmp_command is not None):
-        msg = (
+        raise InputError(
             f"{file}: LAMMPS has no formula for the heights of this wall above where the atoms are "
             '(follows = "atom"): no stock LAMMPS can run the deck; run it in this process (--run, without '
             '--lmp-command), or let the wall follow the sites (follows = "site")'
         )
-        raise InputError(msg)
     directory = made.write(output or Path("decks") / Path(file).stem)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if run:

@@ -128,8 +128,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _MODULES:
-        msg = f"module 'continuum' has no attribute {name!r}"
-        raise AttributeError(msg)
+        raise AttributeError(f"module 'continuum' has no attribute {name!r}")
     return getattr(import_module(f"continuum.{_MODULES[name]}"), name)
 
 

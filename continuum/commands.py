@@ -41,8 +41,7 @@ def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
     for token in tokens:
         key, equals, value = token.value.partition("=")
         if not equals or not key.strip():
-            msg = f"{token.value!r}: write KEY=VALUE, such as surface.seed=3"
-            raise ValueError(msg)
+            raise ValueError(f"{token.value!r}: write KEY=VALUE, such as surface.seed=3")
         found.append((key.strip(), value_of(value.strip())))
     return found
 
@@ -50,8 +49,7 @@ def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
 def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
     part, slash, parts = tokens[0].value.partition("/")
     if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
-        msg = f"{tokens[0].value!r}: write I/N with I from 1 to N, such as 2/8"
-        raise ValueError(msg)
+        raise ValueError(f"{tokens[0].value!r}: write I/N with I from 1 to N, such as 2/8")
     return int(part), int(parts)
 
 

@@ -81,10 +81,7 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
 def _check_environment() -> None:
     """Refuse numbers of threads on which a library would end in a traceback when it is imported.
 
-    Raises
-    ------
-    InputError
-        That names the variable.
+    Raises InputError that names the variable.
     """
     for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
         value = os.environ.get(name)

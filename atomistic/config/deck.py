@@ -197,7 +197,6 @@ class DeckConfig(Document):
                 yield replace(fault, key=("protocol", *fault.key))
 
     def steps(self) -> Steps:
-        """What is done."""
         if self.protocol is not None:
             return self.protocol.steps()
         assert self.separation is not None

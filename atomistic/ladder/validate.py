@@ -102,16 +102,10 @@ def validate_all(
     force : start anew, whatever the file holds.
     progress : see :data:`Progress`.
 
-    Raises
-    ------
-    ConfigError
-        If an input asks for the states beside a jump, and there is none; or its substrate cannot be made.
-    OutputError
-        If the file holds something else, is an input, is being written by another process, or cannot be written.
-    ArgumentError
-        If there are no workers.
-    ValidationError
-        If a path could not be compared.  The others are stored, and the same call goes on with it.
+    Raises ConfigError if an input asks for the states beside a jump, and there is none; or its substrate cannot be
+    made; OutputError if the file holds something else, is an input, is being written by another process, or cannot be
+    written; ArgumentError if there are no workers; ValidationError if a path could not be compared.  The others are
+    stored, and the same call goes on with it.
     """
     check_workers(workers, 1)
     distinct(path, config.files)
@@ -162,7 +156,6 @@ def _gather(
 
 
 def _said(label: str, part: Mapping[str, Dataset]) -> str:
-    """What is said of a path when it is done."""
     force, slope = part["largest_force"].values, part["rms_slope"].values
     return f"{label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
 
@@ -193,7 +186,6 @@ class _Parts:
         return True
 
     def clear(self) -> None:
-        """Remove the folder of parts."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

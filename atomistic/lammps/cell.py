@@ -22,11 +22,6 @@ class Cell(LammpsHandle):
     positions : shape (n, 3).
     periods : of the box along x, y and z, which is periodic; with ``surface``, nothing is above and below.
     surface : whether the third direction is free.
-
-    Raises
-    ------
-    LammpsError
-        If LAMMPS cannot be loaded or reports an error.
     """
 
     def __init__(self, potential: Potential, positions: Real, periods: Real, surface: bool = False) -> None:
@@ -57,8 +52,7 @@ class Cell(LammpsHandle):
             inside[:, periodic] %= np.asarray(periods)[periodic]
             made = self._lammps.create_atoms(count, list(range(1, count + 1)), [1] * count, inside.ravel())
             if made != count:
-                msg = f"LAMMPS took {made} of {count} atoms into its box"
-                raise LammpsError(msg)
+                raise LammpsError(f"LAMMPS took {made} of {count} atoms into its box")
             self.command(
                 f"neighbor {0.02 * potential.cutoff:.17g} bin",
                 "neigh_modify one 20000 page 200000",  # a cut-off may hold thousands of neighbours

@@ -168,19 +168,15 @@ def write_deck(directory: Path, deck: Deck) -> Path:
     that are finished stay if it is the same deck, whose run then goes on.  ``in.contact`` is written last: without it
     a directory is no deck.
 
-    Raises
-    ------
-    OutputError
-        If the directory holds anything else, or a run is under way there: it is left as it was; or it cannot be
-        written to.
+    Raises OutputError if the directory holds anything else, or a run is under way there: it is left as it was; or it
+    cannot be written to.
     """
     directory = Path(directory)
     texts = render(deck)
     texts["deck.json"] = _description(deck, texts)
     if directory.exists():
         if not directory.is_dir():
-            msg = f"{directory}: is no folder, and is left alone; choose another one for the deck"
-            raise OutputError(msg)
+            raise OutputError(f"{directory}: is no folder, and is left alone; choose another one for the deck")
         known = {*INPUTS, *PARTS, LOCK}
         foreign = sorted(
             entry.name
@@ -189,8 +185,7 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         )
         if foreign:
             names = ", ".join(foreign[:5])
-            msg = f"{directory} holds files that are not of a deck ({names}): choose another directory"
-            raise OutputError(msg)
+            raise OutputError(f"{directory} holds files that are not of a deck ({names}): choose another directory")
         if deck.protocol is not None and _same(directory, texts["deck.json"]):
             return directory
     folder(directory)
@@ -250,19 +245,12 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
 
 
 def read_slab(path: Path) -> Slab:
-    """The slab of a ``slab.data``.
-
-    Raises
-    ------
-    ValueError
-        If the file is not one of a deck.
-    """
+    """The slab of a ``slab.data``; raises ValueError if the file is not one of a deck."""
     with Path(path).open(encoding="utf-8") as file:
         title = file.readline().strip()
     numbers = [int(formatted) for formatted in re.findall(r"\d+", title)]
     if len(numbers) != 5 or title != _TITLE.format(*numbers[1:5]):
-        msg = f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}"
-        raise ValueError(msg)
+        raise ValueError(f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}")
     nx, ny, mobile, frozen = numbers[1:5]
     return Slab((nx, ny), mobile, frozen)
 
@@ -270,10 +258,7 @@ def read_slab(path: Path) -> Slab:
 def read_heights(path: Path) -> Real:
     """Heights of the wall above the lattice sites of the surface atoms, shape (nx, ny), in a0, of a ``slab.data``.
 
-    Raises
-    ------
-    ValueError
-        If the file is not one of a deck.
+    Raises ValueError if the file is not one of a deck.
     """
     shape = read_slab(path).shape
     with Path(path).open(encoding="utf-8") as file:
@@ -285,10 +270,7 @@ def read_heights(path: Path) -> Real:
 def read_wall(directory: Path) -> Wall:
     """The wall law of a deck.
 
-    Raises
-    ------
-    ValueError, TypeError, KeyError, OSError
-        If its ``deck.json`` or ``wall.table`` is not one of a deck.
+    Raises ValueError, TypeError, KeyError or OSError if its ``deck.json`` or ``wall.table`` is not one of a deck.
     """
     directory = Path(directory)
     numbers = json.loads((directory / "deck.json").read_text(encoding="utf-8"))["wall"]

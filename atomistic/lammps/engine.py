@@ -70,12 +70,8 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
     DeckResult
         Of the last step.
 
-    Raises
-    ------
-    LammpsError
-        If LAMMPS cannot be loaded or reports an error.
-    OutputError
-        If another run of this deck is under way.
+    Raises LammpsError if LAMMPS cannot be loaded or reports an error; OutputError if another run of this deck is under
+    way.
     """
     directory, deck = _described(directory)
     steps = max(deck.steps, 1)
@@ -134,18 +130,9 @@ def run_command(
     DeckResult
         Of the last step.
 
-    Raises
-    ------
-    ArgumentError
-        If the command is no line of a shell.
-    DeckError
-        If a stock LAMMPS cannot run this deck.
-    LammpsError
-        If the command is not found, fails or takes too long.
-    OutputError
-        If another run of this deck is under way.
-    ValueError
-        If both a command and a number of ranks are given, or there are no ranks.
+    Raises ArgumentError if the command is no line of a shell; DeckError if a stock LAMMPS cannot run this deck;
+    LammpsError if the command is not found, fails or takes too long; OutputError if another run of this deck is under
+    way; ValueError if both a command and a number of ranks are given, or there are no ranks.
     """
     if ranks < 1 or (command is not None and ranks != 1):
         msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
@@ -153,11 +140,10 @@ def run_command(
     words = command_words(command)
     directory, deck = _described(directory)
     if not deck.stock:
-        msg = (
+        raise DeckError(
             f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
             "only this process runs it (without --lmp-command, on one core)"
         )
-        raise DeckError(msg)
     if ranks > 1:
         words = [script("mpiexec"), "-n", str(ranks), *words]
     words += ["-in", "in.contact", "-screen", "none"]
@@ -168,8 +154,7 @@ def run_command(
     if process.returncode != 0:
         detail = f"\n{output.strip()[-1000:]}" if output.strip() else ""
         status = f"{shlex.join(words)} in {directory} ended with status {process.returncode}"
-        msg = f"{status}{detail}{tail(directory)}"
-        raise LammpsError(msg)
+        raise LammpsError(f"{status}{detail}{tail(directory)}")
     return read_result(directory)
 
 
@@ -187,8 +172,7 @@ def _start(words: list[str], directory: Path, lock: int) -> subprocess.Popen[str
             pass_fds=(lock,),
         )
     except OSError as error:
-        msg = f"cannot start {shlex.join(words)}: {error}; {REMEDY}"
-        raise LammpsError(msg) from error
+        raise LammpsError(f"cannot start {shlex.join(words)}: {error}; {REMEDY}") from error
 
 
 def _watched(
@@ -232,10 +216,7 @@ def _output(
 def command_words(command: str | None) -> list[str]:
     """The words of the command of a site; the wheel's lmp if there is none.
 
-    Raises
-    ------
-    ArgumentError
-        If it is no text, is empty, or a quote in it does not end.
+    Raises ArgumentError if it is no text, is empty, or a quote in it does not end.
     """
     if command is None:
         return [script("lmp")]
@@ -283,19 +264,12 @@ def open_library() -> Any:
 
         return lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
     except Exception as error:
-        msg = f"LAMMPS cannot be loaded in this process: {error}; {REMEDY}"
-        raise LammpsError(msg) from error
+        raise LammpsError(f"LAMMPS cannot be loaded in this process: {error}; {REMEDY}") from error
 
 
 @cache
 def pair_styles() -> frozenset[str]:
-    """Names of the pair styles of the installed LAMMPS.
-
-    Raises
-    ------
-    LammpsError
-        If it cannot be loaded.
-    """
+    """Names of the pair styles of the installed LAMMPS; raises LammpsError if it cannot be loaded."""
     with contextlib.closing(open_library()) as lammps:
         return frozenset(lammps.available_styles("pair"))
 
@@ -303,26 +277,16 @@ def pair_styles() -> frozenset[str]:
 def script(name: str) -> str:
     """Path of a command of this environment, activated or not, or else of the search path.
 
-    Raises
-    ------
-    LammpsError
-        If there is none.
+    Raises LammpsError if there is none.
     """
     path = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
     if path is None:
-        msg = f"there is no {name} in this environment nor on the search path; {REMEDY}"
-        raise LammpsError(msg)
+        raise LammpsError(f"there is no {name} in this environment nor on the search path; {REMEDY}")
     return path
 
 
 def try_to_start(words: list[str]) -> None:
-    """Start a command that only prints its help.
-
-    Raises
-    ------
-    LammpsError
-        If it cannot be started or fails.
-    """
+    """Start a command that only prints its help; raises LammpsError if it cannot be started or fails."""
     try:
         subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
     except (OSError, subprocess.SubprocessError) as error:
@@ -334,8 +298,7 @@ def guard(call: Callable[[], object], directory: Path) -> None:
     try:
         call()
     except Exception as error:
-        msg = f"LAMMPS failed in {directory}: {error}{tail(directory)}"
-        raise LammpsError(msg) from error
+        raise LammpsError(f"LAMMPS failed in {directory}: {error}{tail(directory)}") from error
 
 
 def _described(directory: Path) -> tuple[Path, DeckDescription]:

@@ -54,8 +54,7 @@ def native_law(wall: Wall) -> NativeLaw:
         if wall.law is None
         else "it has no formula in LAMMPS' language"
     )
-    msg = f"the wall law {type(wall).__name__} cannot act in a deck: {cause}"
-    raise TypeError(msg)
+    raise TypeError(f"the wall law {type(wall).__name__} cannot act in a deck: {cause}")
 
 
 def _filled(template: str, **values: float | str) -> str:
@@ -287,8 +286,7 @@ def read_law(law: str, numbers: Mapping[str, Any], table: Path) -> Wall:
     """
     known = {kind.__name__: kind for kind in LAWS}
     if law not in known:
-        msg = f"the wall law {law!r} is not one that this version reads ({', '.join(known)})"
-        raise ValueError(msg)
+        raise ValueError(f"the wall law {law!r} is not one that this version reads ({', '.join(known)})")
     if law == TabulatedWall.__name__:
         return read_wall_table(table)
     return known[law](**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})

@@ -18,7 +18,7 @@ from continuum.model.fourier import Real
 
 
 class LammpsHandle:
-    """LAMMPS open in this process; close it, or use it with ``with``.
+    """LAMMPS open in this process, whose errors are LammpsError; close it, or use it with ``with``.
 
     Parameters
     ----------
@@ -61,11 +61,6 @@ class Session(LammpsHandle):
     Parameters
     ----------
     directory : of a deck.
-
-    Raises
-    ------
-    LammpsError
-        If LAMMPS cannot be loaded or reports an error.
     """
 
     def __init__(self, directory: Path) -> None:

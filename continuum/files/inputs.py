@@ -38,10 +38,7 @@ def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] |
 
 
 def parsed(source: Source, model: type[_Document]) -> _Document:
-    """What the text of an input file amounts to.
-
-    Raises ConfigError with all faults of the file.
-    """
+    """What the text of an input file amounts to; raises ConfigError with all faults of the file."""
     data = frozen(source.data)
     context = {"folder": source.path.parent}
     try:

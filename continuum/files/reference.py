@@ -67,7 +67,6 @@ def _entry(name: str, field: FieldInfo) -> Entry:
 
 
 def _type(field: FieldInfo) -> str:
-    """Type and bounds in words."""
     bounds = [
         f"{_BOUNDS[name]} {getattr(limit, name):g}"
         for limit in _limits(field)

@@ -14,10 +14,7 @@ from continuum.arguments import ArgumentError
 def settings_of(given: Any) -> dict[str, Any]:
     """Dotted keys and their values as a file has them: NumPy's numbers and arrays become plain numbers and lists.
 
-    Raises
-    ------
-    ArgumentError
-        If it is no mapping of names to values.
+    Raises ArgumentError if it is no mapping of names to values.
     """
     if given is None:
         return {}

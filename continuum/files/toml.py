@@ -56,10 +56,7 @@ class Source:
 
     @classmethod
     def read(cls, path: Path) -> Source:
-        """Read and parse a TOML file.
-
-        Raises ConfigError if there is no such file, or it is no TOML.
-        """
+        """Read and parse a TOML file; raises ConfigError if there is no such file, or it is no TOML."""
         text = _text(path)
         try:
             data = tomllib.loads(text)

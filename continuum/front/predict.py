@@ -105,7 +105,6 @@ def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]
         try:
             contact()
         except InterfaceError as other:
-            msg = f"{error}\n{other}"
-            raise TopographyError(msg) from error
+            raise TopographyError(f"{error}\n{other}") from error
         raise
     return read, contact()

@@ -55,7 +55,6 @@ class SweepRun:
         return not self.failed and not self.held
 
     def collect(self) -> PointTable:
-        """Collect all points that are done in one table."""
         return continuum.sweeps.collect.collect(self.folder)
 
 

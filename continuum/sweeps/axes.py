@@ -158,7 +158,6 @@ class SystemPlan:
 
     @property
     def config(self) -> RunConfig:
-        """The input of its run."""
         return parsed(self.source.changed(self.settings), RunConfig)
 
 
@@ -237,10 +236,7 @@ class Sweep:
     def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changing fastest.
 
-        Raises
-        ------
-        ConfigError
-            If one of them is no input of a run, or there is none.
+        Raises ConfigError if one of them is no input of a run, or there is none.
         """
         conditions, seen = [condition(text) for text in self.keep], dict[str, SystemPlan]()
         for places in itertools.product(*(axis.values for axis in self.axes)):

@@ -29,10 +29,7 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[T
 
     What a worker returns is the time it took: results are on disk, so that nothing is lost with a worker.
 
-    Raises
-    ------
-    ClusterError
-        If Dask is not installed, or no scheduler answers.
+    Raises ClusterError if Dask is not installed, or no scheduler answers.
     """
     require_scheduler(scheduler_file)
     from distributed import Client, as_completed
@@ -40,8 +37,7 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[T
     try:
         cluster = Client(scheduler_file=str(scheduler_file), timeout=_WAIT)
     except (OSError, TimeoutError, ValueError) as error:
-        msg = f"{scheduler_file}: no scheduler answers there ({error})"
-        raise ClusterError(msg) from error
+        raise ClusterError(f"{scheduler_file}: no scheduler answers there ({error})") from error
     with cluster as client:
         futures = {
             client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
@@ -64,14 +60,10 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[T
 def require_scheduler(scheduler_file: Path) -> None:
     """Refuse a cluster that cannot be asked: without Dask, or without the file that says where its scheduler is.
 
-    Raises
-    ------
-    ClusterError
-        That says what to do.
+    Raises ClusterError that says what to do.
     """
     if find_spec("distributed") is None:
-        msg = "a cluster needs Dask: pip install 'stickiness[cluster]'"
-        raise ClusterError(msg)
+        raise ClusterError("a cluster needs Dask: pip install 'stickiness[cluster]'")
     if not scheduler_file.is_file():
         msg = f"{scheduler_file}: there is no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it"
         raise ClusterError(msg)
@@ -91,10 +83,7 @@ def slurm_script(
     name : of the job.
     shards : jobs of an array instead, each on one node.
 
-    Raises
-    ------
-    ArgumentError
-        If a number is none of processes, nodes or jobs, or SLURM would not take the time.
+    Raises ArgumentError if a number is none of processes, nodes or jobs, or SLURM would not take the time.
     """
     count("nodes", nodes)
     count("workers", workers)

@@ -77,7 +77,6 @@ class PointTable:
         return {name: frozen(value) for name, value in inside.items() if value is not None}
 
     def grid(self, key: str) -> Grid:
-        """The grid of a system."""
         return GridTable.model_validate(self.given(key, "grid")).build()
 
     @cached_property
@@ -99,10 +98,7 @@ def _word(value: Any) -> Any:
 def collect(root: str | Path) -> PointTable:
     """Read all that is done; a file that cannot be read is one fault, and the rest is there.
 
-    Raises
-    ------
-    SweepError
-        If there is no sweep.
+    Raises SweepError if there is no sweep.
     """
     folder, listing = Folder(Path(root)), systems_of(root)
     keys, system, tables, seconds, faults = list[str](), list[int](), list[Real](), list[float](), list[str]()
@@ -136,11 +132,6 @@ def write_cube(found: PointTable, path: Path) -> None:
     """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it.
 
     Keys that change together are one dimension, named by the first.  What is not there is NaN.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
     """
     axes = [axis for axis in found.listing.axes if axis.values]
     names = [axis.keys[0] for axis in axes]

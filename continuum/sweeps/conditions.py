@@ -33,39 +33,29 @@ _ALLOWED = (
 def condition(text: str) -> ast.expr:
     """A condition of numbers, keys, + - * / **, comparisons, and, or, not.
 
-    Raises
-    ------
-    ValueError
-        If it is something else.
+    Raises ValueError if it is something else.
     """
     if len(text) > _LONGEST:
-        msg = f"it has {len(text)} characters, more than {_LONGEST}"
-        raise ValueError(msg)
+        raise ValueError(f"it has {len(text)} characters, more than {_LONGEST}")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        msg = "it cannot be read"
-        raise ValueError(msg) from None
+        raise ValueError("it cannot be read") from None
     for node in ast.walk(tree):
         if not isinstance(node, _ALLOWED):
-            msg = f"no {type(node).__name__}"
-            raise ValueError(msg)
+            raise ValueError(f"no {type(node).__name__}")
     return tree
 
 
 def holds(tree: ast.expr, data: Mapping[str, Any]) -> bool:
     """Whether a condition holds for the values of an input.
 
-    Raises
-    ------
-    ValueError
-        If a key is unknown, or it cannot be evaluated.
+    Raises ValueError if a key is unknown, or it cannot be evaluated.
     """
     try:
         return bool(_value(tree, _known(data)))
     except RecursionError:
-        msg = "it is nested too deep"
-        raise ValueError(msg) from None
+        raise ValueError("it is nested too deep") from None
     except (TypeError, ArithmeticError) as error:
         raise ValueError(str(error)) from None
 
@@ -94,16 +84,14 @@ def _value(node: ast.expr, known: Callable[[str], Any]) -> Any:
 def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
     for value in (left, right):
         if not isinstance(value, int | float):  # text times a number is a longer text
-            msg = f"numbers only can be added and multiplied, not {str(value)[:60]!r}"
-            raise ValueError(msg)
+            raise ValueError(f"numbers only can be added and multiplied, not {str(value)[:60]!r}")
     whole = isinstance(op, ast.Pow) and isinstance(left, int) and isinstance(right, int)
     try:
         if whole and abs(left) > 1 and right * math.log10(abs(left)) > _DIGITS:
             raise OverflowError
         return _ARITHMETIC[type(op)](left, right)
     except OverflowError:
-        msg = f"a number is larger than 1e{_DIGITS}"
-        raise ValueError(msg) from None
+        raise ValueError(f"a number is larger than 1e{_DIGITS}") from None
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) -> Iterator[tuple[str, Any]]:
@@ -123,7 +111,6 @@ def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
         found = [key for key in values if key == name or key.endswith(f".{name}")]
         if name in values or len(found) == 1:
             return values[name if name in values else found[0]]
-        msg = f"{name} is {'the name of several keys' if found else 'no key'} of this input"
-        raise ValueError(msg)
+        raise ValueError(f"{name} is {'the name of several keys' if found else 'no key'} of this input")
 
     return value

@@ -77,10 +77,7 @@ def run_tasks(
 def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
     """Refuse numbers of processes and threads that are none, and more processes than there are GPUs.
 
-    Raises
-    ------
-    ArgumentError
-        That names the one that is at fault.
+    Raises ArgumentError that names the one that is at fault.
     """
     count("workers", workers, most=_MOST)
     count("threads", threads, most=_MOST)

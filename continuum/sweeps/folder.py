@@ -61,21 +61,13 @@ class Folder:
         return self.root / "table.csv", self.root / "table.h5"
 
     def point(self, key: str) -> Path:
-        """The file of a system."""
         return self.points / f"{key[:_DIGITS]}.h5"
 
     def failure(self, key: str) -> Path:
-        """File with the reason why a system failed."""
         return self.failed / f"{key[:_DIGITS]}.json"
 
     def made(self) -> Folder:
-        """The same, with its folders on disk.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be made or written to.
-        """
+        """The same, with its folders on disk; raises OutputError if they cannot be made or written to."""
         for path in (self.root, *self.folders):
             output.folder(path)
         return self
@@ -88,10 +80,7 @@ class Folder:
     def require_free_of_others(self) -> None:
         """Refuse a place that holds files of the names that a sweep writes, but which no sweep has written.
 
-        Raises
-        ------
-        OutputError
-            That names the first of them.
+        Raises OutputError that names the first of them.
         """
         self.require_tables_of_ours()
         # The folders are known by their names where the listing was damaged.
@@ -104,10 +93,7 @@ class Folder:
     def require_tables_of_ours(self) -> None:
         """Refuse a place that holds a ``table.csv`` or ``table.h5`` which is no table of a sweep.
 
-        Raises
-        ------
-        OutputError
-            That names it.
+        Raises OutputError that names it.
         """
         text, cube = self.tables
         if text.exists() and not _begins_with(text, b"system,"):  # its first column

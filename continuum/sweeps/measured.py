@@ -48,13 +48,7 @@ _NAME = "measured"
 
 
 def add_measurements(path: Path) -> None:
-    """Add the table of numbers to the file of a finished run: dataset ``measured``, rows as ``step``.
-
-    Raises
-    ------
-    StoreError, OutputError
-        If the file cannot be read, or not be written.
-    """
+    """Add the table of numbers to the file of a finished run: dataset ``measured``, rows as ``step``."""
     file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
     datasets = {
         **file.datasets,
@@ -84,10 +78,7 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
     ----------
     key : identity that it must have, if given.
 
-    Raises
-    ------
-    StoreError
-        If the file is missing, damaged, or not that of this system.
+    Raises StoreError if the file is missing, damaged, or not that of this system.
     """
     names = ("schema", "schema_version", "identity", "journal/total_seconds",
              "provenance/stickiness", "provenance/git_commit", "provenance/git_dirty")  # fmt: skip
@@ -97,11 +88,9 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
         msg = f"{path}: holds {schema[0]} version {schema[1]}, expected {RunConfig.result_schema}"
         raise StoreError(f"{msg} version {RunConfig.result_version}")
     if key is not None and found.get("identity") != key:
-        msg = f"{path}: holds another system than its name says"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: holds another system than its name says")
     if _NAME not in datasets:
-        msg = f"{path}: is a run, but holds no table of numbers"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: is a run, but holds no table of numbers")
     stored = datasets[_NAME]
     table = np.full((len(stored), len(COLUMNS)), np.nan)
     places = {name: i for i, name in enumerate(datasets["quantity"].tolist())}

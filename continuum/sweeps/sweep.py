@@ -75,12 +75,8 @@ def begin(
     shard : which part of how many; the parts take about equally long.
     threads : of the solver of each system.
 
-    Raises
-    ------
-    ConfigError
-        If a system is no input of a run.
-    OutputError
-        If the folder cannot be written to, or holds another sweep or files of the user's own.
+    Raises ConfigError if a system is no input of a run; OutputError if the folder cannot be written to, or holds
+    another sweep or files of the user's own.
     """
     folder = Folder(Path(root))
     listing, tasks = _listed(sweep, folder)
@@ -140,10 +136,7 @@ def run_sweep(
 def solve_system(root: Path, task: Task) -> None:
     """One system: its path, its numbers, and its place among those that are done.
 
-    Raises
-    ------
-    LockedError
-        If another process works on it.
+    Raises LockedError if another process works on it.
     """
     assert isinstance(task, SystemTask)
     folder = Folder(root)
@@ -160,13 +153,7 @@ def solve_system(root: Path, task: Task) -> None:
 
 
 def systems_of(root: str | Path) -> SweepListing:
-    """What the sweep in a folder amounts to.
-
-    Raises
-    ------
-    SweepError
-        If there is none.
-    """
+    """What the sweep in a folder amounts to; raises SweepError if there is none."""
     path = Folder(Path(root)).listing
     try:
         data = json.loads(path.read_text())
@@ -178,11 +165,9 @@ def systems_of(root: str | Path) -> SweepListing:
         )
         return SweepListing(data["name"], axes, data["common"], systems)
     except FileNotFoundError:
-        msg = f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one"
-        raise SweepError(msg) from None
+        raise SweepError(f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
-        msg = f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again"
-        raise SweepError(msg) from error
+        raise SweepError(f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again") from error
 
 
 # --- the folder ----------------------------------------------------------------------------------------------
@@ -216,11 +201,10 @@ def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
         return
     now = {system.key for system in listing.systems}
     if folder.begun and not before & now:
-        msg = (
+        raise OutputError(
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
             "another output folder, or give the input another name"
         )
-        raise OutputError(msg)
     if before - now:
         folder.keep_earlier()
 
