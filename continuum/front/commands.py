@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from continuum.arguments import ArgumentError, choice, file_name, flag, function
-from continuum.files.inputs import load
-from continuum.files.settings import settings_of
+from continuum.files.inputs import load, settings_of
 from continuum.files.tables import identity
 from continuum.files.toml import Source, find
 from continuum.front.sweeps import check_sweep

@@ -10,13 +10,14 @@ import shlex
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import continuum.sweeps.collect
 from continuum.arguments import count, file_name, flag, function, number, pair
+from continuum.files.inputs import settings_of
 from continuum.files.output import LockedError, folder, save
-from continuum.files.settings import settings_of
 from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.memory import physical_memory
@@ -25,9 +26,9 @@ from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import require_scheduler, slurm_script
 from continuum.sweeps.collect import PointTable, write_cube
-from continuum.sweeps.engine import check_workers
-from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import SystemTask, begin, run_sweep
+from continuum.sweeps.engine import check_workers, run_tasks
+from continuum.sweeps.folder import Folder, names
+from continuum.sweeps.sweep import SystemTask, begin, record, solve_system
 from continuum.sweeps.tasks import TaskResult
 
 After = Callable[[TaskResult, int, int], None]
@@ -122,10 +123,15 @@ def sweep(
     tasks = begin(described, root, retry=flag("retry", retry), shard=_shard(shard), threads=threads)
     if begun is not None:
         begun(tasks)
-    running = run_sweep(tasks, root, workers=at_once, memory=limit, scheduler_file=cluster, devices=devices)
+    there = names(Folder(root).points)
+    running = run_tasks(
+        tasks, partial(solve_system, root), lambda task: task.path.stem in there,
+        workers=at_once, memory=limit, scheduler_file=cluster, devices=devices,
+    )  # fmt: skip
     ended = list[TaskResult]()
     with closing(running):  # whatever stops this, the processes are stopped
         for one in running:
+            record(root, one)
             ended.append(one)
             if progress is not None:
                 progress(one, len(ended), len(tasks))

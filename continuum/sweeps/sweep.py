@@ -6,10 +6,9 @@ Nothing is known anywhere but in the folder of the sweep: processes may die, and
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +17,9 @@ from continuum.files import output, store
 from continuum.files.provenance import journal
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
-from continuum.runs.memory import physical_memory
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Axis, Sweep, SystemPlan, label_of
 from continuum.sweeps.conditions import dotted
-from continuum.sweeps.engine import run_tasks
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
 from continuum.sweeps.tasks import Task, TaskResult
@@ -98,39 +95,6 @@ def begin(
         return left
     sources = (task.plan.source.changed({"solver.threads": threads}) for task in left)
     return [replace(t, plan=replace(t.plan, source=source)) for t, source in zip(left, sources, strict=True)]
-
-
-def run_sweep(
-    tasks: list[SystemTask],
-    root: str | Path,
-    *,
-    workers: int = 1,
-    memory: float | None = None,
-    scheduler_file: Path | None = None,
-    devices: Sequence[str] = (),
-) -> Generator[TaskResult, None, None]:
-    """Do the systems that are not done; yields how each ended.  What failed is recorded, and never stops the rest.
-
-    Parameters
-    ----------
-    tasks : from :func:`begin`.
-    workers : processes of this machine.
-    memory : of this machine that may be used, in bytes; all of it if None.
-    scheduler_file : of a Dask cluster that does the work instead.
-    devices : GPUs, one for each worker.
-    """
-    folder = Folder(Path(root))
-    done = names(folder.points)
-    work, limit = partial(solve_system, folder.root), physical_memory() if memory is None else memory
-    known = run_tasks(
-        tasks, work, lambda task: task.path.stem in done,
-        workers=workers, scheduler_file=scheduler_file, memory=limit, devices=devices,
-    )  # fmt: skip
-    for ended in known:
-        # A full disk, or the lock of another process, says nothing about the system.
-        if not ended.ok and not isinstance(ended.error, OutputError):
-            _record(folder, ended)
-        yield ended
 
 
 def solve_system(root: Path, task: Task) -> None:
@@ -226,9 +190,12 @@ def _save_once(path: Path, text: str) -> None:
     output.save(path, text)
 
 
-def _record(folder: Folder, ended: TaskResult) -> None:
+def record(root: Path, ended: TaskResult) -> None:
     """Say on disk why a system failed; where that cannot be written either, the caller is told anyway."""
+    # A full disk, or the lock of another process, says nothing about the system.
+    if ended.ok or isinstance(ended.error, OutputError):
+        return
     journalled = {name.removeprefix("journal/"): value for name, value in journal().items()}
     content = {"system": ended.task.label, "reason": ended.reason, **journalled}
     with suppress(OutputError):
-        output.save(folder.failure(ended.task.path.stem), json.dumps(content, indent=1) + "\n")
+        output.save(Folder(root).failure(ended.task.path.stem), json.dumps(content, indent=1) + "\n")
