@@ -124,9 +124,6 @@ class MeanPressuresTable(ProtocolTable):
 class _ProtocolOnly(Document):
     """The table [protocol] alone."""
 
-    result_schema: ClassVar[str] = "stickiness/protocol"
-    result_version: ClassVar[int] = 1
-
     protocol: ProtocolTable
     """what is done"""
 
@@ -143,9 +140,6 @@ def steps_of(protocol: Mapping[str, Any]) -> Steps:
 
 class DeckConfig(Document):
     """Input of ``atomistic deck``."""
-
-    result_schema: ClassVar[str] = "stickiness/deck"
-    result_version: ClassVar[int] = 3
 
     interatomic: Interatomic
     """what holds the atoms together"""

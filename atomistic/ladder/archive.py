@@ -6,7 +6,7 @@ The file is rewritten after each finished path, so that a validation that was st
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathPlan, PathResult, ValidatedState, paths_of
-from atomistic.ladder.rungs import RUNGS, Difference, Rung, RungName, kinds_of
+from atomistic.ladder.rungs import RUNGS, Difference, RungName, kinds_of
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
@@ -110,26 +110,22 @@ def _differences(states: States) -> dict[str, Dataset]:
 
 
 def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
-
-    def table(values: Callable[[Rung], float], units: str, what: str) -> Dataset:
-        return Dataset(
-            np.array([[values(s.rungs[r]) for _, s in states] for r in rungs]), ("rung", "state"), units, what
-        )
-
-    data = {
-        "separation": table(lambda r: r.separation, "a0", "height of the wall's zero above the undeformed surface"),
-        "mean_gap": table(lambda r: r.mean_gap, "a0", "mean gap"),
+    columns = {
+        "separation": ("separation", "a0", "height of the wall's zero above the undeformed surface"),
+        "mean_gap": ("mean_gap", "a0", "mean gap"),
+        "area_rep": ("totals.area_rep", "1", "A_rep/A0"),
+        "area_att": ("totals.area_att", "1", "A_att/A0"),
+        "load": ("totals.load", "E*", "N/A0"),
+        "load_rep": ("totals.load_rep", "E*", "N_rep/A0"),
+        "load_att": ("totals.load_att", "E*", "N_att/A0"),
+        "smallest_gap": ("totals.smallest_gap", "a0", "smallest gap"),
     }
-    for name, units, what in (
-        ("area_rep", "1", "A_rep/A0"),
-        ("area_att", "1", "A_att/A0"),
-        ("load", "E*", "N/A0"),
-        ("load_rep", "E*", "N_rep/A0"),
-        ("load_att", "E*", "N_att/A0"),
-        ("smallest_gap", "a0", "smallest gap"),
-    ):
-        data[name] = table(operator.attrgetter(f"totals.{name}"), units, what)
-    return data
+    found = {}
+    for name, (key, units, what) in columns.items():
+        number = operator.attrgetter(key)
+        values = np.array([[number(s.rungs[rung]) for _, s in states] for rung in rungs])
+        found[name] = Dataset(values, ("rung", "state"), units, what)
+    return found
 
 
 def _fields(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:

@@ -80,9 +80,6 @@ def rung_of(problem: ContactProblem, name: RungName, state: PathState) -> Rung:
     return Rung(name, state.separation, gap, traction, totals_of(problem.grid, problem.wall, gap))
 
 
-# --- the path of the lattice model, on which states are chosen ----------------------------------------------
-
-
 def approach_and_retract(problem: ContactProblem, largest_area: float, settings: Settings) -> Iterator[PathState]:
     """Quasi-static loading from out of range to a repulsive area, and back, at given separations.
 
@@ -163,9 +160,6 @@ def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, Pat
         raise NoJumpError("the approach has no jump-in: leave out jump, or make adhesion_length larger")
     names = ("before jump-in", "after jump-in", "retraction past it")
     return {name: path[i] for name, i in zip(names, (before, after, past), strict=True)}
-
-
-# --- differences --------------------------------------------------------------------------------------------
 
 
 class Difference(NamedTuple):

@@ -282,14 +282,14 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
     )
 
 
-def tail(directory: Path, lines: int = 12) -> str:
+def tail(directory: Path) -> str:
     """Last lines of the log that was written last."""
     try:
         logs = sorted(Path(directory).glob("log*lammps"), key=lambda path: path.stat().st_mtime)
         log = logs[-1].read_text(encoding="utf-8", errors="replace")
     except (OSError, IndexError):
         return ""
-    return f"\nLast lines of {logs[-1].name}:\n" + "\n".join(log.splitlines()[-lines:])
+    return f"\nLast lines of {logs[-1].name}:\n" + "\n".join(log.splitlines()[-12:])
 
 
 _Rows = dict[str, Real]

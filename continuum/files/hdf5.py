@@ -134,17 +134,6 @@ def member(path: Path, file: h5py.File, name: str) -> Any:
     return item
 
 
-def _names(group: h5py.Group, prefix: str = "") -> Iterator[str]:
-    """Names of the datasets that are stored in a file, whatever else there is."""
-    for name in group:
-        if isinstance(group.get(name, getlink=True), h5py.HardLink):
-            kind = group.get(name, getclass=True)
-            if kind is h5py.Dataset:
-                yield prefix + name
-            elif kind is h5py.Group and prefix.count("/") <= _DEEPEST:
-                yield from _names(group[name], f"{prefix}{name}/")
-
-
 def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
     """A dataset of real numbers from a user's own HDF5 file, whatever else is in it.
 
@@ -157,7 +146,10 @@ def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = N
     with opened(path) as file:
         item = member(path, file, dataset)
         if not isinstance(item, h5py.Dataset):
-            names = ", ".join(islice(_names(file), 10)) or "none"
+            stored = list[str]()
+            file.visit(stored.append)
+            datasets = (name for name in stored if file.get(name, getclass=True) is h5py.Dataset)
+            names = ", ".join(islice(datasets, 10)) or "none"
             raise StoreError(f"{path}: there is no dataset {dataset!r}; datasets: {names}")
         if item.dtype.kind not in "iuf":
             raise StoreError(f"{path}: dataset {dataset!r} holds {item.dtype}, not real numbers")

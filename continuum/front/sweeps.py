@@ -120,7 +120,9 @@ def sweep(
     check_workers(at_once, threads, devices)
     limit = physical_memory() if memory is None else number("memory", memory, above=0)
     root = file_name("output", output) / described.name
-    tasks = begin(described, root, retry=flag("retry", retry), shard=_shard(shard), threads=threads)
+    part, parts = pair("shard", shard)
+    count("shard[0]", part, most=count("shard[1]", parts))
+    tasks = begin(described, root, retry=flag("retry", retry), shard=(part, parts), threads=threads)
     if begun is not None:
         begun(tasks)
     there = names(Folder(root).points)
@@ -157,13 +159,6 @@ def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sh
         ("of them the longest path", f"{max(seconds):.2g}", "core-seconds"),
     ]  # fmt: skip
     return Sheet.of(f"{file}: valid", ("quantity", Column("value"), "unit"), rows)
-
-
-def _shard(given: tuple[int, int]) -> tuple[int, int]:
-    """A part, counted from 1, and how many there are."""
-    part, parts = pair("shard", given)
-    count("shard[1]", parts)
-    return count("shard[0]", part, most=parts), parts
 
 
 def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:

@@ -13,7 +13,7 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from pydantic import Field
 
@@ -138,9 +138,6 @@ def _overlap(one: str, other: str) -> bool:
     return one != other and (f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}."))
 
 
-# --- systems -------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class SystemPlan:
     """One system of a sweep."""
@@ -173,8 +170,6 @@ def label_of(settings: Mapping[str, Any]) -> str:
 class _Sweeps(Document):
     """The [sweep] table of an input."""
 
-    result_schema: ClassVar[str] = "stickiness/sweep"
-    result_version: ClassVar[int] = 1
     sweep: SweepTable
 
 

@@ -167,9 +167,6 @@ def write_cube(found: PointTable, path: Path) -> None:
     store.write(path, datasets, said)
 
 
-# --- how far it is -------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class SweepStatus:
     """How far a sweep is, from its files alone."""
@@ -217,21 +214,15 @@ def sweep_status(sweep: str | Path) -> SweepStatus:
     for name, system in costs.items():
         if name not in done and (path := folder.failure(name)).is_file():
             failed.append((system.label, _reason(path)))
-    running = tuple(
-        f"{costs[name].label if name in costs else name}: {output.holder(mark)}" for name, mark in _in_hand(folder)
-    )
-    left = sum(system.cost for name, system in costs.items() if name not in done)
-    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
-    seconds = left / work_rate if work_rate > 0 else np.nan
-    return SweepStatus(listing, len(done), running, tuple(failed), rate, seconds, len(ended) - len(done))
-
-
-def _in_hand(folder: Folder) -> Iterator[tuple[str, Path]]:
-    """Systems that a living process holds, and the mark that says who."""
+    running = []
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")
         if not name.endswith(".h5") and output.is_locked(mark):
-            yield name, mark
+            running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}")
+    left = sum(system.cost for name, system in costs.items() if name not in done)
+    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
+    seconds = left / work_rate if work_rate > 0 else np.nan
+    return SweepStatus(listing, len(done), tuple(running), tuple(failed), rate, seconds, len(ended) - len(done))
 
 
 def _reason(path: Path) -> str:
@@ -248,9 +239,6 @@ def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
     if seconds <= 0:
         return np.nan, 0.0
     return 3600 * (len(last) - 1) / seconds, sum(system.cost for _, system in last[1:]) / seconds
-
-
-# --- whether it is sound -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

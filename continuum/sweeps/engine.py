@@ -28,7 +28,6 @@ def run_tasks(
     is_done: Callable[[Task], bool],
     *,
     workers: int = 1,
-    threads: int = 1,
     scheduler_file: Path | None = None,
     memory: float = np.inf,
     devices: Sequence[str] = (),
@@ -40,8 +39,7 @@ def run_tasks(
     tasks : in any order.
     work : writes the file of a task.
     is_done : looks at the file of a task; asked once, before anything is begun.
-    workers : processes of this machine.
-    threads : that the libraries of each process may use.
+    workers : processes of this machine, the libraries of each with one thread.
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
     memory : in bytes; of the tasks that run at once, all but the first fit into it together.
     devices : GPUs as CUDA_VISIBLE_DEVICES names them: each process of this machine sees one, and none sees another's.
@@ -51,7 +49,7 @@ def run_tasks(
     TaskResult
         Of each task: those found done first, the others as they end.
     """
-    check_workers(workers, threads, devices)
+    check_workers(workers, 1, devices)
     todo = []
     for task in tasks:
         if is_done(task):
@@ -64,7 +62,7 @@ def run_tasks(
 
         yield from on_cluster(todo, work, scheduler_file)
         return
-    shared = {**os.environ, **dict.fromkeys(_THREADS, str(threads))}
+    shared = {**os.environ, **dict.fromkeys(_THREADS, "1")}
     own = [{"CUDA_VISIBLE_DEVICES": device} for device in devices] or [{}] * workers
     environments = [{**shared, **each} for each in own[:workers]]
     died = yield from _in_parallel(todo, work, environments, memory)

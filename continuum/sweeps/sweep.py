@@ -134,9 +134,6 @@ def systems_of(root: str | Path) -> SweepListing:
         raise SweepError(f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again") from error
 
 
-# --- the folder ----------------------------------------------------------------------------------------------
-
-
 def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
     tasks, systems = list[SystemTask](), list[System]()
     common: dict[str, Any] = {}
