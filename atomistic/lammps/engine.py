@@ -54,21 +54,15 @@ REMEDY = (
 
 
 def run_in_process(directory: Path, timeout: float | None = None, progress: Progress | None = None) -> DeckResult:
-    """Run the deck of a directory with the LAMMPS library in this process, on one core.
+    """Run the deck of a directory with the LAMMPS library in this process, on one core; returns its last step.
 
     Steps of a protocol that are finished stay as they are.
 
     Parameters
     ----------
-    directory : of a deck.
     timeout : seconds after which a relaxation stops where it is; the result then says that forces are left.  A window
         of a motion leaves none.
     progress : called after each step with its number and how many there are.
-
-    Returns
-    -------
-    DeckResult
-        Of the last step.
 
     Raises LammpsError if LAMMPS cannot be loaded or reports an error; OutputError if another run of this deck is under
     way.
@@ -113,22 +107,16 @@ def run_command(
     timeout: float | None = None,
     progress: Progress | None = None,
 ) -> DeckResult:
-    """Run the deck of a directory with an ``lmp`` of its own process.
+    """Run the deck of a directory with an ``lmp`` of its own process; returns its last step.
 
     Steps of a protocol that are finished stay as they are.
 
     Parameters
     ----------
-    directory : of a deck.
     command : of the site, such as ``"srun lmp"``; ``-in in.contact`` is added.  None takes the wheel's lmp.
     ranks : MPI processes of the wheel's ``mpiexec``; a command of the site says it itself.
     timeout : seconds after which the run is ended, and fails.
     progress : called when steps are finished with the number of the last and how many there are.
-
-    Returns
-    -------
-    DeckResult
-        Of the last step.
 
     Raises ArgumentError if the command is no line of a shell; DeckError if a stock LAMMPS cannot run this deck;
     LammpsError if the command is not found, fails or takes too long; OutputError if another run of this deck is under

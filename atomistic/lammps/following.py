@@ -13,20 +13,11 @@ from continuum.model.fourier import Real
 
 
 def follow_atoms(lammps: Any, shape: tuple[int, int]) -> Callable[[], None]:
-    """Let the wall of ``slab.data`` follow the surface atoms.
+    """Let the wall of ``slab.data`` follow (nx, ny) surface atoms in a LAMMPS that has read ``in.wall``.
 
     Its heights, those at the sites, are interpolated; before the force of the wall is evaluated, the height and the
-    slopes above each atom are written into ``d_height``, ``d_slope_x`` and ``d_slope_y``.
-
-    Parameters
-    ----------
-    lammps : in which ``in.wall`` has been read.
-    shape : (nx, ny), of the surface atoms.
-
-    Returns
-    -------
-    Callable
-        That raises what has gone wrong on the way, which LAMMPS would lose.
+    slopes above each atom are written into ``d_height``, ``d_slope_x`` and ``d_slope_y``.  What is returned raises
+    what has gone wrong on the way, which LAMMPS would lose.
     """
     count = shape[0] * shape[1]
     wall = HeightSpline(np.array(lammps.gather("d_height", 1, 1), dtype=np.float64)[:count].reshape(shape))

@@ -273,13 +273,7 @@ def read_wall_table(path: Path) -> TabulatedWall:
 
 
 def read_law(law: str, numbers: Mapping[str, Any], table: Path) -> Wall:
-    """The wall law of a deck.
-
-    Parameters
-    ----------
-    law : name of its class.
-    numbers : its parameters.
-    table : ``wall.table`` of the deck, which holds the parameters of a :class:`TabulatedWall`.
+    """The wall law of a deck, by the name of its class and its parameters; a :class:`TabulatedWall` by its table.
 
     Raises ValueError or TypeError if no law of this version has this name and these parameters, or OSError if the table
     cannot be read.

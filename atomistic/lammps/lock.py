@@ -26,10 +26,6 @@ def hold(directory: Path) -> Iterator[int]:
     us, and where we are killed they hold it on.  It needs no clearing up: with the last of them it is gone.  Where the
     file system knows no locks the run goes on without.
 
-    Parameters
-    ----------
-    directory : of a deck.
-
     Raises OutputError if another run holds it, and then the message says which process began it; or it cannot be
     written to.
     """

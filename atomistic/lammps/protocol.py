@@ -36,9 +36,7 @@ class Protocol:
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
         """What of it a slab of so many mobile layers cannot do, or a wall that ``stays`` with the atoms.
 
-        Returns
-        -------
-        name, value, allowed : of an argument; None if it fits.
+        Name and value of the argument, and what is allowed; None if it fits.
         """
         del mobile, stays
         return None

@@ -139,15 +139,10 @@ class DeckResult:
 
 
 def distortion(slab: Slab, displacements: Real) -> float:
-    """Largest displacement of an atom relative to a nearest neighbour, in a0.
+    """Largest displacement of an atom relative to a nearest neighbour, of displacements (layers, nx, ny, 3), in a0.
 
     It bounds the strain of the springs, and tells a crystal from one that is turned inside out: springs
     have no memory of direction, and a layer pushed through the next is at rest again.
-
-    Parameters
-    ----------
-    slab : the atoms.
-    displacements : shape (layers, nx, ny, 3), in a0.
     """
     largest = 0.0
     for layer in range(slab.mobile):
@@ -213,12 +208,7 @@ def finished_steps(directory: Path) -> tuple[int, ...]:
 
 
 def read_result(directory: Path, step: int | None = None) -> DeckResult:
-    """What a run of a deck has left in its directory, however it was run.
-
-    Parameters
-    ----------
-    directory : of the deck.
-    step : of the protocol, from 1; the last that is finished if None.
+    """What a run of a deck has left in its directory of a step, from 1, or of the last that is finished.
 
     Raises DeckError if there is no complete result, or it holds numbers that are not finite.
     """

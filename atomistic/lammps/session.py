@@ -18,11 +18,9 @@ from continuum.model.fourier import Real
 
 
 class LammpsHandle:
-    """LAMMPS open in this process, whose errors are LammpsError; close it, or use it with ``with``.
+    """LAMMPS open in this process, its commands run in a directory; close it, or use it with ``with``.
 
-    Parameters
-    ----------
-    directory : where its commands run.
+    Whatever goes wrong in LAMMPS is a LammpsError.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -56,12 +54,7 @@ class LammpsHandle:
 
 
 class Session(LammpsHandle):
-    """LAMMPS open in this process on the atoms of a deck, without its wall.
-
-    Parameters
-    ----------
-    directory : of a deck.
-    """
+    """LAMMPS open in this process on the atoms of the deck of a directory, without its wall."""
 
     def __init__(self, directory: Path) -> None:
         self.slab = read_slab(Path(directory) / "slab.data")
@@ -120,11 +113,9 @@ class Session(LammpsHandle):
         self._lammps.set_fix_external_callback("applied", callback, None)
 
     def evaluate(self, displacements: Real) -> tuple[float, Real]:
-        """Energy, in E* a0³, and forces, shape (layers, nx, ny, 3), in E* a0², of displaced atoms.
+        """Energy, in E* a0³, and forces, in E* a0², of atoms displaced from where the slab is at rest, in a0.
 
-        Parameters
-        ----------
-        displacements : from where the slab is at rest, shape (layers, nx, ny, 3), in a0.
+        Displacements and forces have the shape (layers, nx, ny, 3).
         """
         energy, forces = self._forces_at((self._rest + displacements) * self.length)
         if self._lammps.extract_setting("thermo_norm"):

@@ -220,12 +220,7 @@ class HeightSpline:
 
 
 def shape_of(heights: Real) -> Waves | HeightSpline:
-    """The wall between the sites of an array: the sum of its waves if they are few, a spline if not.
-
-    Parameters
-    ----------
-    heights : at the lattice sites, shape (nx, ny), in a0.
-    """
+    """The wall of heights at the lattice sites, shape (nx, ny), in a0: the sum of its waves if few, else a spline."""
     nx, ny = heights.shape
     grid = Grid((nx, ny), (float(nx), float(ny)))
     waves_q = grid.forward(heights)
@@ -253,13 +248,7 @@ _FORMULAS: dict[type[SurfaceTable], Callable[[Any, _Period], Shape]] = {
 
 
 def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
-    """The wall of an input as a function of the position: the formula of its surface, or what its heights make of it.
-
-    Parameters
-    ----------
-    surface : table of the input.
-    heights : of the surface at the sites, shape (nx, ny), in a0.
-    """
+    """The wall of an input as a function of the position: the formula of its surface, or that of :func:`shape_of`."""
     formula = _FORMULAS.get(type(surface))
     if formula is None:
         return shape_of(heights)
@@ -285,25 +274,14 @@ def check_shape(name: str, value: Any) -> Shape:
 
 
 def misfit(shape: Shape, heights: Real) -> float:
-    """Largest difference of a shape from heights at the lattice sites, in a0; 0 if it is no more than rounding.
-
-    Parameters
-    ----------
-    shape : the wall as a function of the position.
-    heights : above each surface atom, one a0 apart, shape (nx, ny), in a0.
-    """
+    """Largest difference of a shape from heights at the lattice sites, shape (nx, ny), both in a0; 0 for rounding."""
     x, y = np.meshgrid(*(np.arange(n, dtype=np.float64) for n in heights.shape), indexing="ij")
     apart = float(np.abs(shape.evaluate(x, y).height - heights).max())
     return 0.0 if apart <= 1e-9 * (1 + float(np.ptp(heights))) else apart
 
 
 def force_lines(shape: Shape | None) -> dict[str, str]:
-    """What a script says of where the wall is and how it acts, by the placeholders of the templates.
-
-    Parameters
-    ----------
-    shape : the wall as a function of the position; None if it is one of the lattice site.
-    """
+    """What a script says of where a wall is and how it acts, by placeholders; None is a wall of the lattice site."""
     if shape is None:
         return _SITE
     lines = shape.lines()

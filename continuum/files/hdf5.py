@@ -135,12 +135,9 @@ def member(path: Path, file: h5py.File, name: str) -> Any:
 
 
 def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
-    """A dataset of real numbers from a user's own HDF5 file, whatever else is in it.
+    """A dataset of real numbers, as ``entry/data/height``, from a user's own HDF5 file, whatever else is in it.
 
-    Parameters
-    ----------
-    path, dataset : where; a dataset in a group has a name like ``entry/data/height``.
-    shape : refused if it has another; looked at before anything is loaded.
+    Another shape than is given is refused before anything is loaded.
     """
     path = Path(path)
     with opened(path) as file:

@@ -66,14 +66,10 @@ class File:
 
 
 def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, Attribute]) -> None:
-    """Write a file: complete under its name, or not at all, whatever interrupts.
+    """Write a file into a folder that exists: complete under its name, or not at all, whatever interrupts.
 
-    Parameters
-    ----------
-    path : its folder must exist.
-    datasets, attributes : see the module.  Attributes ``schema`` and ``schema_version`` are required.
-
-    Raises ValueError if the schema is not named, or datasets disagree on the length of a dimension.
+    Raises ValueError if the attributes ``schema`` (text) and ``schema_version`` (a whole number) are not there, or
+    datasets disagree on the length of a dimension.
     """
     if not isinstance(attributes.get("schema"), str) or not isinstance(attributes.get("schema_version"), int):
         raise ValueError('a file names its "schema" (text) and "schema_version" (a whole number)')
@@ -152,14 +148,7 @@ def _number(value: bool | float) -> Any:
 
 
 def read_datasets(path: str | Path, schema: str, version: int, names: Collection[str] | None = None) -> File:
-    """Read a file of a known kind.
-
-    Parameters
-    ----------
-    path : the file.
-    schema, version : what it must be.
-    names : the datasets wanted; all if None.  Of those absent from the file nothing is said.
-    """
+    """Read a file of a schema and version: the datasets of these names that it has, or all if None."""
     path = Path(path)
     with opened(path) as file:
         attributes = dict(_attributes(file))
@@ -185,15 +174,10 @@ def schema_of(path: str | Path) -> str | None:
 
 
 def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool) -> File | None:
-    """What an earlier call stored of the same work; None if there is no file, or with ``force``.
+    """What an earlier call stored of the work of an identity; None if there is no file.
 
-    Parameters
-    ----------
-    path : the file.
-    schema, version, identity : what it must be.
-    force : replace it, if it holds a result of that schema.
-
-    Raises OutputError if something else is in the way.
+    With ``force`` None, too, if it holds a result of that schema, which is then replaced.  Raises OutputError if
+    something else is in the way.
     """
     if not path.exists():
         return None

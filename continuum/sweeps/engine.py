@@ -34,6 +34,8 @@ def run_tasks(
 ) -> Generator[TaskResult, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
+    Yields the result of each task: those found done first, the others as they end.
+
     Parameters
     ----------
     tasks : in any order.
@@ -43,11 +45,6 @@ def run_tasks(
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
     memory : in bytes; of the tasks that run at once, all but the first fit into it together.
     devices : GPUs as CUDA_VISIBLE_DEVICES names them: each process of this machine sees one, and none sees another's.
-
-    Yields
-    ------
-    TaskResult
-        Of each task: those found done first, the others as they end.
     """
     check_workers(workers, 1, devices)
     todo = []

@@ -72,11 +72,7 @@ class SystemTable:
 
 
 def numbers_of(path: Path, key: str | None = None) -> SystemTable:
-    """The numbers of a finished system; little else of its file is read.
-
-    Parameters
-    ----------
-    key : identity that it must have, if given.
+    """The numbers of a finished system, of the identity ``key`` if one is given; little else of its file is read.
 
     Raises StoreError if the file is missing, damaged, or not that of this system.
     """
