@@ -33,8 +33,8 @@ POSITIONAL, SEVERAL = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter
 Command = Callable[..., int]
 
 
-def program(name: str, what: str, units: str) -> App:
-    """A program without commands yet."""
+def program(name: str, what: str, units: str, commands: Mapping[str, str]) -> App:
+    """A program with commands, each with its help, which are imported from NAME.commands when they are called."""
 
     def versions() -> str:
         from continuum.files.provenance import versions
@@ -52,6 +52,8 @@ def program(name: str, what: str, units: str) -> App:
         print(app.generate_completion(prog_name=name, shell=shell))
         return OK
 
+    for command, text in commands.items():
+        app.command(f"{name}.commands:{command}", name=command, help=text)
     return app
 
 

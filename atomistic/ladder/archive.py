@@ -145,12 +145,12 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
     curves = [(r.path, c) for r in results for c in r.curves]
     if not curves:
         return {}
-    counts, data = [c.mean_gap.size for _, c in curves], {}
-    for name, words, what in (
-        ("curve_case", [p.case for p, _ in curves], "case of the input"),
-        ("curve_rung", [str(c.rung) for _, c in curves], "model of the substrate"),
-    ):
-        data[name] = Dataset(np.repeat(np.array(words), counts), ("curve_point",), "", what)
+    counts = [c.mean_gap.size for _, c in curves]
+    cases, rungs = (np.repeat(words, counts) for words in zip(*((p.case, str(c.rung)) for p, c in curves), strict=True))
+    data = {
+        "curve_case": Dataset(cases, ("curve_point",), "", "case of the input"),
+        "curve_rung": Dataset(rungs, ("curve_point",), "", "model of the substrate"),
+    }
     for name, units in (("mean_gap", "a0"), ("area_rep", "1"), ("area_att", "1"), ("load", "E*")):
         joined = np.concatenate([getattr(c, name) for _, c in curves])
         data[f"curve_{name}"] = Dataset(joined, ("curve_point",), units, f"{name} along the approach")

@@ -27,7 +27,6 @@ from pathlib import Path
 from typing import Any
 
 from atomistic.lammps.directory import read_slab, remove_outputs
-from atomistic.lammps.following import follow_atoms
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
     DeckDescription,
@@ -39,6 +38,7 @@ from atomistic.lammps.result import (
     read_result,
     tail,
 )
+from atomistic.lammps.shape import follow_atoms
 from continuum.arguments import ArgumentError, instance
 
 Progress = Callable[[int, int], None]
@@ -67,7 +67,8 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
     Raises LammpsError if LAMMPS cannot be loaded or reports an error; OutputError if another run of this deck is under
     way.
     """
-    directory, deck = _described(directory)
+    directory = Path(directory).absolute()
+    deck = read_description(directory)
     steps = max(deck.steps, 1)
     with hold(directory):
         done = _done(directory, deck)
@@ -126,7 +127,8 @@ def run_command(
         msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
         raise ValueError(msg)
     words = command_words(command)
-    directory, deck = _described(directory)
+    directory = Path(directory).absolute()
+    deck = read_description(directory)
     if not deck.stock:
         raise DeckError(
             f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
@@ -287,11 +289,6 @@ def guard(call: Callable[[], object], directory: Path) -> None:
         call()
     except Exception as error:
         raise LammpsError(f"LAMMPS failed in {directory}: {error}{tail(directory)}") from error
-
-
-def _described(directory: Path) -> tuple[Path, DeckDescription]:
-    directory = Path(directory).absolute()
-    return directory, read_description(directory)
 
 
 def _done(directory: Path, deck: DeckDescription) -> int:

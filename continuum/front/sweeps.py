@@ -171,7 +171,7 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
 
     Returns
     -------
-    Collected
+    PointTable
         The table; ``found["load"]`` is a column, and ``found.files`` are those that were written.
 
     Raises

@@ -150,10 +150,6 @@ class SystemPlan:
     """Identity: hash of physics, solver settings and schema."""
 
     @property
-    def label(self) -> str:
-        return label_of(self.settings)
-
-    @property
     def config(self) -> RunConfig:
         return parsed(self.source.changed(self.settings), RunConfig)
 
@@ -244,7 +240,7 @@ class Sweep:
             plan = SystemPlan(self.base, settings, identity(config))
             if plan.key in seen:
                 cause = "values that are equal, files of the same content, or a key such as solver.threads on an axis"
-                same = f"{seen[plan.key].label} and {plan.label} are one and the same"
+                same = f"{label_of(seen[plan.key].settings)} and {label_of(settings)} are one and the same"
                 raise ConfigError(self.source, [Fault(("sweep",), f"systems that differ: {same}", cause)])
             seen[plan.key] = plan
             yield plan, config

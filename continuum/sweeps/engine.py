@@ -112,7 +112,7 @@ def _in_parallel(
                     yield TaskResult(task, found)
     except BaseException:
         for worker in workers:
-            worker.kill()
+            worker.end(now=True)
         raise
     for worker in workers:
         worker.end()

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 from continuum.errors import InputError, OutputError
@@ -25,40 +24,18 @@ class SweepError(InputError, OSError):
     """A folder is no sweep, or is damaged."""
 
 
-@dataclass(frozen=True)
 class Folder:
     """Names of the files of a sweep, in its folder."""
 
-    root: Path
-
-    @property
-    def description(self) -> Path:
-        return self.root / "sweep.toml"
-
-    @property
-    def listing(self) -> Path:
-        return self.root / "systems.json"
-
-    @property
-    def points(self) -> Path:
-        return self.root / "points"
-
-    @property
-    def work(self) -> Path:
-        return self.root / "work"
-
-    @property
-    def failed(self) -> Path:
-        return self.root / "failed"
-
-    @property
-    def folders(self) -> tuple[Path, Path, Path]:
-        return self.points, self.work, self.failed
-
-    @property
-    def tables(self) -> tuple[Path, Path]:
-        """Names of the table of all points, as text and for xarray."""
-        return self.root / "table.csv", self.root / "table.h5"
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.description = root / "sweep.toml"
+        self.listing = root / "systems.json"
+        self.points = root / "points"
+        self.work = root / "work"
+        self.failed = root / "failed"
+        self.folders = self.points, self.work, self.failed
+        self.tables = root / "table.csv", root / "table.h5"  # of all points, as text and for xarray
 
     def point(self, key: str) -> Path:
         return self.points / f"{key[:_DIGITS]}.h5"

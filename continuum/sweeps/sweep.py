@@ -144,7 +144,7 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
         cost = cost_of(config)
         nx, ny = config.grid.n
         work = float(cost.fft_pairs) * nx * ny
-        tasks.append(SystemTask(folder.point(plan.key), plan.label, work, float(cost.memory), plan=plan))
+        tasks.append(SystemTask(folder.point(plan.key), label_of(plan.settings), work, float(cost.memory), plan=plan))
         systems.append(System(plan.key, plan.settings, work, float(cost.memory)))
     on_axes = {key for axis in sweep.axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}

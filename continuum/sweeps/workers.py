@@ -51,24 +51,22 @@ class Worker:
         try:
             found: float | Exception = self.connection.recv()
         except (EOFError, OSError):
-            self.kill()
+            self.end(now=True)
             return None
         return found
 
-    def end(self) -> None:
-        """End the process when it has no task."""
-        if self._process is not None:
+    def end(self, *, now: bool = False) -> None:
+        """End the process when it has no task; or ``now``, whatever it does."""
+        if self._process is None:
+            return
+        if now:
+            self._process.terminate()
+        else:
             with suppress(ConnectionError):
                 self.connection.send(None)
-            self._process.wait()
-            self._close()
-
-    def kill(self) -> None:
-        """End the process now, whatever it does."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.wait()
-            self._close()
+        self._process.wait()
+        self.connection.close()
+        self._process = None
 
     def _start(self) -> None:
         self.connection, theirs = Pipe()
@@ -79,10 +77,6 @@ class Worker:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, env=self._environment, pass_fds=(theirs.fileno(),)
             )
-
-    def _close(self) -> None:
-        self.connection.close()
-        self._process = None
 
 
 @contextmanager

@@ -32,7 +32,7 @@ from continuum.paper.points import sweep_points
 from continuum.runs.cost import cost_of
 from continuum.runs.ranges import expand_range
 from continuum.solve.backend import back_end
-from continuum.sweeps.axes import Sweep
+from continuum.sweeps.axes import Sweep, label_of
 from continuum.sweeps.collect import Verification, collect, sweep_status, sweep_verify
 from continuum.sweeps.conditions import condition, holds
 from continuum.sweeps.measured import numbers_of
@@ -125,7 +125,7 @@ def test_a_table_can_be_an_axis_and_is_set_as_a_whole(tmp_path: Path, capsys: py
         tmp_path, '[sweep.axes]\n"wall" = [{law = "hard"}, {law = "lennard-jones-9-3", adhesion_length = 0.005}]\n'
     )
     (one, _), (other, _) = Sweep.read(path).systems()
-    assert (one.label, other.label) == (
+    assert (label_of(one.settings), label_of(other.settings)) == (
         'wall {law = "hard"}', 'wall {law = "lennard-jones-9-3", adhesion_length = 0.005}'
     )  # fmt: skip
     assert settings(path, settings={"wall": {"law": "hard"}}) == [{"wall": {"law": "hard"}}]
