@@ -202,10 +202,7 @@ class _Comparison:
         lattice = self.problems["lattice"]
         states = list(approach_and_retract(lattice, max(self.path.areas), self.settings))
         beside = beside_jump(lattice, states) if self.path.jump else {}
-        taken = [
-            (place, float(np.mean(state.gap < self.wall.zero_gap)), state.branch, state)
-            for place, state in beside.items()
-        ] + [
+        taken = [(place, state.totals.area_rep, state.branch, state) for place, state in beside.items()] + [
             ("area", area, branch, state)
             for branch in self.path.branches
             for area in self.path.areas
@@ -272,12 +269,9 @@ class _Comparison:
         """Area and load along the approach, on every continuum rung at the mean gaps of the lattice."""
         approach = [state for state in states if state.branch != "retract"]
         lattice = [rung_of(self.problems["lattice"], "lattice", state) for state in approach]
-        return tuple(
-            _curve(name, [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice])
-            for name in CONTINUUM_RUNGS
-        )
-
-
-def _curve(name: RungName, rungs: list[Rung]) -> RungCurve:
-    columns = [(r.mean_gap, r.totals.area_rep, r.totals.area_att, r.totals.load) for r in rungs]
-    return RungCurve(name, *np.array(columns).T)
+        curves = []
+        for name in CONTINUUM_RUNGS:
+            rungs = [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice]
+            columns = [(r.mean_gap, r.totals.area_rep, r.totals.area_att, r.totals.load) for r in rungs]
+            curves.append(RungCurve(name, *np.array(columns).T))
+        return tuple(curves)

@@ -165,16 +165,13 @@ def _gather(
         archive.write_archive(path, config, datasets, about)
         one.task.path.unlink()
         if progress is not None:
-            progress(_said(one.task.label, part), total - len(archive.remaining(config, datasets)), total)
+            force, slope = part["largest_force"].values, part["rms_slope"].values
+            said = f"{one.task.label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
+            progress(said, total - len(archive.remaining(config, datasets)), total)
     if failed:
         reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
         msg = f"{len(failed)} of {total} paths could not be compared; the others are stored in {path}\n{reasons}"
         raise ValidationError(msg)
-
-
-def _said(label: str, part: Mapping[str, Dataset]) -> str:
-    force, slope = part["largest_force"].values, part["rms_slope"].values
-    return f"{label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
 
 
 def _compare_all(

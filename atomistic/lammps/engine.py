@@ -139,19 +139,23 @@ def run_command(
     words += ["-in", "in.contact", "-screen", "none"]
     with hold(directory) as lock:
         _done(directory, deck)
-        process = _start(words, directory, lock)
-        output = _watched(process, directory, max(deck.steps, 1), timeout, progress)
-    if process.returncode != 0:
+        status, output = _watched(words, directory, lock, max(deck.steps, 1), timeout, progress)
+    if status != 0:
         detail = f"\n{output.strip()[-1000:]}" if output.strip() else ""
-        status = f"{shlex.join(words)} in {directory} ended with status {process.returncode}"
-        raise LammpsError(f"{status}{detail}{tail(directory)}")
+        ended = f"{shlex.join(words)} in {directory} ended with status {status}"
+        raise LammpsError(f"{ended}{detail}{tail(directory)}")
     return read_result(directory)
 
 
-def _start(words: list[str], directory: Path, lock: int) -> subprocess.Popen[str]:
-    """A process that holds the lock of its directory, as do all that it starts."""
+def _watched(
+    words: list[str], directory: Path, lock: int, steps: int, timeout: float | None, progress: Progress | None
+) -> tuple[int, str]:
+    """Status and output of a process that holds the lock of its directory, as do all that it starts.
+
+    It is ended with all these where it takes too long.
+    """
     try:
-        return subprocess.Popen(
+        process = subprocess.Popen(
             words,
             cwd=directory,
             stdin=subprocess.DEVNULL,
@@ -163,15 +167,9 @@ def _start(words: list[str], directory: Path, lock: int) -> subprocess.Popen[str
         )
     except OSError as error:
         raise LammpsError(f"cannot start {shlex.join(words)}: {error}; {REMEDY}") from error
-
-
-def _watched(
-    process: subprocess.Popen[str], directory: Path, steps: int, timeout: float | None, progress: Progress | None
-) -> str:
-    """What a process prints until it ends; it is ended with all that it started where it takes too long."""
     with process:
         try:
-            return _output(process, directory, steps, timeout, progress)
+            output = _output(process, directory, steps, timeout, progress)
         except BaseException as error:
             # The whole group: mpiexec leaves its ranks behind.
             with contextlib.suppress(ProcessLookupError):
@@ -180,6 +178,7 @@ def _watched(
                 msg = f"{shlex.join(error.cmd)} in {directory} took more than {timeout} s{tail(directory)}"
                 raise LammpsError(msg) from None
             raise
+    return process.returncode, output
 
 
 def _output(
@@ -210,11 +209,10 @@ def command_words(command: str | None) -> list[str]:
     """
     if command is None:
         return [script("lmp")]
+    instance("lmp_command", command, str, _COMMAND)
     try:
-        words = shlex.split(instance("lmp_command", command, str, _COMMAND))
+        words = shlex.split(command)
     except ValueError as error:
-        if isinstance(error, ArgumentError):
-            raise
         raise ArgumentError("lmp_command", command, f"{_COMMAND} ({str(error).lower()})") from error
     if not words or "\0" in command:
         raise ArgumentError("lmp_command", command, _COMMAND)

@@ -84,9 +84,9 @@ class _Disk:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[h5py.File]:
+def opened(path: str | Path) -> Iterator[h5py.File]:
     """A file open for reading; one kind of error for all that h5py raises on damaged files."""
-    if not path.is_file():
+    if not Path(path).is_file():
         raise StoreError(f"{path}: there is no such file")
     try:
         # Files are replaced, never changed, so locks protect nothing and read-only folders need none.
@@ -102,7 +102,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
             raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
 
 
-def datasets_in(path: Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
+def datasets_in(path: str | Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
     """Every dataset of a file; external, virtual and undecodable ones are refused."""
     for name in group:
         item = _item(path, group, name, prefix + name)
@@ -114,7 +114,7 @@ def datasets_in(path: Path, group: h5py.Group, prefix: str = "") -> Iterator[tup
             yield prefix + name, item
 
 
-def _item(path: Path, group: h5py.Group, name: str, full: str) -> Any:
+def _item(path: str | Path, group: h5py.Group, name: str, full: str) -> Any:
     """What a name of a group stands for; refused if that lies elsewhere."""
     link = group.get(name, getlink=True)
     if not isinstance(link, h5py.HardLink):
@@ -125,7 +125,7 @@ def _item(path: Path, group: h5py.Group, name: str, full: str) -> Any:
     return item
 
 
-def member(path: Path, file: h5py.File, name: str) -> Any:
+def member(path: str | Path, file: h5py.File, name: str) -> Any:
     """What a name like ``entry/data/height`` stands for; None if nothing."""
     item, passed = file, ""
     for part in filter(None, name.split("/")):
@@ -139,7 +139,6 @@ def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = N
 
     Another shape than is given is refused before anything is loaded.
     """
-    path = Path(path)
     with opened(path) as file:
         item = member(path, file, dataset)
         if not isinstance(item, h5py.Dataset):

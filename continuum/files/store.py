@@ -149,7 +149,6 @@ def _number(value: bool | float) -> Any:
 
 def read_datasets(path: str | Path, schema: str, version: int, names: Collection[str] | None = None) -> File:
     """Read a file of a schema and version: the datasets of these names that it has, or all if None."""
-    path = Path(path)
     with opened(path) as file:
         attributes = dict(_attributes(file))
         found = attributes.get("schema"), attributes.get("schema_version")
@@ -167,7 +166,7 @@ def read_datasets(path: str | Path, schema: str, version: int, names: Collection
 def schema_of(path: str | Path) -> str | None:
     """The schema that a file names, in whatever version; None if there is no such file, or it is none of ours."""
     try:
-        with opened(Path(path)) as file:
+        with opened(path) as file:
             return _as_text(file.attrs.get("schema")) or None
     except StoreError:
         return None
@@ -243,7 +242,6 @@ def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attr
 
 def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
     """One entry along the first dimension of a dataset of numbers, such as a field of one step; None without it."""
-    path = Path(path)
     with opened(path) as file:
         item = dict(datasets_in(path, file)).get(dataset)
         return None if item is None else np.asarray(item[index])
@@ -256,7 +254,6 @@ def read_few(
 
     Dimensions and units are not looked at: of thousands of files that takes most of the time.
     """
-    path = Path(path)
     with opened(path) as file:
         held = {name: item for name in datasets if isinstance(item := member(path, file, name), h5py.Dataset)}
         found: dict[str, Attribute] = {}

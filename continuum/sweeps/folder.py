@@ -43,11 +43,10 @@ class Folder:
     def failure(self, key: str) -> Path:
         return self.failed / f"{key[:_DIGITS]}.json"
 
-    def made(self) -> Folder:
-        """The same, with its folders on disk; raises OutputError if they cannot be made or written to."""
+    def make(self) -> None:
+        """Make its folders on disk; raises OutputError if they cannot be made or written to."""
         for path in (self.root, *self.folders):
             output.folder(path)
-        return self
 
     @property
     def begun(self) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.files.store import Attribute, Dataset, File
+from continuum.files.store import Dataset, File
 from continuum.files.tables import restored
 from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
@@ -103,7 +103,12 @@ def _table(path: Path, file: File) -> Real:
     """One row for each point, one column for each of :data:`COLUMNS`."""
     config = restored(RunConfig, str(file.attributes["config_resolved"]))
     grid, wall, points = config.grid.build(), stored_wall(path, config, file), points_of(file)
-    system = _system(file.attributes, wall)
+    system = {
+        **{name: float(file.attributes[f"realised_{name}"]) for name in Moments._fields},
+        "range": wall.range,
+        "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
+        "work_of_adhesion": wall.work_of_adhesion,
+    }
     stiffness = _stiffness(points)
     table = np.full((len(points), len(COLUMNS)), np.nan)
     for step, point in enumerate(points):
@@ -119,13 +124,6 @@ def _table(path: Path, file: File) -> Real:
             row |= _geometry(grid, wall, file, step, point, system["rms_slope"])
         table[step] = [row.get(name, np.nan) for name in COLUMNS]
     return table
-
-
-def _system(attributes: Mapping[str, Attribute], wall: Wall) -> dict[str, float]:
-    moments = {name: float(attributes[f"realised_{name}"]) for name in Moments._fields}
-    attracts = wall.work_of_adhesion > 0
-    effective = wall.effective_range if attracts else 0.0
-    return {**moments, "range": wall.range, "effective_range": effective, "work_of_adhesion": wall.work_of_adhesion}
 
 
 def _stiffness(points: tuple[Point, ...]) -> Real:

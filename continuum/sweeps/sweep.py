@@ -80,7 +80,7 @@ def begin(
     output.distinct(folder.description, [sweep.source.path])
     folder.require_free_of_others()
     _require_same_sweep(folder, listing)
-    folder.made()
+    folder.make()
     _save_once(folder.description, sweep.source.text)
     _save_once(folder.listing, _json(listing))
     failed = names(folder.failed)
@@ -135,20 +135,20 @@ def systems_of(root: str | Path) -> SweepListing:
 
 
 def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
-    tasks, systems = list[SystemTask](), list[System]()
+    tasks = list[SystemTask]()
     common: dict[str, Any] = {}
     for plan, config in sweep.systems():
         values = dict(dotted(config.plain()))
         # A key that follows from one on an axis, as the period from the points, is common to none.
-        common = {key: value for key, value in common.items() if values.get(key) == value} if systems else values
+        common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
         cost = cost_of(config)
         nx, ny = config.grid.n
         work = float(cost.fft_pairs) * nx * ny
         tasks.append(SystemTask(folder.point(plan.key), label_of(plan.settings), work, float(cost.memory), plan=plan))
-        systems.append(System(plan.key, plan.settings, work, float(cost.memory)))
     on_axes = {key for axis in sweep.axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
-    return SweepListing(sweep.name, sweep.axes, common, tuple(systems)), tasks
+    systems = tuple(System(task.plan.key, task.plan.settings, task.cost, task.memory) for task in tasks)
+    return SweepListing(sweep.name, sweep.axes, common, systems), tasks
 
 
 def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
