@@ -74,10 +74,9 @@ class Rung:
 
 
 def rung_of(problem: ContactProblem, name: RungName, state: PathState) -> Rung:
-    """A continuum state as a rung; raises :class:`continuum.solve.smooth.NotConvergedError` if it is none."""
+    """A continuum state as a rung; raises NotConvergedError if it is none."""
     gap = state.solution.require().gap
-    traction = problem.wall.evaluate(gap).traction
-    return Rung(name, state.separation, gap, traction, state.totals)
+    return Rung(name, state.separation, gap, problem.wall.evaluate(gap).traction, state.totals)
 
 
 def approach_and_retract(problem: ContactProblem, largest_area: float, settings: Settings) -> Iterator[PathState]:

@@ -75,7 +75,6 @@ class Session(LammpsHandle):
         self._raise_failure()
 
     def command(self, *lines: str) -> None:
-        """Run commands in LAMMPS' language."""
         for line in lines:
             super().command(line)
             self._raise_failure()
