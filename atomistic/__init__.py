@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from atomistic.crystal.interatomic import LennardJones, Springs
     from atomistic.crystal.pair_style import PairStyle
     from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-    from atomistic.front.commands import Elastic, check, elastic, validate
+    from atomistic.front.commands import Elastic, check, elastic
     from atomistic.front.decks import deck, read, run_deck
-    from atomistic.ladder.validate import Validation
+    from atomistic.ladder.validate import Validation, validate
     from atomistic.lammps.deck import Deck
     from atomistic.lammps.doctor import doctor
     from atomistic.lammps.result import LammpsError
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from atomistic.response.lattice import LatticeResponse
 
 _WHERE = {
-    "front.commands": ("Elastic", "check", "elastic", "validate"),
+    "front.commands": ("Elastic", "check", "elastic"),
     "front.decks": ("deck", "read", "run_deck"),
-    "ladder.validate": ("Validation",),
+    "ladder.validate": ("Validation", "validate"),
     "lammps.deck": ("Deck",),
     "lammps.doctor": ("doctor",),
     "relax.deckrun": ("DeckRun",),
@@ -73,8 +73,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _MODULES:
-        msg = f"module 'atomistic' has no attribute {name!r}"
-        raise AttributeError(msg)
+        raise AttributeError(f"module 'atomistic' has no attribute {name!r}")
     return getattr(import_module(f"atomistic.{_MODULES[name]}"), name)
 
 

@@ -6,11 +6,6 @@ from collections.abc import Sequence
 
 from continuum.options import program, run_program
 
-app = program(
-    "atomistic",
-    "Explicit fcc(100) atoms under a rigid rough wall, in LAMMPS: the check on Green's functions.",
-    "a0 = 1 (nearest-neighbour distance), E* = 1 (contact modulus)",
-)
 COMMANDS = {
     "validate": "press one wall on Green's functions and on atoms, and print the error budget",
     "deck": "write a LAMMPS deck that a stock lmp runs, serial or with MPI",
@@ -21,9 +16,12 @@ COMMANDS = {
     "init": "print an input to begin with, every key with its meaning",
     "schema": "print the JSON schema of an input, for editors that complete TOML",
 }
-# Imported when they are called: `atomistic --help` needs none of them.
-for name, text in COMMANDS.items():
-    app.command(f"atomistic.commands:{name}", name=name, help=text)
+app = program(
+    "atomistic",
+    "Explicit fcc(100) atoms under a rigid rough wall, in LAMMPS: the check on Green's functions.",
+    "a0 = 1 (nearest-neighbour distance), E* = 1 (contact modulus)",
+    COMMANDS,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,6 +13,7 @@ from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.front import commands as front
 from atomistic.front import decks
+from atomistic.ladder import validate as validations
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps import doctor as doctors
 from atomistic.lammps.engine import command_words
@@ -38,7 +39,7 @@ INPUTS: dict[str, tuple[type[Document], str]] = {
 Kind = Literal["validate", "deck"]
 
 
-@like(front.validate)
+@like(validations.validate)
 def validate(
     file: str,
     *,
@@ -49,7 +50,7 @@ def validate(
     _check_lmp_command(lmp_command)
     config = load(file, ValidateConfig)
     with progress(len(paths_of(config)), f"validate {Path(file).stem}") as tell:
-        found = front.validate(
+        found = validations.validate(
             config, decks=decks, lmp_command=lmp_command, progress=lambda text, done, _: tell(done, text), **given
         )
     for sheet in found.sheets():
@@ -89,12 +90,11 @@ def deck(
     _check_lmp_command(lmp_command)
     made = decks.deck(file)
     if not made.stock and (not run or lmp_command is not None):
-        msg = (
+        raise InputError(
             f"{file}: LAMMPS has no formula for the heights of this wall above where the atoms are "
             '(follows = "atom"): no stock LAMMPS can run the deck; run it in this process (--run, without '
             '--lmp-command), or let the wall follow the sites (follows = "site")'
         )
-        raise InputError(msg)
     directory = made.write(output or Path("decks") / Path(file).stem)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if run:

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from continuum.front.contact import Contact
     from continuum.front.predict import predict
     from continuum.front.states import LoadingPath, State
-    from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm, sweep_status, sweep_verify
+    from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
     from continuum.model.surface import SelfAffine, moments
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from continuum.runs.result import Result
     from continuum.solve.solution import NotConvergedError
     from continuum.sticky.prediction import Prediction
+    from continuum.sweeps.collect import sweep_status, sweep_verify
 
 __version__ = "0.1.0"
 
@@ -69,7 +70,8 @@ _WHERE = {
     "front.states": ("LoadingPath", "State"),
     "front.commands": ("analyse", "check", "plot", "run"),
     "front.predict": ("predict",),
-    "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm", "sweep_status", "sweep_verify"),
+    "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm"),
+    "sweeps.collect": ("sweep_status", "sweep_verify"),
     "paper.examples": ("examples",),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments"),
@@ -126,8 +128,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _MODULES:
-        msg = f"module 'continuum' has no attribute {name!r}"
-        raise AttributeError(msg)
+        raise AttributeError(f"module 'continuum' has no attribute {name!r}")
     return getattr(import_module(f"continuum.{_MODULES[name]}"), name)
 
 

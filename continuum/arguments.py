@@ -1,6 +1,7 @@
 """Checks of what a function is given, in the words in which an input file is refused: name, value, what is allowed.
 
-Numbers are no text and no booleans, and finite; a field is real, has no missing points, and fits its grid.
+Numbers are no text and no booleans, and finite; a field is real, has no missing points, and fits its grid.  Whatever
+is something else raises :class:`ArgumentError`.
 """
 
 from __future__ import annotations
@@ -50,13 +51,7 @@ def number(
     below: float | None = None,
     most: float | None = None,
 ) -> float:
-    """A finite number within bounds: greater than ``above``, at least ``least``, and so on.
-
-    Raises
-    ------
-    ArgumentError
-        If it is something else.
-    """
+    """A finite number within bounds: greater than ``above``, at least ``least``, and so on."""
     bounds = (
         (above, "greater than", operator.gt),
         (least, "greater than or equal to", operator.ge),
@@ -77,13 +72,7 @@ def number(
 
 
 def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1, *, why: str = "") -> int:
-    """A whole number within bounds; ``why`` they are what they are is said where it is refused.
-
-    Raises
-    ------
-    ArgumentError
-        If it is something else.
-    """
+    """A whole number within bounds; ``why`` they are what they are is said where it is refused."""
     whole = isinstance(value, numbers.Integral) and not isinstance(value, bool | np.bool_)
     if not (whole and least <= value <= most):
         limits = f"a whole number from {least} to {most}" if most < 2**31 - 1 else f"a whole number from {least} on"
@@ -92,13 +81,7 @@ def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1, *, why: 
 
 
 def choice(name: str, value: Any, choices: Iterable[_Choice]) -> _Choice:
-    """Check that a value is one of some names.
-
-    Raises
-    ------
-    ArgumentError
-        If it is none of them.
-    """
+    """Check that a value is one of some names."""
     known = tuple(choices)
     for each in known:
         if isinstance(value, str) and value == each:
@@ -107,13 +90,7 @@ def choice(name: str, value: Any, choices: Iterable[_Choice]) -> _Choice:
 
 
 def pair(name: str, value: Any) -> tuple[Any, Any]:
-    """Two values, along x and y.
-
-    Raises
-    ------
-    ArgumentError
-        If they are not two.
-    """
+    """Two values, along x and y."""
     values = value.tolist() if isinstance(value, np.ndarray) else value
     if isinstance(values, str | bytes) or not isinstance(values, Sequence) or len(values) != 2:
         raise ArgumentError(name, value, "two values, along x and y")
@@ -121,39 +98,21 @@ def pair(name: str, value: Any) -> tuple[Any, Any]:
 
 
 def flag(name: str, value: Any) -> bool:
-    """A boolean: a text such as "no" would count as true.
-
-    Raises
-    ------
-    ArgumentError
-        If it is something else.
-    """
+    """A boolean: a text such as "no" would count as true."""
     if not isinstance(value, bool | np.bool_):
         raise ArgumentError(name, value, "True or False")
     return bool(value)
 
 
 def instance(name: str, value: Any, kind: type[_Kind], allowed: str = "") -> _Kind:
-    """An object of a class, which ``allowed`` puts into words.
-
-    Raises
-    ------
-    ArgumentError
-        If it is something else.
-    """
+    """An object of a class, which ``allowed`` puts into words."""
     if not isinstance(value, kind):
         raise ArgumentError(name, value, allowed or f"a {kind.__name__}")
     return value
 
 
 def function(name: str, value: Any) -> None:
-    """A function that is called with what was done, or None.
-
-    Raises
-    ------
-    ArgumentError
-        If it is something else.
-    """
+    """A function that is called with what was done, or None."""
     if value is not None and not callable(value):
         raise ArgumentError(name, value, "a function, or None")
 
@@ -161,10 +120,7 @@ def function(name: str, value: Any) -> None:
 def texts(name: str, value: Any, example: str) -> tuple[str, ...]:
     """One text or several; none for None.
 
-    Raises
-    ------
-    ArgumentError
-        If it is something else, such as a number without its unit; the ``example`` says how to write it.
+    A number without its unit is refused; the ``example`` says how to write it.
     """
     several = () if value is None else (value,) if isinstance(value, str) else value
     if not (isinstance(several, Sequence) and all(isinstance(each, str) for each in several)):
@@ -173,13 +129,7 @@ def texts(name: str, value: Any, example: str) -> tuple[str, ...]:
 
 
 def file_name(name: str, value: Any) -> Path:
-    """The name of a file or folder, which need not exist.
-
-    Raises
-    ------
-    ArgumentError
-        If it is none, or one that no system of files can hold.
-    """
+    """The name of a file or folder, which need not exist, but which a system of files can hold."""
     if not isinstance(value, str | os.PathLike):
         raise ArgumentError(name, value, "the name of a file")
     try:
@@ -196,10 +146,7 @@ def file_name(name: str, value: Any) -> Path:
 def array(name: str, value: Any, shape: tuple[int, ...] | None = None, kinds: str = "fiu") -> NDArray[Any]:
     """An array of numbers, missing ones included, of a shape if one is given; ``kinds`` are those of NumPy's types.
 
-    Raises
-    ------
-    ArgumentError
-        If it holds something else (by default complex numbers, text or booleans), or its shape is another.
+    By default complex numbers, text and booleans are refused.
     """
     try:
         found: NDArray[Any] = np.asarray(value)
@@ -216,13 +163,7 @@ def array(name: str, value: Any, shape: tuple[int, ...] | None = None, kinds: st
 
 
 def several(name: str, value: Any, *, longest: int = 10_000, **bounds: float | None) -> tuple[float, ...]:
-    """Finite numbers in a list, at least one, each within the bounds of :func:`number`.
-
-    Raises
-    ------
-    ArgumentError
-        If it is something else, or there are more than ``longest``.
-    """
+    """Finite numbers in a list, 1 to ``longest``, each within the bounds of :func:`number`."""
     values = value.tolist() if isinstance(value, np.ndarray) else value
     if isinstance(values, str | bytes) or not isinstance(values, Sequence) or not 1 <= len(values) <= longest:
         raise ArgumentError(name, value, f"a list of 1 to {longest} finite numbers")
@@ -232,11 +173,7 @@ def several(name: str, value: Any, *, longest: int = 10_000, **bounds: float | N
 def field(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
     """A map of finite real numbers as float64, a copy only where it is needed; of two directions if no shape is given.
 
-    Raises
-    ------
-    ArgumentError
-        If points are missing (masked, NaN, infinite), if it holds something else than real numbers (complex numbers,
-        text, booleans), or if its shape is another.
+    Refused are missing points (masked, NaN, infinite), complex numbers, text and booleans.
     """
     if np.ma.is_masked(value):
         missing = int(np.sum(np.ma.getmaskarray(value)))

@@ -8,13 +8,6 @@ from cyclopts import App
 
 from continuum.options import program, run_program
 
-app = program(
-    "continuum",
-    "Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
-    "a0 = 1 (atomic spacing), E* = 1 (contact modulus)",
-)
-sweep = App(name="sweep", help="many systems: run, SLURM script, status, tables, verification")
-app.command(sweep)
 COMMANDS = {
     "check": "validate an input file of a run or a sweep, and print what it amounts to and what it will cost",
     "run": """follow a loading path and store areas, loads, contact maps and jumps
@@ -36,6 +29,14 @@ Example: continuum predict map.npy --size 10um --unit nm --modulus 2MPa --poisso
     "schema": "print the JSON schema of an input, for editors that complete TOML",
     "examples": "print the paper's worked examples beside ours, as Markdown",
 }
+app = program(
+    "continuum",
+    "Adhesive contact of a rigid rough wall with an elastic substrate, by FFT Green's functions.",
+    "a0 = 1 (atomic spacing), E* = 1 (contact modulus)",
+    COMMANDS,
+)
+sweep = App(name="sweep", help="many systems: run, SLURM script, status, tables, verification")
+app.command(sweep)
 OF_SWEEPS = {
     "run": "do the systems that are not done yet",
     "slurm": "print a job script for sbatch",
@@ -44,8 +45,6 @@ OF_SWEEPS = {
     "verify": "read every file whole: sums, schema, identity",
 }
 # Imported when they are called: `continuum --help` needs none of them.
-for name, text in COMMANDS.items():
-    app.command(f"continuum.commands:{name}", name=name, help=text)
 for name, text in OF_SWEEPS.items():
     sweep.command(f"continuum.commands:sweep_{name}", name=name, help=text)
 

@@ -30,6 +30,7 @@ from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import UnresolvedError, resolvable
 from continuum.sticky.tables import OPTIONS
+from continuum.sweeps import collect as collecting
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
 
@@ -39,8 +40,7 @@ def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
     for token in tokens:
         key, equals, value = token.value.partition("=")
         if not equals or not key.strip():
-            msg = f"{token.value!r}: write KEY=VALUE, such as surface.seed=3"
-            raise ValueError(msg)
+            raise ValueError(f"{token.value!r}: write KEY=VALUE, such as surface.seed=3")
         found.append((key.strip(), value_of(value.strip())))
     return found
 
@@ -48,8 +48,7 @@ def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
 def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
     part, slash, parts = tokens[0].value.partition("/")
     if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
-        msg = f"{tokens[0].value!r}: write I/N with I from 1 to N, such as 2/8"
-        raise ValueError(msg)
+        raise ValueError(f"{tokens[0].value!r}: write I/N with I from 1 to N, such as 2/8")
     return int(part), int(parts)
 
 
@@ -115,9 +114,9 @@ def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Para
     return OK
 
 
-@like(sweeps.sweep_status)
+@like(collecting.sweep_status)
 def sweep_status(**given: Any) -> int:
-    found = sweeps.sweep_status(**given)
+    found = collecting.sweep_status(**given)
     show(status_sheet(found))
     if found.failed:
         show(failed_sheet(found))
@@ -134,9 +133,9 @@ def sweep_collect(**given: Any) -> int:
     return NOT_CONVERGED if found.faults else OK
 
 
-@like(sweeps.sweep_verify)
+@like(collecting.sweep_verify)
 def sweep_verify(sweep: Path, **given: Any) -> int:
-    found = sweeps.sweep_verify(sweep, **given)
+    found = collecting.sweep_verify(sweep, **given)
     warn(found.faults)
     print(f"{sweep}: {found.files} files, {len(found.faults)} of them damaged")
     return OK if found.ok else NOT_CONVERGED

@@ -33,8 +33,8 @@ POSITIONAL, SEVERAL = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter
 Command = Callable[..., int]
 
 
-def program(name: str, what: str, units: str) -> App:
-    """A program without commands yet."""
+def program(name: str, what: str, units: str, commands: Mapping[str, str]) -> App:
+    """A program with commands, each with its help, which are imported from NAME.commands when they are called."""
 
     def versions() -> str:
         from continuum.files.provenance import versions
@@ -52,6 +52,8 @@ def program(name: str, what: str, units: str) -> App:
         print(app.generate_completion(prog_name=name, shell=shell))
         return OK
 
+    for command, text in commands.items():
+        app.command(f"{name}.commands:{command}", name=command, help=text)
     return app
 
 
@@ -81,10 +83,7 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
 def _check_environment() -> None:
     """Refuse numbers of threads on which a library would end in a traceback when it is imported.
 
-    Raises
-    ------
-    InputError
-        That names the variable.
+    Raises InputError that names the variable.
     """
     for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
         value = os.environ.get(name)

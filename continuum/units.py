@@ -59,8 +59,7 @@ class Units:
     def __post_init__(self) -> None:
         for name, value in (("a0", self.a0), ("contact_modulus", self.contact_modulus)):
             if not (np.isfinite(value) and value > 0):
-                msg = f"{name} is a positive finite number in SI units, got {value}"
-                raise ValueError(msg)
+                raise ValueError(f"{name} is a positive finite number in SI units, got {value}")
 
     @classmethod
     def metal(cls, a0: float, contact_modulus: float) -> Units:
@@ -79,20 +78,7 @@ class Units:
         return float(modulus**i * (self.a0 / ANGSTROM) ** j)
 
     def to_si(self, value: float, quantity: Quantity) -> float:
-        """A reduced value in SI units."""
         return value * self.si(quantity)
-
-    def from_si(self, value: float, quantity: Quantity) -> float:
-        """A value in SI units, reduced."""
-        return value / self.si(quantity)
-
-    def to_ev_angstrom(self, value: float, quantity: Quantity) -> float:
-        """A reduced value in eV and Å."""
-        return value * self.ev_angstrom(quantity)
-
-    def from_ev_angstrom(self, value: float, quantity: Quantity) -> float:
-        """A value in eV and Å, reduced."""
-        return value / self.ev_angstrom(quantity)
 
 
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "A": ANGSTROM, "pm": 1e-12}
@@ -110,42 +96,32 @@ _SHOWN = {"m", "mm", "um", "nm", "pm", "Pa", "kPa", "MPa", "GPa", "TPa", "J/m2",
 def unit_size(unit: str, quantity: Quantity) -> float:
     """Size in SI of a unit given by name: µm, um, nm, Å, GPa, mJ/m² or mJ/m^2, ...
 
-    Raises
-    ------
-    ValueError
-        If there is no such unit of this quantity; the message lists those that there are.
+    Raises ValueError if there is no such unit of this quantity; the message lists those that there are.
     """
     # NFKC turns the micro sign into a Greek mu, the Ångström sign into a letter and ² into 2.
     plain = unicodedata.normalize("NFKC", unit).replace("μ", "u").replace("Å", "A").replace("^", "").strip()
     known = _UNITS[quantity]
     if plain not in known:
         what = f"{unit!r} is no unit of {_words(quantity)}" if plain else f"a unit of {_words(quantity)} is missing"
-        msg = f"{what}: write one of {', '.join(known)}"
-        raise ValueError(msg)
+        raise ValueError(f"{what}: write one of {', '.join(known)}")
     return known[plain]
 
 
 def parse(text: str, quantity: Quantity) -> float:
     """A positive quantity with its unit, in SI: ``parse("50 mJ/m²", "energy_per_area")`` is 0.05.
 
-    Raises
-    ------
-    ValueError
-        If it is no positive number, or its unit is missing or of another quantity.
+    Raises ValueError if it is no positive number, or its unit is missing or of another quantity.
     """
     found = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", text)
     if found is None:
         example = f"1.5{next(iter(_UNITS[quantity]))}"
-        msg = f"{text!r} is not a number with a unit of {_words(quantity)}: write one like {example}"
-        raise ValueError(msg)
+        raise ValueError(f"{text!r} is not a number with a unit of {_words(quantity)}: write one like {example}")
     try:
         value = float(found[1]) * unit_size(found[2], quantity)
     except ValueError as error:
-        msg = f"{text!r}: {error}"
-        raise ValueError(msg) from error
+        raise ValueError(f"{text!r}: {error}") from error
     if not (np.isfinite(value) and value > 0):
-        msg = f"{text!r}: a {_words(quantity)} here is positive and finite"
-        raise ValueError(msg)
+        raise ValueError(f"{text!r}: a {_words(quantity)} here is positive and finite")
     return value
 
 

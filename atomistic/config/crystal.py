@@ -145,8 +145,5 @@ class ElasticConfig(Document):
 
     model_config = ConfigDict(extra="ignore")
 
-    result_schema: ClassVar[str] = "stickiness/elastic"
-    result_version: ClassVar[int] = 1
-
     interatomic: Interatomic
     """interatomic model"""

@@ -14,6 +14,7 @@ from atomistic.config.crystal import Interatomic
 from atomistic.config.motion import ProtocolTable, Steps
 from atomistic.config.slab import AtomsSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
+from continuum.files import kinds as kinds  # known to an input when it is defined
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document
 from continuum.files.toml import Source
@@ -123,9 +124,6 @@ class MeanPressuresTable(ProtocolTable):
 class _ProtocolOnly(Document):
     """The table [protocol] alone."""
 
-    result_schema: ClassVar[str] = "stickiness/protocol"
-    result_version: ClassVar[int] = 1
-
     protocol: ProtocolTable
     """what is done"""
 
@@ -142,9 +140,6 @@ def steps_of(protocol: Mapping[str, Any]) -> Steps:
 
 class DeckConfig(Document):
     """Input of ``atomistic deck``."""
-
-    result_schema: ClassVar[str] = "stickiness/deck"
-    result_version: ClassVar[int] = 3
 
     interatomic: Interatomic
     """what holds the atoms together"""
@@ -196,7 +191,6 @@ class DeckConfig(Document):
                 yield replace(fault, key=("protocol", *fault.key))
 
     def steps(self) -> Steps:
-        """What is done."""
         if self.protocol is not None:
             return self.protocol.steps()
         assert self.separation is not None

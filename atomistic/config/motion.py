@@ -69,7 +69,6 @@ class ProtocolTable(TableFamily):
         return None
 
     def steps(self) -> Steps:
-        """All that is done, in its order."""
         raise NotImplementedError
 
     def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
@@ -140,8 +139,7 @@ def kelvin(text: str) -> float:
     except ValueError:
         value = np.nan
     if unit != "K" or not (np.isfinite(value) and value >= 0):
-        msg = f'{text!r} is no temperature: write one like "300K"'
-        raise ValueError(msg)
+        raise ValueError(f'{text!r} is no temperature: write one like "300K"')
     return value
 
 

@@ -23,12 +23,10 @@ class SlabTable(Table):
 
     @property
     def points(self) -> tuple[int, int]:
-        """Surface atoms along x and y."""
         return self.n, self.n
 
     @property
     def lengths(self) -> tuple[float, float]:
-        """Periods, in a0."""
         return float(self.n), float(self.n)
 
 

@@ -11,13 +11,11 @@ from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
-from atomistic.ladder.validate import Progress, Validation, validate_all
-from atomistic.lammps.engine import command_words
 from atomistic.relax.decks import parts_of
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
-from continuum.arguments import count, file_name, flag, function, instance
+from continuum.arguments import count, file_name, instance
 from continuum.files.inputs import load
 from continuum.files.toml import Source, find
 from continuum.show.sheet import Sheet, pairs
@@ -25,50 +23,6 @@ from continuum.show.sheet import Sheet, pairs
 LATTICES = 48, 256
 """Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to be told from the
 continuum, more take too much memory."""
-MOST_WORKERS = 4
-"""Processes of a validation, if their number is not given: each holds a slab."""
-
-
-def validate(
-    file: str | Path | ValidateConfig,
-    output: str | Path = "results",
-    *,
-    workers: int | None = None,
-    decks: str | Path | None = None,
-    lmp_command: str | None = None,
-    force: bool = False,
-    progress: Progress | None = None,
-) -> Validation:
-    """Press the walls of an input on Green's functions and on atoms, and judge every bound.
-
-    Parameters
-    ----------
-    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
-    output : folder of the result, which is named after the input, or the file itself, ``NAME.h5``.  What it holds is
-        kept.
-    workers : processes, one core each; all cores, at most 4, by default.
-    decks : keep every LAMMPS deck in this folder.
-    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
-    force : start anew.
-    progress : called after each path with what it gave, how many are done and how many there are.
-
-    Raises
-    ------
-    ArgumentError, ConfigError, StoreError, LammpsError, ValidationError
-        If an argument is not allowed, the input cannot be run, the result not be stored, or a path not be compared.
-    """
-    path = file_name("output", output)
-    decks = None if decks is None else file_name("decks", decks)
-    workers = min(MOST_WORKERS, os.cpu_count() or 1) if workers is None else count("workers", workers, most=1024)
-    flag("force", force)
-    command_words(lmp_command)
-    function("progress", progress)
-    config = file if isinstance(file, ValidateConfig) else load(file_name("file", file), ValidateConfig)
-    if path.suffix != ".h5":
-        path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
-    return validate_all(
-        config, path, workers=workers, decks=decks, lmp_command=lmp_command, force=force, progress=progress
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,8 +80,7 @@ def _require_nothing_else(contact: object, names: list[str]) -> None:
     if names:
         said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
         file = "an input" if isinstance(contact, DeckConfig) else f"the input file {str(contact)!r}"
-        msg = f"contact is {file}, which says all else itself: leave out {said}, or change the file"
-        raise TypeError(msg)
+        raise TypeError(f"contact is {file}, which says all else itself: leave out {said}, or change the file")
 
 
 def _steps(**given: Any) -> Steps:

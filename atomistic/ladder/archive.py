@@ -6,7 +6,7 @@ The file is rewritten after each finished path, so that a validation that was st
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder.comparison import GEOMETRY, STEPS, PathPlan, PathResult, ValidatedState, paths_of
-from atomistic.ladder.rungs import RUNGS, Difference, Rung, RungName, kinds_of
+from atomistic.ladder.rungs import RUNGS, Difference, RungName, kinds_of
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import journal, provenance
@@ -35,7 +35,6 @@ class Archive(NamedTuple):
 
     @property
     def finished(self) -> bool:
-        """Whether all paths are there."""
         return bool(self.attributes["finished"])
 
 
@@ -65,7 +64,6 @@ def _column(values: Iterable[object], units: str, long_name: str) -> Dataset:
 
 
 def _about_states(states: States) -> dict[str, Dataset]:
-    """What was compared, and what the atoms said."""
     of_path = {
         "case": ("", "case of the input"),
         "adhesion_length": ("a0", "l_a = w/E*"),
@@ -99,7 +97,6 @@ def _about_states(states: States) -> dict[str, Dataset]:
 
 
 def _differences(states: States) -> dict[str, Dataset]:
-    """Every quantity of every step of the ladder."""
     steps = {step: pair for step, pair in (STEPS | GEOMETRY).items() if step in states[0][1].differences}
     return {
         f"{step}_{name}": _column(
@@ -113,31 +110,25 @@ def _differences(states: States) -> dict[str, Dataset]:
 
 
 def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
-    """Numbers of each rung at each state."""
-
-    def table(values: Callable[[Rung], float], units: str, what: str) -> Dataset:
-        return Dataset(
-            np.array([[values(s.rungs[r]) for _, s in states] for r in rungs]), ("rung", "state"), units, what
-        )
-
-    data = {
-        "separation": table(lambda r: r.separation, "a0", "height of the wall's zero above the undeformed surface"),
-        "mean_gap": table(lambda r: r.mean_gap, "a0", "mean gap"),
+    columns = {
+        "separation": ("separation", "a0", "height of the wall's zero above the undeformed surface"),
+        "mean_gap": ("mean_gap", "a0", "mean gap"),
+        "area_rep": ("totals.area_rep", "1", "A_rep/A0"),
+        "area_att": ("totals.area_att", "1", "A_att/A0"),
+        "load": ("totals.load", "E*", "N/A0"),
+        "load_rep": ("totals.load_rep", "E*", "N_rep/A0"),
+        "load_att": ("totals.load_att", "E*", "N_att/A0"),
+        "smallest_gap": ("totals.smallest_gap", "a0", "smallest gap"),
     }
-    for name, units, what in (
-        ("area_rep", "1", "A_rep/A0"),
-        ("area_att", "1", "A_att/A0"),
-        ("load", "E*", "N/A0"),
-        ("load_rep", "E*", "N_rep/A0"),
-        ("load_att", "E*", "N_att/A0"),
-        ("smallest_gap", "a0", "smallest gap"),
-    ):
-        data[name] = table(operator.attrgetter(f"totals.{name}"), units, what)
-    return data
+    found = {}
+    for name, (key, units, what) in columns.items():
+        number = operator.attrgetter(key)
+        values = np.array([[number(s.rungs[rung]) for _, s in states] for rung in rungs])
+        found[name] = Dataset(values, ("rung", "state"), units, what)
+    return found
 
 
 def _fields(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
-    """Gap, traction and contact of each rung at each state."""
     walls = [LennardJonesSpline(adhesion_length=r.path.adhesion_length) for r, _ in states]
     dims = ("rung", "state", "x", "y")
     kinds = [[kinds_of(s.rungs[rung], w) for (_, s), w in zip(states, walls, strict=True)] for rung in rungs]
@@ -154,12 +145,12 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
     curves = [(r.path, c) for r in results for c in r.curves]
     if not curves:
         return {}
-    counts, data = [c.mean_gap.size for _, c in curves], {}
-    for name, words, what in (
-        ("curve_case", [p.case for p, _ in curves], "case of the input"),
-        ("curve_rung", [str(c.rung) for _, c in curves], "model of the substrate"),
-    ):
-        data[name] = Dataset(np.repeat(np.array(words), counts), ("curve_point",), "", what)
+    counts = [c.mean_gap.size for _, c in curves]
+    cases, rungs = (np.repeat(words, counts) for words in zip(*((p.case, str(c.rung)) for p, c in curves), strict=True))
+    data = {
+        "curve_case": Dataset(cases, ("curve_point",), "", "case of the input"),
+        "curve_rung": Dataset(rungs, ("curve_point",), "", "model of the substrate"),
+    }
     for name, units in (("mean_gap", "a0"), ("area_rep", "1"), ("area_att", "1"), ("load", "E*")):
         joined = np.concatenate([getattr(c, name) for _, c in curves])
         data[f"curve_{name}"] = Dataset(joined, ("curve_point",), units, f"{name} along the approach")
@@ -169,15 +160,8 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
 def write_archive(
     path: Path, config: ValidateConfig, datasets: dict[str, Dataset], about: Mapping[str, store.Attribute] | None = None
 ) -> bool:
-    """Store what there is, and what is known of the substrate; returns whether that is all of it.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
-    columns = {name: dataset.values for name, dataset in datasets.items()}
-    finished = not remaining(config, columns)
+    """Store what there is, and what is known of the substrate; returns whether that is all of it."""
+    finished = not remaining(config, datasets)
     store.write(
         path,
         datasets,
@@ -196,11 +180,10 @@ def write_archive(
     return finished
 
 
-def read_archive(path: Path) -> tuple[Archive, dict[str, Dataset]]:
-    """What a file holds, as plain arrays, and as datasets to which more can be joined."""
+def read_archive(path: Path) -> Archive:
+    """What a file holds, as plain arrays."""
     file = store.read_datasets(path, ValidateConfig.result_schema, ValidateConfig.result_version)
-    datasets = dict(file.datasets)
-    return Archive({n: d.values for n, d in datasets.items()}, dict(file.attributes)), datasets
+    return Archive({name: dataset.values for name, dataset in file.datasets.items()}, dict(file.attributes))
 
 
 PART = "stickiness/validation-path"
@@ -208,13 +191,7 @@ PART = "stickiness/validation-path"
 
 
 def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> None:
-    """Store the result of one path.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+    """Store the result of one path."""
     about: dict[str, store.Attribute] = {"schema": PART, "schema_version": config.result_version}
     store.write(path, datasets, about | {"identity": identity(config)})
 
@@ -222,25 +199,18 @@ def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset])
 def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     """The datasets of one path.
 
-    Raises
-    ------
-    continuum.files.store.StoreError
-        If there is no such file, or it is of another validation.
+    Raises continuum.files.store.StoreError if there is no such file, or it is of another validation.
     """
     file = store.read_datasets(path, PART, config.result_version)
     if file.attributes["identity"] != identity(config):
-        msg = f"{path}: belongs to another validation"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: belongs to another validation")
     return dict(file.datasets)
 
 
 def resume(path: Path, config: ValidateConfig, *, force: bool) -> dict[str, Dataset]:
     """What a file holds of the same validation; nothing if there is no file, or with ``force``.
 
-    Raises
-    ------
-    OutputError
-        If it holds something else, or is damaged: it is left as it is.
+    Raises OutputError if it holds something else, or is damaged: it is left as it is.
     """
     found = store.earlier(path, config.result_schema, config.result_version, identity(config), force=force)
     return {} if found is None else dict(found.datasets)
@@ -256,9 +226,8 @@ def join(config: ValidateConfig, old: dict[str, Dataset], new: dict[str, Dataset
             joined[name] = Dataset(values, dataset.dims, dataset.units, dataset.long_name)
         else:
             joined[name] = dataset
-    place = {key_of(u): i for i, u in enumerate(paths_of(config))}
-    keys = zip(*(joined[name].values.tolist() for name in ("case", "rms_slope", "seed")), strict=True)
-    order = {"state": np.argsort([place[key] for key in keys], kind="stable")}
+    place = {key_of(path): i for i, path in enumerate(paths_of(config))}
+    order = {"state": np.argsort([place[key] for key in _keys_in(joined)], kind="stable")}
     if "curve_case" in joined:
         cases = [case.name for case in config.case]
         rows = [cases.index(case) for case in joined["curve_case"].values.tolist()]
@@ -281,9 +250,12 @@ def key_of(path: PathPlan) -> tuple[str, float, int]:
     return path.case, path.rms_slope, path.seed
 
 
-def remaining(config: ValidateConfig, columns: dict[str, np.ndarray]) -> tuple[PathPlan, ...]:
+def _keys_in(datasets: Mapping[str, Dataset]) -> Iterator[tuple[str, float, int]]:
+    """What tells the path of each state."""
+    return zip(*(datasets[name].values.tolist() for name in ("case", "rms_slope", "seed")), strict=True)
+
+
+def remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[PathPlan, ...]:
     """Paths of an input whose states are not all there."""
-    if not columns:
-        return paths_of(config)
-    done = set(zip(*(columns[name].tolist() for name in ("case", "rms_slope", "seed")), strict=True))
-    return tuple(u for u in paths_of(config) if key_of(u) not in done)
+    done = set(_keys_in(datasets)) if datasets else set()
+    return tuple(path for path in paths_of(config) if key_of(path) not in done)

@@ -107,8 +107,7 @@ def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVe
             case.name,
             "largest force",
             "1e-8 h' E* a0²",
-            columns["largest_force"] / slope / 1e-8,
-            mine,
+            (columns["largest_force"] / slope / 1e-8)[mine],
             1.0,
             "an equilibrium of the atoms under the native wall of the deck, so that what differs is physics",
         )
@@ -117,8 +116,7 @@ def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVe
             case.name,
             "contact map",
             "max |du|",
-            np.divide(margin, du, out=np.zeros_like(margin), where=du > 0),
-            mine,
+            np.divide(margin, du, out=np.zeros_like(margin), where=du > 0)[mine],
             1.0,
             "a point may change its kind only if its gap lies within the displacement difference of the edge",
         )
@@ -134,25 +132,17 @@ def _bounded(case: CaseTable, tolerance: BoundTable, columns: Columns, mine: NDA
         case.name,
         tolerance.quantity.replace("_", " ") + areas,
         f"{tolerance.coefficient:g}{power}{unit}",
-        scaled,
-        applies,
+        scaled[applies],
         tolerance.coefficient,
         tolerance.reason,
     )
 
 
 def _worst(
-    case: str,
-    quantity: str,
-    bound: str,
-    values: NDArray[np.float64],
-    applies: NDArray[np.bool_],
-    limit: float,
-    reason: str,
+    case: str, quantity: str, bound: str, values: NDArray[np.float64], limit: float, reason: str
 ) -> BoundVerdict:
-    count = int(np.count_nonzero(applies))
-    measured = float(values[applies].max()) if count else float("nan")
-    return BoundVerdict(case, quantity, bound, measured, limit, count, reason)
+    measured = float(values.max()) if values.size else float("nan")
+    return BoundVerdict(case, quantity, bound, measured, limit, values.size, reason)
 
 
 def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVerdict:
@@ -173,10 +163,7 @@ def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVer
 def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iterator[Exponent]:
     """Scaling of load and displacement difference with the slope, for each surface, area and branch.
 
-    Parameters
-    ----------
-    columns : of the validation.
-    slopes : those to use; all if None.  Surfaces that have fewer than two of them are left out.
+    Over the given slopes, all if None; surfaces that have fewer than two of them are left out.
     """
     keys = list(zip(columns["case"], columns["seed"], columns["area"], columns["branch"], strict=True))
     for key in dict.fromkeys(keys):

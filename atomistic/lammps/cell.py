@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from atomistic.crystal.interatomic import Potential
-from atomistic.lammps.opened import LammpsHandle
 from atomistic.lammps.result import LammpsError
+from atomistic.lammps.session import LammpsHandle
 from continuum.model.fourier import Real
 
 
@@ -23,11 +22,6 @@ class Cell(LammpsHandle):
     positions : shape (n, 3).
     periods : of the box along x, y and z, which is periodic; with ``surface``, nothing is above and below.
     surface : whether the third direction is free.
-
-    Raises
-    ------
-    LammpsError
-        If LAMMPS cannot be loaded or reports an error.
     """
 
     def __init__(self, potential: Potential, positions: Real, periods: Real, surface: bool = False) -> None:
@@ -58,8 +52,7 @@ class Cell(LammpsHandle):
             inside[:, periodic] %= np.asarray(periods)[periodic]
             made = self._lammps.create_atoms(count, list(range(1, count + 1)), [1] * count, inside.ravel())
             if made != count:
-                msg = f"LAMMPS took {made} of {count} atoms into its box"
-                raise LammpsError(msg)
+                raise LammpsError(f"LAMMPS took {made} of {count} atoms into its box")
             self.command(
                 f"neighbor {0.02 * potential.cutoff:.17g} bin",
                 "neigh_modify one 20000 page 200000",  # a cut-off may hold thousands of neighbours
@@ -83,11 +76,7 @@ class Cell(LammpsHandle):
 
     def evaluate(self, positions: Real) -> tuple[float, Real]:
         """Energy of all atoms, and forces, shape (n, 3), at given positions."""
-        at = np.ascontiguousarray(positions, dtype=np.float64)
-        self._lammps.scatter_atoms("x", 1, 3, at.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
-        self.command("run 0 post no")
-        forces = np.array(self._lammps.gather_atoms("f", 1, 3), dtype=np.float64).reshape(-1, 3)
-        return float(self._lammps.get_thermo("pe")), forces
+        return self._forces_at(positions)
 
     def stress(self) -> Real:
         """Stress xx, yy, zz of the last evaluation, tension positive, in units of energy per volume."""

@@ -102,12 +102,11 @@ class Deck:
         number("separation", self.separation)
         number("tolerance", self.tolerance, above=0)
         count("evaluations", self.evaluations)
-        sound = isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)
-        if not sound:
+        if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
-        if self.protocol is None:
-            return
         protocol = self.protocol
+        if protocol is None:
+            return
         if not isinstance(protocol, Protocol):
             raise ArgumentError("protocol", protocol, "Separations, MeanPressures or Motion")
         if self.separation != protocol.separations[0]:

@@ -25,13 +25,11 @@ from numpy.typing import NDArray
 
 import continuum
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
-from atomistic.crystal.interatomic import Model
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
-from atomistic.lammps.mesh import wall_mesh
 from atomistic.lammps.motion import time_unit
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
@@ -96,29 +94,28 @@ def render(deck: Deck) -> dict[str, str]:
         "room": " &\n                extra/bond/per/atom 12 extra/special/per/atom 24" if bonds else "",
         "surface_atoms": f"{surface_atoms:d}",
         "mobile_atoms": f"{deck.slab.mobile * surface_atoms:d}",
-        "timestep": formatted(_timestep(model)),
+        "timestep": formatted(model.timestep * time_unit(model)),
         "real_units": _real_units(deck),
         "atoms": f"{deck.slab.size:d}",
         "version": continuum.__version__,
         "model": textwrap.fill(model.reference, 118),
-        "notes": "".join(f"{textwrap.fill(_printable(note), 118)}\n" for note in deck.notes),
+        "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
         "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
         "commands": _COMMANDS if deck.stock else _IN_PROCESS,
         **force_lines(deck.shape),
         **_steps(deck),
     }
-    script, included = (
-        ("single", "in.relax") if deck.protocol is None else (deck.protocol.script, deck.protocol.included)
-    )
+    protocol = deck.protocol
+    script, included = ("single", "in.relax") if protocol is None else (protocol.script, protocol.included)
     names = {name: name for name in (*SCRIPTS, included)} | {"in.contact": f"contact.{script}"}
-    texts = {name: _template(template).substitute(values) for name, template in names.items()}
+    templates = files("atomistic.lammps") / "templates"
+    texts = {
+        name: _Template((templates / template).read_text(encoding="utf-8")).substitute(values)
+        for name, template in names.items()
+    }
     mesh = wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
     return texts | {"wall.table": wall_table(wall), "wall.vtk": mesh}
-
-
-def _template(name: str) -> _Template:
-    return _Template((files("atomistic.lammps") / "templates" / name).read_text(encoding="utf-8"))
 
 
 _INCLUDED = {
@@ -150,10 +147,6 @@ def _steps(deck: Deck) -> dict[str, str]:
     }
 
 
-def _printable(text: str) -> str:
-    return "".join(c for c in text if c.isprintable())
-
-
 def _real_units(deck: Deck) -> str:
     """Load and pressure in SI, where the crystal has a size."""
     real = deck.model.real_units
@@ -174,19 +167,15 @@ def write_deck(directory: Path, deck: Deck) -> Path:
     that are finished stay if it is the same deck, whose run then goes on.  ``in.contact`` is written last: without it
     a directory is no deck.
 
-    Raises
-    ------
-    OutputError
-        If the directory holds anything else, or a run is under way there: it is left as it was; or it cannot be
-        written to.
+    Raises OutputError if the directory holds anything else, or a run is under way there: it is left as it was; or it
+    cannot be written to.
     """
     directory = Path(directory)
     texts = render(deck)
     texts["deck.json"] = _description(deck, texts)
     if directory.exists():
         if not directory.is_dir():
-            msg = f"{directory}: is no folder, and is left alone; choose another one for the deck"
-            raise OutputError(msg)
+            raise OutputError(f"{directory}: is no folder, and is left alone; choose another one for the deck")
         known = {*INPUTS, *PARTS, LOCK}
         foreign = sorted(
             entry.name
@@ -195,8 +184,7 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         )
         if foreign:
             names = ", ".join(foreign[:5])
-            msg = f"{directory} holds files that are not of a deck ({names}): choose another directory"
-            raise OutputError(msg)
+            raise OutputError(f"{directory} holds files that are not of a deck ({names}): choose another directory")
         if deck.protocol is not None and _same(directory, texts["deck.json"]):
             return directory
     folder(directory)
@@ -256,19 +244,12 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
 
 
 def read_slab(path: Path) -> Slab:
-    """The slab of a ``slab.data``.
-
-    Raises
-    ------
-    ValueError
-        If the file is not one of a deck.
-    """
+    """The slab of a ``slab.data``; raises ValueError if the file is not one of a deck."""
     with Path(path).open(encoding="utf-8") as file:
         title = file.readline().strip()
     numbers = [int(formatted) for formatted in re.findall(r"\d+", title)]
     if len(numbers) != 5 or title != _TITLE.format(*numbers[1:5]):
-        msg = f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}"
-        raise ValueError(msg)
+        raise ValueError(f"{path} is not the slab.data of a deck: it begins with {title[:80]!r}")
     nx, ny, mobile, frozen = numbers[1:5]
     return Slab((nx, ny), mobile, frozen)
 
@@ -276,10 +257,7 @@ def read_slab(path: Path) -> Slab:
 def read_heights(path: Path) -> Real:
     """Heights of the wall above the lattice sites of the surface atoms, shape (nx, ny), in a0, of a ``slab.data``.
 
-    Raises
-    ------
-    ValueError
-        If the file is not one of a deck.
+    Raises ValueError if the file is not one of a deck.
     """
     shape = read_slab(path).shape
     with Path(path).open(encoding="utf-8") as file:
@@ -291,19 +269,11 @@ def read_heights(path: Path) -> Real:
 def read_wall(directory: Path) -> Wall:
     """The wall law of a deck.
 
-    Raises
-    ------
-    ValueError, TypeError, KeyError, OSError
-        If its ``deck.json`` or ``wall.table`` is not one of a deck.
+    Raises ValueError, TypeError, KeyError or OSError if its ``deck.json`` or ``wall.table`` is not one of a deck.
     """
     directory = Path(directory)
     numbers = json.loads((directory / "deck.json").read_text(encoding="utf-8"))["wall"]
     return read_law(numbers.pop("law"), numbers, directory / "wall.table")
-
-
-def _timestep(model: Model) -> float:
-    """Time step of damped dynamics, in LAMMPS' unit of time."""
-    return model.timestep * time_unit(model)
 
 
 def _write_data(file: BinaryIO, deck: Deck) -> None:
@@ -340,3 +310,39 @@ def _write_rows(file: BinaryIO, form: str, ids: NDArray[np.int64], values: Real)
         part = slice(first, first + 10_000)
         rows = np.column_stack([ids[part], values[part]])
         file.write((form * len(rows) % tuple(rows.ravel().tolist())).encode())
+
+
+def wall_mesh(heights: Real, level: float, length: float, offset: tuple[float, float] = (0.0, 0.0)) -> str:
+    """The wall as triangles, in legacy VTK, which OVITO and ParaView show above the atoms: text of a file.
+
+    The period is closed: what lies at its end is what lies at its beginning.
+
+    Parameters
+    ----------
+    heights : of the wall above each surface atom, shape (nx, ny), in a0.
+    level : of its zero above the lattice plane of the surface, in a0: separation and rise of the surface.
+    length : a0 in LAMMPS' unit, in which the mesh is.
+    offset : of the wall along x and y, in a0.
+    """
+    z = length * (level + np.pad(heights, ((0, 1), (0, 1)), mode="wrap"))
+    nx, ny = z.shape
+    axes = (np.arange(n) + shift for n, shift in zip(z.shape, offset, strict=True))
+    x, y = (length * axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
+    points = np.column_stack([x, y, z.ravel()])
+    corner = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()
+    # Two triangles for each square, turned to the atoms below.
+    triangles = np.concatenate([
+        np.column_stack([corner, corner + 1, corner + ny]),
+        np.column_stack([corner + 1, corner + ny + 1, corner + ny]),
+    ])  # fmt: skip
+    lines = [
+        "# vtk DataFile Version 3.0",
+        "rigid wall, in LAMMPS' unit of length",
+        "ASCII",
+        "DATASET POLYDATA",
+        f"POINTS {len(points)} double",
+        *(" ".join(f"{value:.10g}" for value in point) for point in points),
+        f"POLYGONS {len(triangles)} {4 * len(triangles)}",
+        *(f"3 {a} {b} {c}" for a, b, c in triangles.tolist()),
+    ]
+    return "\n".join(lines) + "\n"

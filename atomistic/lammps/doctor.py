@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
 from dataclasses import dataclass
 
 from atomistic.lammps import engine
 from atomistic.lammps.result import LammpsError
+from continuum.files.provenance import version_of
 
 _PACKAGES = {
     "MOLECULE": "the springs need",
@@ -67,9 +67,5 @@ def doctor() -> Doctor:
             found[name] = words[0]
         except LammpsError as error:
             problems.append(f"{name}: {error}")
-    try:
-        mpi: str | None = importlib.metadata.version("mpich")
-    except importlib.metadata.PackageNotFoundError:
-        mpi = None
-    remedy = engine.REMEDY if problems else None
+    mpi, remedy = version_of("mpich") or None, engine.REMEDY if problems else None
     return Doctor(in_process, found["lmp"], found["mpiexec"], version, packages, mpi, tuple(problems), remedy)

@@ -27,9 +27,9 @@ from pathlib import Path
 from typing import Any
 
 from atomistic.lammps.directory import read_slab, remove_outputs
-from atomistic.lammps.following import follow_atoms
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
+    DeckDescription,
     DeckError,
     DeckResult,
     LammpsError,
@@ -38,6 +38,7 @@ from atomistic.lammps.result import (
     read_result,
     tail,
 )
+from atomistic.lammps.shape import follow_atoms
 from continuum.arguments import ArgumentError, instance
 
 Progress = Callable[[int, int], None]
@@ -53,58 +54,49 @@ REMEDY = (
 
 
 def run_in_process(directory: Path, timeout: float | None = None, progress: Progress | None = None) -> DeckResult:
-    """Run the deck of a directory with the LAMMPS library in this process, on one core.
+    """Run the deck of a directory with the LAMMPS library in this process, on one core; returns its last step.
 
     Steps of a protocol that are finished stay as they are.
 
     Parameters
     ----------
-    directory : of a deck.
     timeout : seconds after which a relaxation stops where it is; the result then says that forces are left.  A window
         of a motion leaves none.
     progress : called after each step with its number and how many there are.
 
-    Returns
-    -------
-    DeckResult
-        Of the last step.
-
-    Raises
-    ------
-    LammpsError
-        If LAMMPS cannot be loaded or reports an error.
-    OutputError
-        If another run of this deck is under way.
+    Raises LammpsError if LAMMPS cannot be loaded or reports an error; OutputError if another run of this deck is under
+    way.
     """
-    directory, steps = _described(directory)
-    run = _run_stock if read_description(directory).stock else _run_following
+    directory = Path(directory).absolute()
+    deck = read_description(directory)
+    steps = max(deck.steps, 1)
     with hold(directory):
-        done = _done(directory, steps)
-        for step in range(done + 1, max(steps, 1) + 1):
+        done = _done(directory, deck)
+        for step in range(done + 1, steps + 1):
             with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
                 if timeout is not None:
                     lammps.command(f"variable timeout index {max(1, math.ceil(timeout))}")
                 lammps.command(f"variable last index {step}")
-                run(lammps, directory)
+                _run(lammps, directory, deck)
             if len(finished_steps(directory)) < step:
                 break  # time was up in the middle of a window
             if progress is not None:
-                progress(step, max(steps, 1))
+                progress(step, steps)
     return read_result(directory)
 
 
-def _run_stock(lammps: Any, directory: Path) -> None:
-    guard(lambda: lammps.file("in.contact"), directory)
-
-
-def _run_following(lammps: Any, directory: Path) -> None:
-    """The script stops where the wall is made, is given its heights, and goes on."""
+def _run(lammps: Any, directory: Path, deck: DeckDescription) -> None:
+    run_script = partial(guard, lambda: lammps.file("in.contact"), directory)
+    if deck.stock:
+        run_script()
+        return
+    # The script stops where the wall is made, is given its heights, and goes on.
     lammps.command("variable stage string 1")
-    guard(lambda: lammps.file("in.contact"), directory)
+    run_script()
     check = follow_atoms(lammps, read_slab(directory / "slab.data").shape)
     lammps.command("variable stage string 2")
     try:
-        guard(lambda: lammps.file("in.contact"), directory)
+        run_script()
     finally:
         check()
 
@@ -116,61 +108,54 @@ def run_command(
     timeout: float | None = None,
     progress: Progress | None = None,
 ) -> DeckResult:
-    """Run the deck of a directory with an ``lmp`` of its own process.
+    """Run the deck of a directory with an ``lmp`` of its own process; returns its last step.
 
     Steps of a protocol that are finished stay as they are.
 
     Parameters
     ----------
-    directory : of a deck.
     command : of the site, such as ``"srun lmp"``; ``-in in.contact`` is added.  None takes the wheel's lmp.
     ranks : MPI processes of the wheel's ``mpiexec``; a command of the site says it itself.
     timeout : seconds after which the run is ended, and fails.
     progress : called when steps are finished with the number of the last and how many there are.
 
-    Returns
-    -------
-    DeckResult
-        Of the last step.
-
-    Raises
-    ------
-    ArgumentError
-        If the command is no line of a shell.
-    DeckError
-        If a stock LAMMPS cannot run this deck.
-    LammpsError
-        If the command is not found, fails or takes too long.
-    OutputError
-        If another run of this deck is under way.
-    ValueError
-        If both a command and a number of ranks are given, or there are no ranks.
+    Raises ArgumentError if the command is no line of a shell; DeckError if a stock LAMMPS cannot run this deck;
+    LammpsError if the command is not found, fails or takes too long; OutputError if another run of this deck is under
+    way; ValueError if both a command and a number of ranks are given, or there are no ranks.
     """
     if ranks < 1 or (command is not None and ranks != 1):
         msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
         raise ValueError(msg)
     words = command_words(command)
-    directory, steps = _described(directory)
-    _require_stock(directory)
+    directory = Path(directory).absolute()
+    deck = read_description(directory)
+    if not deck.stock:
+        raise DeckError(
+            f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
+            "only this process runs it (without --lmp-command, on one core)"
+        )
     if ranks > 1:
         words = [script("mpiexec"), "-n", str(ranks), *words]
     words += ["-in", "in.contact", "-screen", "none"]
     with hold(directory) as lock:
-        _done(directory, steps)
-        process = _start(words, directory, lock)
-        output = _watched(process, directory, steps, timeout, progress)
-    if process.returncode != 0:
+        _done(directory, deck)
+        status, output = _watched(words, directory, lock, max(deck.steps, 1), timeout, progress)
+    if status != 0:
         detail = f"\n{output.strip()[-1000:]}" if output.strip() else ""
-        status = f"{shlex.join(words)} in {directory} ended with status {process.returncode}"
-        msg = f"{status}{detail}{tail(directory)}"
-        raise LammpsError(msg)
+        ended = f"{shlex.join(words)} in {directory} ended with status {status}"
+        raise LammpsError(f"{ended}{detail}{tail(directory)}")
     return read_result(directory)
 
 
-def _start(words: list[str], directory: Path, lock: int) -> subprocess.Popen[str]:
-    """A process that holds the lock of its directory, as do all that it starts."""
+def _watched(
+    words: list[str], directory: Path, lock: int, steps: int, timeout: float | None, progress: Progress | None
+) -> tuple[int, str]:
+    """Status and output of a process that holds the lock of its directory, as do all that it starts.
+
+    It is ended with all these where it takes too long.
+    """
     try:
-        return subprocess.Popen(
+        process = subprocess.Popen(
             words,
             cwd=directory,
             stdin=subprocess.DEVNULL,
@@ -181,17 +166,10 @@ def _start(words: list[str], directory: Path, lock: int) -> subprocess.Popen[str
             pass_fds=(lock,),
         )
     except OSError as error:
-        msg = f"cannot start {shlex.join(words)}: {error}; {REMEDY}"
-        raise LammpsError(msg) from error
-
-
-def _watched(
-    process: subprocess.Popen[str], directory: Path, steps: int, timeout: float | None, progress: Progress | None
-) -> str:
-    """What a process prints until it ends; it is ended with all that it started where it takes too long."""
+        raise LammpsError(f"cannot start {shlex.join(words)}: {error}; {REMEDY}") from error
     with process:
         try:
-            return _output(process, directory, steps, timeout, progress)
+            output = _output(process, directory, steps, timeout, progress)
         except BaseException as error:
             # The whole group: mpiexec leaves its ranks behind.
             with contextlib.suppress(ProcessLookupError):
@@ -200,6 +178,7 @@ def _watched(
                 msg = f"{shlex.join(error.cmd)} in {directory} took more than {timeout} s{tail(directory)}"
                 raise LammpsError(msg) from None
             raise
+    return process.returncode, output
 
 
 def _output(
@@ -217,7 +196,7 @@ def _output(
             output = None
         done = len(finished_steps(directory))
         if progress is not None and done > before:
-            progress(done, max(steps, 1))
+            progress(done, steps)
             before = done
         if output is not None:
             return output
@@ -226,18 +205,14 @@ def _output(
 def command_words(command: str | None) -> list[str]:
     """The words of the command of a site; the wheel's lmp if there is none.
 
-    Raises
-    ------
-    ArgumentError
-        If it is no text, is empty, or a quote in it does not end.
+    Raises ArgumentError if it is no text, is empty, or a quote in it does not end.
     """
     if command is None:
         return [script("lmp")]
+    instance("lmp_command", command, str, _COMMAND)
     try:
-        words = shlex.split(instance("lmp_command", command, str, _COMMAND))
+        words = shlex.split(command)
     except ValueError as error:
-        if isinstance(error, ArgumentError):
-            raise
         raise ArgumentError("lmp_command", command, f"{_COMMAND} ({str(error).lower()})") from error
     if not words or "\0" in command:
         raise ArgumentError("lmp_command", command, _COMMAND)
@@ -277,19 +252,12 @@ def open_library() -> Any:
 
         return lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
     except Exception as error:
-        msg = f"LAMMPS cannot be loaded in this process: {error}; {REMEDY}"
-        raise LammpsError(msg) from error
+        raise LammpsError(f"LAMMPS cannot be loaded in this process: {error}; {REMEDY}") from error
 
 
 @cache
 def pair_styles() -> frozenset[str]:
-    """Names of the pair styles of the installed LAMMPS.
-
-    Raises
-    ------
-    LammpsError
-        If it cannot be loaded.
-    """
+    """Names of the pair styles of the installed LAMMPS; raises LammpsError if it cannot be loaded."""
     with contextlib.closing(open_library()) as lammps:
         return frozenset(lammps.available_styles("pair"))
 
@@ -297,26 +265,16 @@ def pair_styles() -> frozenset[str]:
 def script(name: str) -> str:
     """Path of a command of this environment, activated or not, or else of the search path.
 
-    Raises
-    ------
-    LammpsError
-        If there is none.
+    Raises LammpsError if there is none.
     """
     path = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
     if path is None:
-        msg = f"there is no {name} in this environment nor on the search path; {REMEDY}"
-        raise LammpsError(msg)
+        raise LammpsError(f"there is no {name} in this environment nor on the search path; {REMEDY}")
     return path
 
 
 def try_to_start(words: list[str]) -> None:
-    """Start a command that only prints its help.
-
-    Raises
-    ------
-    LammpsError
-        If it cannot be started or fails.
-    """
+    """Start a command that only prints its help; raises LammpsError if it cannot be started or fails."""
     try:
         subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
     except (OSError, subprocess.SubprocessError) as error:
@@ -328,30 +286,14 @@ def guard(call: Callable[[], object], directory: Path) -> None:
     try:
         call()
     except Exception as error:
-        msg = f"LAMMPS failed in {directory}: {error}{tail(directory)}"
-        raise LammpsError(msg) from error
+        raise LammpsError(f"LAMMPS failed in {directory}: {error}{tail(directory)}") from error
 
 
-def _described(directory: Path) -> tuple[Path, int]:
-    """The directory of a deck, and the steps of its protocol; 0 of one equilibrium."""
-    directory = Path(directory).absolute()
-    return directory, read_description(directory).steps
-
-
-def _require_stock(directory: Path) -> None:
-    if not read_description(directory).stock:
-        msg = (
-            f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
-            "only this process runs it (without --lmp-command, on one core)"
-        )
-        raise DeckError(msg)
-
-
-def _done(directory: Path, steps: int) -> int:
+def _done(directory: Path, deck: DeckDescription) -> int:
     """Steps that are finished; the outputs of an earlier run of one equilibrium are removed.
 
     No result outlives its run, but that of a step is what the next one starts from.
     """
-    if not steps:
+    if not deck.steps:
         remove_outputs(directory)
     return len(finished_steps(directory))

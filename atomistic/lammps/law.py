@@ -54,8 +54,7 @@ def native_law(wall: Wall) -> NativeLaw:
         if wall.law is None
         else "it has no formula in LAMMPS' language"
     )
-    msg = f"the wall law {type(wall).__name__} cannot act in a deck: {cause}"
-    raise TypeError(msg)
+    raise TypeError(f"the wall law {type(wall).__name__} cannot act in a deck: {cause}")
 
 
 def _filled(template: str, **values: float | str) -> str:
@@ -274,21 +273,14 @@ def read_wall_table(path: Path) -> TabulatedWall:
 
 
 def read_law(law: str, numbers: Mapping[str, Any], table: Path) -> Wall:
-    """The wall law of a deck.
-
-    Parameters
-    ----------
-    law : name of its class.
-    numbers : its parameters.
-    table : ``wall.table`` of the deck, which holds the parameters of a :class:`TabulatedWall`.
+    """The wall law of a deck, by the name of its class and its parameters; a :class:`TabulatedWall` by its table.
 
     Raises ValueError or TypeError if no law of this version has this name and these parameters, or OSError if the table
     cannot be read.
     """
     known = {kind.__name__: kind for kind in LAWS}
     if law not in known:
-        msg = f"the wall law {law!r} is not one that this version reads ({', '.join(known)})"
-        raise ValueError(msg)
+        raise ValueError(f"the wall law {law!r} is not one that this version reads ({', '.join(known)})")
     if law == TabulatedWall.__name__:
         return read_wall_table(table)
     return known[law](**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})

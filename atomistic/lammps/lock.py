@@ -26,31 +26,23 @@ def hold(directory: Path) -> Iterator[int]:
     us, and where we are killed they hold it on.  It needs no clearing up: with the last of them it is gone.  Where the
     file system knows no locks the run goes on without.
 
-    Parameters
-    ----------
-    directory : of a deck.
-
-    Raises
-    ------
-    OutputError
-        If another run holds it, and then the message says which process began it; or it cannot be written to.
+    Raises OutputError if another run holds it, and then the message says which process began it; or it cannot be
+    written to.
     """
     path = Path(directory) / LOCK
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
-        msg = f"{directory} cannot be written to: {error}"
-        raise OutputError(msg) from error
+        raise OutputError(f"{directory} cannot be written to: {error}") from error
     try:
         try:
             _lock(descriptor)
         except BlockingIOError:
             holder = os.read(descriptor, 200).decode(errors="replace").strip() or "another process"
-            msg = (
+            raise OutputError(
                 f"{directory}: a run is under way there, begun by {holder}; wait for it, or end it with its children, "
                 f"which may outlive it (`fuser -k {path.name}` there, on that machine)"
-            )
-            raise OutputError(msg) from None
+            ) from None
         except OSError:
             pass  # no locks here
         os.ftruncate(descriptor, 0)

@@ -62,16 +62,9 @@ def largest_timestep(model: Model, wall: Wall) -> float:
 
 
 def thermal_energy(kelvin: float, real: Units | None) -> float:
-    """k_B T of a temperature in kelvin, in E* a0³.
-
-    Raises
-    ------
-    PotentialError
-        If the crystal has no size.
-    """
+    """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no size."""
     if real is None:
-        msg = "this crystal has no size, and so no kelvin: give k_B T in E* a0³"
-        raise PotentialError(msg)
+        raise PotentialError("this crystal has no size, and so no kelvin: give k_B T in E* a0³")
     from scipy.constants import k
 
     return kelvin * k / real.si("energy")
@@ -95,10 +88,7 @@ class Motion(Protocol):
     timestep : at most.
     along : direction of the offsets.
 
-    Raises
-    ------
-    ValueError
-        If a number is not allowed, or there is not one more separation and offset than windows.
+    Raises ValueError if a number is not allowed, or there is not one more separation and offset than windows.
     """
 
     script, included = "motion", "in.motion"
@@ -116,28 +106,24 @@ class Motion(Protocol):
         for name in ("separations", "offsets", "durations"):
             finite_numbers(self, name)
         if not len(self.separations) == len(self.offsets) == len(self.durations) + 1:
-            msg = (
+            raise ValueError(
                 f"{len(self.durations)} windows have one separation and one offset more, got {len(self.separations)} "
                 f"and {len(self.offsets)}"
             )
-            raise ValueError(msg)
         for name in ("temperature", "damping", "timestep"):
             value = getattr(self, name)
             if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "temperature"))):
-                msg = f"the {name} of a motion is a positive finite number, got {value}"
-                raise ValueError(msg)
+                raise ValueError(f"the {name} of a motion is a positive finite number, got {value}")
         if min(self.durations) <= 0 or self.layers < 1 or not 1 <= self.seed <= 1_000_000:
             msg = "a motion has windows of positive duration, at least one warm layer, and a seed of 1 to 1000000"
             raise ValueError(msg)
 
     @property
     def steps(self) -> int:
-        """Number of time windows."""
         return len(self.durations)
 
     @property
     def slides(self) -> bool:
-        """Whether the wall moves sideways."""
         return any(self.offsets)
 
     @property
@@ -147,7 +133,6 @@ class Motion(Protocol):
 
     @property
     def timesteps(self) -> tuple[float, ...]:
-        """Time step in each window."""
         return tuple(time / (BLOCKS * block) for time, block in zip(self.durations, self.block, strict=True))
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:

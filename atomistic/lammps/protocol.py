@@ -36,9 +36,7 @@ class Protocol:
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
         """What of it a slab of so many mobile layers cannot do, or a wall that ``stays`` with the atoms.
 
-        Returns
-        -------
-        name, value, allowed : of an argument; None if it fits.
+        Name and value of the argument, and what is allowed; None if it fits.
         """
         del mobile, stays
         return None
@@ -52,10 +50,7 @@ class Separations(Protocol):
     ----------
     separations : of the wall's zero from the surface at rest, in a0, in the order in which they are visited.
 
-    Raises
-    ------
-    ValueError
-        If there is none, or one is no finite number.
+    Raises ValueError if there is none, or one is no finite number.
     """
 
     script = "separations"
@@ -75,10 +70,7 @@ class MeanPressures(Protocol):
     separations : where each is looked for first, in a0.
     stiffness : of the slab as a whole, mean pressure per displacement of its surface, in E*/a0: the first move.
 
-    Raises
-    ------
-    ValueError
-        If a number is not allowed, or there is not one separation for each pressure.
+    Raises ValueError if a number is not allowed, or there is not one separation for each pressure.
     """
 
     script = "pressures"
@@ -93,11 +85,9 @@ class MeanPressures(Protocol):
             msg = f"{len(self.pressures)} pressures cannot be looked for from {len(self.separations)} separations"
             raise ValueError(msg)
         if 0 in self.pressures:
-            msg = "a mean pressure is met to a fraction of itself: it cannot be zero"
-            raise ValueError(msg)
+            raise ValueError("a mean pressure is met to a fraction of itself: it cannot be zero")
         if not (np.isfinite(self.stiffness) and self.stiffness > 0):
-            msg = f"the stiffness of a slab is a positive finite number, got {self.stiffness}"
-            raise ValueError(msg)
+            raise ValueError(f"the stiffness of a slab is a positive finite number, got {self.stiffness}")
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         del model, mobile
@@ -113,6 +103,5 @@ def finite_numbers(protocol: Protocol, name: str) -> None:
     """Require finite numbers of this name, at least one, and make them a tuple."""
     values = tuple(float(value) for value in getattr(protocol, name))
     if not values or not np.isfinite(values).all():
-        msg = f"{name} of a protocol are finite numbers, at least one; got {values}"
-        raise ValueError(msg)
+        raise ValueError(f"{name} of a protocol are finite numbers, at least one; got {values}")
     object.__setattr__(protocol, name, values)

@@ -115,7 +115,6 @@ class DeckResult:
 
     @property
     def status(self) -> DeckStatus:
-        """Whether this is an equilibrium."""
         if not self.averages and not self.largest_force <= self.tolerance:
             return DeckStatus.FORCES_LEFT
         if self.smallest_gap < self.core:
@@ -129,33 +128,21 @@ class DeckResult:
         return DeckStatus.CONVERGED
 
     def require(self) -> DeckResult:
-        """The result itself, if it is an equilibrium.
-
-        Raises
-        ------
-        NotConvergedError
-            Otherwise.
-        """
+        """The result itself, if it is an equilibrium; raises NotConvergedError otherwise."""
         if not self.status.ok:
-            msg = (
+            raise NotConvergedError(
                 f"{self.status.value} (largest force {self.largest_force:.2e} E* a0², tolerance "
                 f"{self.tolerance:.2e}, smallest gap {self.smallest_gap:.4f} a0, neighbours displaced "
                 f"by up to {self.distortion:.3f} a0, {self.evaluations} evaluations)"
             )
-            raise NotConvergedError(msg)
         return self
 
 
 def distortion(slab: Slab, displacements: Real) -> float:
-    """Largest displacement of an atom relative to a nearest neighbour, in a0.
+    """Largest displacement of an atom relative to a nearest neighbour, of displacements (layers, nx, ny, 3), in a0.
 
     It bounds the strain of the springs, and tells a crystal from one that is turned inside out: springs
     have no memory of direction, and a layer pushed through the next is at rest again.
-
-    Parameters
-    ----------
-    slab : the atoms.
-    displacements : shape (layers, nx, ny, 3), in a0.
     """
     largest = 0.0
     for layer in range(slab.mobile):
@@ -195,18 +182,11 @@ class DeckDescription:
 
 
 def read_description(directory: Path) -> DeckDescription:
-    """What the deck of a directory is.
-
-    Raises
-    ------
-    DeckError
-        If there is none, or it is damaged.
-    """
+    """What the deck of a directory is; raises DeckError if there is none, or it is damaged."""
     directory = Path(directory)
     if not directory.is_dir():
         what = "is a file, not the directory of a deck" if directory.exists() else "is not there"
-        msg = f"{directory} {what}"
-        raise DeckError(msg)
+        raise DeckError(f"{directory} {what}")
     path = directory / "deck.json"
     if not (path.is_file() and (directory / "in.contact").is_file()):
         msg = f"{directory} holds no deck: there is no in.contact with its deck.json in it; `atomistic deck` writes one"
@@ -214,13 +194,11 @@ def read_description(directory: Path) -> DeckDescription:
     try:
         numbers = json.loads(path.read_text(encoding="utf-8"))
         if numbers.pop("format") != FORMAT:
-            msg = f"it is no {FORMAT}"
-            raise ValueError(msg)
+            raise ValueError(f"it is no {FORMAT}")
         real, notes = numbers.pop("real_units"), tuple(numbers.pop("notes"))
         return DeckDescription(notes=notes, real_units=None if real is None else Units(**real), **numbers)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        msg = f"{path} is damaged, or of another version ({error}): write the deck anew"
-        raise DeckError(msg) from error
+        raise DeckError(f"{path} is damaged, or of another version ({error}): write the deck anew") from error
 
 
 def finished_steps(directory: Path) -> tuple[int, ...]:
@@ -230,31 +208,21 @@ def finished_steps(directory: Path) -> tuple[int, ...]:
 
 
 def read_result(directory: Path, step: int | None = None) -> DeckResult:
-    """What a run of a deck has left in its directory, however it was run.
+    """What a run of a deck has left in its directory of a step, from 1, or of the last that is finished.
 
-    Parameters
-    ----------
-    directory : of the deck.
-    step : of the protocol, from 1; the last that is finished if None.
-
-    Raises
-    ------
-    DeckError
-        If there is no complete result, or it holds numbers that are not finite.
+    Raises DeckError if there is no complete result, or it holds numbers that are not finite.
     """
     directory = Path(directory)
     read_description(directory)
     if step is None:
         finished = finished_steps(directory)
         if not finished and not any(directory.glob("log*lammps")):
-            msg = f"{directory} holds a deck that has not been run: `lmp -in in.contact` there runs it first"
-            raise DeckError(msg)
+            raise DeckError(f"{directory} holds a deck that has not been run: `lmp -in in.contact` there runs it first")
         if not finished:
-            msg = (
+            raise DeckError(
                 f"{directory} holds no complete result of a run: it was stopped, or is under way; "
                 f"`lmp -in in.contact` there runs it{tail(directory)}"
             )
-            raise DeckError(msg)
         step = finished[-1]
     mark = f".{step}" if step else ""
     try:
@@ -276,8 +244,7 @@ _FORCES = {"load": "force", "target_load": "target_force"}
 def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
-        msg = "it holds numbers that are not finite: check separation and start"
-        raise ValueError(msg)
+        raise ValueError("it holds numbers that are not finite: check separation and start")
     minimisers = re.findall(r"Iterations, force evaluations = \d+ (\d+)", log)
     averages = {
         name.removeprefix("mean_"): (value, numbers[name.replace("mean_", "error_", 1)])
@@ -305,14 +272,14 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
     )
 
 
-def tail(directory: Path, lines: int = 12) -> str:
+def tail(directory: Path) -> str:
     """Last lines of the log that was written last."""
     try:
         logs = sorted(Path(directory).glob("log*lammps"), key=lambda path: path.stat().st_mtime)
         log = logs[-1].read_text(encoding="utf-8", errors="replace")
     except (OSError, IndexError):
         return ""
-    return f"\nLast lines of {logs[-1].name}:\n" + "\n".join(log.splitlines()[-lines:])
+    return f"\nLast lines of {logs[-1].name}:\n" + "\n".join(log.splitlines()[-12:])
 
 
 _Rows = dict[str, Real]
@@ -324,12 +291,10 @@ def _read_dump(path: Path, atoms: int) -> _Rows:
     with path.open(encoding="utf-8") as file:
         header = [next(file, "") for _ in range(9)]
         if not file.read(1):
-            msg = f"{path} ends before its atoms"
-            raise ValueError(msg)
+            raise ValueError(f"{path} ends before its atoms")
     names = header[8].split()[2:]
     wanted = [i for i, name in enumerate(names) if name != "element"]
     rows = np.loadtxt(path, skiprows=9, ndmin=2, usecols=wanted)
     if len(rows) != atoms or not np.array_equal(rows[:, 0], np.arange(1, atoms + 1)):
-        msg = f"{path} does not hold the atoms 1 to {atoms} in order"
-        raise ValueError(msg)
+        raise ValueError(f"{path} does not hold the atoms 1 to {atoms} in order")
     return {names[i]: rows[:, k].copy() for k, i in enumerate(wanted)}

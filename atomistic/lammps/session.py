@@ -7,29 +7,54 @@ import ctypes
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.lammps.directory import read_slab
-from atomistic.lammps.engine import guard
-from atomistic.lammps.opened import LammpsHandle
+from atomistic.lammps.engine import guard, open_library
 from continuum.model.fourier import Real
 
 
-class Session(LammpsHandle):
-    """LAMMPS open in this process on the atoms of a deck, without its wall.
+class LammpsHandle:
+    """LAMMPS open in this process, its commands run in a directory; close it, or use it with ``with``.
 
-    Parameters
-    ----------
-    directory : of a deck.
-
-    Raises
-    ------
-    LammpsError
-        If LAMMPS cannot be loaded or reports an error.
+    Whatever goes wrong in LAMMPS is a LammpsError.
     """
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory.absolute()
+        self._lammps = open_library()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._lammps.close()
+
+    def command(self, *lines: str) -> None:
+        """Run commands in LAMMPS' language."""
+        with contextlib.chdir(self.directory):
+            for line in lines:
+                guard(partial(self._lammps.command, line), self.directory)
+
+    def _forces_at(self, positions: Real) -> tuple[float, Real]:
+        """Energy and forces of the atoms at positions of shape (..., 3), in the units of LAMMPS."""
+        at = np.ascontiguousarray(positions, dtype=np.float64)
+        self._lammps.scatter_atoms("x", 1, 3, at.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
+        self.command("run 0 post no")
+        return float(self._lammps.get_thermo("pe")), self._gathered("f").reshape(at.shape)
+
+    def _gathered(self, name: str) -> Real:
+        return np.array(self._lammps.gather_atoms(name, 1, 3), dtype=np.float64)
+
+
+class Session(LammpsHandle):
+    """LAMMPS open in this process on the atoms of the deck of a directory, without its wall."""
 
     def __init__(self, directory: Path) -> None:
         self.slab = read_slab(Path(directory) / "slab.data")
@@ -50,7 +75,6 @@ class Session(LammpsHandle):
         self._raise_failure()
 
     def command(self, *lines: str) -> None:
-        """Run commands in LAMMPS' language."""
         for line in lines:
             super().command(line)
             self._raise_failure()
@@ -88,24 +112,18 @@ class Session(LammpsHandle):
         self._lammps.set_fix_external_callback("applied", callback, None)
 
     def evaluate(self, displacements: Real) -> tuple[float, Real]:
-        """Energy, in E* a0³, and forces, shape (layers, nx, ny, 3), in E* a0², of displaced atoms.
+        """Energy, in E* a0³, and forces, in E* a0², of atoms displaced from where the slab is at rest, in a0.
 
-        Parameters
-        ----------
-        displacements : from where the slab is at rest, shape (layers, nx, ny, 3), in a0.
+        Displacements and forces have the shape (layers, nx, ny, 3).
         """
-        at = np.ascontiguousarray((self._rest + displacements) * self.length, dtype=np.float64)
-        pointer = at.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-        self._lammps.scatter_atoms("x", 1, 3, pointer)
-        self.command("run 0 post no")
-        energy = float(self._lammps.get_thermo("pe"))
+        energy, forces = self._forces_at((self._rest + displacements) * self.length)
         if self._lammps.extract_setting("thermo_norm"):
             energy *= self.slab.size
-        return energy / self.energy, self._gather("f") / (self.energy / self.length)
+        return energy / self.energy, forces / (self.energy / self.length)
 
     def displacements(self) -> Real:
         """Displacements of the atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
-        moved = self._gather("x") / self.length - self._rest
+        moved = self._positions() - self._rest
         # Atoms that crossed the border of the box have come back on the other side.
         period = np.array(self.slab.shape, dtype=np.float64)
         moved[..., :2] -= period * np.rint(moved[..., :2] / period)
@@ -115,13 +133,12 @@ class Session(LammpsHandle):
         """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""
         start = [np.array(self._lammps.gather(f"d_u{axis}", 1, 1), dtype=np.float64) for axis in "xyz"]
         # As they are in slab.data but for rounding, and for atoms that crossed the border of the box.
-        rest = self._gather("x") / self.length - np.stack(start, axis=-1).reshape(*self.slab.ids.shape, 3)
+        rest = self._positions() - np.stack(start, axis=-1).reshape(*self.slab.ids.shape, 3)
         rest[..., :2] = self.slab.positions[..., :2]
         return rest
 
-    def _gather(self, name: str) -> Real:
-        values = self._lammps.gather_atoms(name, 1, 3)
-        return np.array(values, dtype=np.float64).reshape(*self.slab.ids.shape, 3)
+    def _positions(self) -> Real:
+        return self._gathered("x").reshape(*self.slab.ids.shape, 3) / self.length
 
     def _raise_failure(self) -> None:
         failure, self._failure = self._failure, None

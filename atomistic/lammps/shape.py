@@ -10,12 +10,13 @@ other array is interpolated in this process and handed to LAMMPS in each evaluat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, singledispatch
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import NdBSpline, make_interp_spline
 
 from atomistic.lammps.language import atom_variable, formatted
@@ -220,12 +221,7 @@ class HeightSpline:
 
 
 def shape_of(heights: Real) -> Waves | HeightSpline:
-    """The wall between the sites of an array: the sum of its waves if they are few, a spline if not.
-
-    Parameters
-    ----------
-    heights : at the lattice sites, shape (nx, ny), in a0.
-    """
+    """The wall of heights at the lattice sites, shape (nx, ny), in a0: the sum of its waves if few, else a spline."""
     nx, ny = heights.shape
     grid = Grid((nx, ny), (float(nx), float(ny)))
     waves_q = grid.forward(heights)
@@ -240,41 +236,24 @@ def shape_of(heights: Real) -> Waves | HeightSpline:
     return Waves(grid.lengths, float(heights.mean()), waves)
 
 
-@singledispatch
+_Period = tuple[float, float]
+_FORMULAS: dict[type[SurfaceTable], Callable[[Any, _Period], Shape]] = {
+    SphereSurface: lambda surface, period: Round(period, surface.radius),
+    CylinderSurface: lambda surface, period: Round(
+        period, surface.radius, across=(surface.along == "y", surface.along == "x")
+    ),
+    PunchSurface: lambda surface, period: Round(period, surface.edge_radius, surface.flat_radius),
+    SineSurface: lambda surface, period: Waves(period, surface.amplitude, ((-surface.amplitude, *surface.waves, 0.0),)),
+}
+"""Kinds of surfaces that have a formula, as functions of the position over a period."""
+
+
 def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
-    """The wall of an input as a function of the position: the formula of its surface, or what its heights make of it.
-
-    Parameters
-    ----------
-    surface : table of the input; a kind of surface that has a formula is registered below.
-    heights : of the surface at the sites, shape (nx, ny), in a0.
-    """
-    del surface
-    return shape_of(heights)
-
-
-def _period(heights: Real) -> tuple[float, float]:
-    return float(heights.shape[0]), float(heights.shape[1])
-
-
-@shape_of_surface.register
-def _(surface: SphereSurface, heights: Real) -> Shape:
-    return Round(_period(heights), surface.radius)
-
-
-@shape_of_surface.register
-def _(surface: CylinderSurface, heights: Real) -> Shape:
-    return Round(_period(heights), surface.radius, across=(surface.along == "y", surface.along == "x"))
-
-
-@shape_of_surface.register
-def _(surface: PunchSurface, heights: Real) -> Shape:
-    return Round(_period(heights), surface.edge_radius, surface.flat_radius)
-
-
-@shape_of_surface.register
-def _(surface: SineSurface, heights: Real) -> Shape:
-    return Waves(_period(heights), surface.amplitude, ((-surface.amplitude, *surface.waves, 0.0),))
+    """The wall of an input as a function of the position: the formula of its surface, or that of :func:`shape_of`."""
+    formula = _FORMULAS.get(type(surface))
+    if formula is None:
+        return shape_of(heights)
+    return formula(surface, (float(heights.shape[0]), float(heights.shape[1])))
 
 
 def shape_notes(shape: Shape | None) -> tuple[str, ...]:
@@ -296,25 +275,45 @@ def check_shape(name: str, value: Any) -> Shape:
 
 
 def misfit(shape: Shape, heights: Real) -> float:
-    """Largest difference of a shape from heights at the lattice sites, in a0; 0 if it is no more than rounding.
-
-    Parameters
-    ----------
-    shape : the wall as a function of the position.
-    heights : above each surface atom, one a0 apart, shape (nx, ny), in a0.
-    """
+    """Largest difference of a shape from heights at the lattice sites, shape (nx, ny), both in a0; 0 for rounding."""
     x, y = np.meshgrid(*(np.arange(n, dtype=np.float64) for n in heights.shape), indexing="ij")
     apart = float(np.abs(shape.evaluate(x, y).height - heights).max())
     return 0.0 if apart <= 1e-9 * (1 + float(np.ptp(heights))) else apart
 
 
-def force_lines(shape: Shape | None) -> dict[str, str]:
-    """What a script says of where the wall is and how it acts, by the placeholders of the templates.
+def follow_atoms(lammps: Any, shape: tuple[int, int]) -> Callable[[], None]:
+    """Let the wall of ``slab.data`` follow (nx, ny) surface atoms in a LAMMPS that has read ``in.wall``.
 
-    Parameters
-    ----------
-    shape : the wall as a function of the position; None if it is one of the lattice site.
+    Its heights, those at the sites, are interpolated; before the force of the wall is evaluated, the height and the
+    slopes above each atom are written into ``d_height``, ``d_slope_x`` and ``d_slope_y``.  What is returned raises
+    what has gone wrong on the way, which LAMMPS would lose.
     """
+    count = shape[0] * shape[1]
+    wall = HeightSpline(np.array(lammps.gather("d_height", 1, 1), dtype=np.float64)[:count].reshape(shape))
+    length = float(lammps.extract_variable("length_unit"))
+    failures: list[BaseException] = []
+
+    def heights(_: Any, step: int, local: int, tag: NDArray[np.int64], x: Real, f: Real) -> None:
+        try:
+            f[...] = 0.0
+            mine = np.flatnonzero(tag <= count)
+            offset = [float(lammps.extract_variable(f"offset_{name}")) for name in "xy"]
+            found = wall.evaluate(x[mine, 0] / length - offset[0], x[mine, 1] / length - offset[1])
+            for name, values in zip(("d_height", "d_slope_x", "d_slope_y"), found, strict=True):
+                lammps.numpy.extract_atom(name)[mine] = values
+        except BaseException as error:
+            failures.append(error)
+
+    def check() -> None:
+        if failures:
+            raise failures[0]
+
+    lammps.set_fix_external_callback("follow", heights, None)
+    return check
+
+
+def force_lines(shape: Shape | None) -> dict[str, str]:
+    """What a script says of where a wall is and how it acts, by placeholders; None is a wall of the lattice site."""
     if shape is None:
         return _SITE
     lines = shape.lines()

@@ -10,7 +10,7 @@ import scipy.constants
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from atomistic.lammps.mesh import wall_mesh
+from atomistic.lammps.directory import wall_mesh
 from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file

@@ -24,10 +24,8 @@ def read_numbers(path: Path, dataset: str | None = None, shape: tuple[int, int] 
     dataset : name of the dataset in an HDF5 file.
     shape : refused if it has another; of binary files looked at before anything is loaded.
 
-    Raises
-    ------
-    ValueError, OSError
-        If the file is missing, damaged, of another kind, or does not hold real numbers of that shape.
+    Raises ValueError or OSError if the file is missing, damaged, of another kind, or does not hold real numbers of that
+    shape.
     """
     suffix = path.suffix.lower()
     if suffix in HDF5_SUFFIXES:
@@ -37,26 +35,20 @@ def read_numbers(path: Path, dataset: str | None = None, shape: tuple[int, int] 
         try:
             values: NDArray[Any] = np.lib.format.open_memmap(path, mode="r")
         except (ValueError, EOFError) as error:
-            msg = f"{path} is not a plain .npy file, or is truncated ({error})"
-            raise ValueError(msg) from error
+            raise ValueError(f"{path} is not a plain .npy file, or is truncated ({error})") from error
     else:
         values = read_text(path)
     if shape is not None and values.shape != shape:
-        msg = f"{path} holds an array of shape {values.shape}, the grid has {shape}"
-        raise ValueError(msg)
+        raise ValueError(f"{path} holds an array of shape {values.shape}, the grid has {shape}")
     if values.dtype.kind not in "iuf":
-        msg = f"{path} holds {values.dtype}, not real numbers"
-        raise ValueError(msg)
+        raise ValueError(f"{path} holds {values.dtype}, not real numbers")
     return np.array(values, dtype=np.float64)
 
 
 def read_text(path: Path) -> Real:
     """A table of numbers: columns apart by spaces, in ``.csv`` by commas; ``#`` begins a comment.
 
-    Raises
-    ------
-    ValueError, OSError
-        If it is none, or there is no such file.
+    Raises ValueError or OSError if it is none, or there is no such file.
     """
     delimiter = "," if path.suffix.lower() == ".csv" else None
     try:
@@ -65,6 +57,5 @@ def read_text(path: Path) -> Real:
             values: Real = np.loadtxt(path, dtype=np.float64, delimiter=delimiter, ndmin=2, encoding="utf-8-sig")
     except ValueError as error:
         why = str(error).partition("; use `usecols`")[0]  # of a function that the reader did not call
-        msg = f"{path} is not a table of numbers with a point as decimal mark ({why})"
-        raise ValueError(msg) from error
+        raise ValueError(f"{path} is not a table of numbers with a point as decimal mark ({why})") from error
     return values

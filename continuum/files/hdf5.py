@@ -1,7 +1,8 @@
 """HDF5 files as safe to write as any other file, and safe to read whoever wrote them.
 
 What could lead a reader to other files (soft and external links, external storage, virtual datasets) is refused where
-it is asked for; what else is in a file does not matter.
+it is asked for; what else is in a file does not matter.  That, and whatever is missing, damaged or of another kind,
+raises StoreError; what cannot be written OutputError, and an older file of that name stays as it was.
 """
 
 from __future__ import annotations
@@ -29,13 +30,7 @@ class StoreError(InputError, OSError):
 
 @contextmanager
 def created(path: str | Path) -> Iterator[h5py.File]:
-    """A file to be filled, which takes its name when it is complete and on the disk, and leaves no trace otherwise.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written; an older file of that name stays as it was.
-    """
+    """A file to be filled, which takes its name when it is complete and on the disk, and leaves no trace otherwise."""
     with whole(path) as raw:
         disk = _Disk(raw)
         try:
@@ -89,61 +84,49 @@ class _Disk:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[h5py.File]:
+def opened(path: str | Path) -> Iterator[h5py.File]:
     """A file open for reading; one kind of error for all that h5py raises on damaged files."""
-    if not path.is_file():
-        msg = f"{path}: there is no such file"
-        raise StoreError(msg)
+    if not Path(path).is_file():
+        raise StoreError(f"{path}: there is no such file")
     try:
         # Files are replaced, never changed, so locks protect nothing and read-only folders need none.
         file = h5py.File(path, "r", locking=False)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
-        msg = f"{path}: not an HDF5 file, or damaged or truncated ({error})"
-        raise StoreError(msg) from error
+        raise StoreError(f"{path}: not an HDF5 file, or damaged or truncated ({error})") from error
     with file:
         try:
             yield file
         except StoreError:
             raise
         except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError, MemoryError) as error:
-            msg = f"{path}: cannot be read, probably damaged ({error})"
-            raise StoreError(msg) from error
+            raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
 
 
-def datasets_in(path: Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
+def datasets_in(path: str | Path, group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
     """Every dataset of a file; external, virtual and undecodable ones are refused."""
     for name in group:
         item = _item(path, group, name, prefix + name)
         if isinstance(item, h5py.Group):
             if prefix.count("/") > _DEEPEST:
-                msg = f"{path}: groups are nested too deep at {prefix + name}"
-                raise StoreError(msg)
+                raise StoreError(f"{path}: groups are nested too deep at {prefix + name}")
             yield from datasets_in(path, item, f"{prefix}{name}/")
         elif isinstance(item, h5py.Dataset):
             yield prefix + name, item
 
 
-def _item(path: Path, group: h5py.Group, name: str, full: str) -> Any:
+def _item(path: str | Path, group: h5py.Group, name: str, full: str) -> Any:
     """What a name of a group stands for; refused if that lies elsewhere."""
     link = group.get(name, getlink=True)
     if not isinstance(link, h5py.HardLink):
-        msg = f"{path}: {full} is a link to elsewhere ({type(link).__name__}), which is refused"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: {full} is a link to elsewhere ({type(link).__name__}), which is refused")
     item = group[name]
     if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
-        msg = f"{path}: the data of {full} lie in other files, which is refused"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: the data of {full} lie in other files, which is refused")
     return item
 
 
-def member(path: Path, file: h5py.File, name: str) -> Any:
-    """What a name like ``entry/data/height`` stands for; None if nothing.
-
-    Raises
-    ------
-    StoreError
-        If it lies in another file.
-    """
+def member(path: str | Path, file: h5py.File, name: str) -> Any:
+    """What a name like ``entry/data/height`` stands for; None if nothing."""
     item, passed = file, ""
     for part in filter(None, name.split("/")):
         passed += f"/{part}"
@@ -151,42 +134,22 @@ def member(path: Path, file: h5py.File, name: str) -> Any:
     return item
 
 
-def _names(group: h5py.Group, prefix: str = "") -> Iterator[str]:
-    """Names of the datasets that are stored in a file, whatever else there is."""
-    for name in group:
-        if isinstance(group.get(name, getlink=True), h5py.HardLink):
-            kind = group.get(name, getclass=True)
-            if kind is h5py.Dataset:
-                yield prefix + name
-            elif kind is h5py.Group and prefix.count("/") <= _DEEPEST:
-                yield from _names(group[name], f"{prefix}{name}/")
-
-
 def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
-    """A dataset of real numbers from a user's own HDF5 file, whatever else is in it.
+    """A dataset of real numbers, as ``entry/data/height``, from a user's own HDF5 file, whatever else is in it.
 
-    Parameters
-    ----------
-    path, dataset : where; a dataset in a group has a name like ``entry/data/height``.
-    shape : refused if it has another; looked at before anything is loaded.
-
-    Raises
-    ------
-    StoreError
-        If it is not there, damaged, no array of real numbers, of another shape, or stored elsewhere.
+    Another shape than is given is refused before anything is loaded.
     """
-    path = Path(path)
     with opened(path) as file:
         item = member(path, file, dataset)
         if not isinstance(item, h5py.Dataset):
-            names = ", ".join(islice(_names(file), 10)) or "none"
-            msg = f"{path}: there is no dataset {dataset!r}; datasets: {names}"
-            raise StoreError(msg)
+            stored = list[str]()
+            file.visit(stored.append)
+            datasets = (name for name in stored if file.get(name, getclass=True) is h5py.Dataset)
+            names = ", ".join(islice(datasets, 10)) or "none"
+            raise StoreError(f"{path}: there is no dataset {dataset!r}; datasets: {names}")
         if item.dtype.kind not in "iuf":
-            msg = f"{path}: dataset {dataset!r} holds {item.dtype}, not real numbers"
-            raise StoreError(msg)
+            raise StoreError(f"{path}: dataset {dataset!r} holds {item.dtype}, not real numbers")
         if shape is not None and item.shape != shape:
-            msg = f"{path}: dataset {dataset!r} has shape {item.shape}, expected {shape}"
-            raise StoreError(msg)
+            raise StoreError(f"{path}: dataset {dataset!r} has shape {item.shape}, expected {shape}")
         values: NDArray[np.float64] = item[()].astype(np.float64)
         return values

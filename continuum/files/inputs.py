@@ -6,15 +6,18 @@ checks that it left out, since a key was faulty, are made as far as the sound ke
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from continuum.arguments import ArgumentError
 from continuum.files.tables import Document, frozen
 from continuum.files.toml import ConfigError, Source, find, nearest
 from continuum.tables import STRICT, Fault, Key, Table, TableFamily, table_in, tables_in
@@ -37,11 +40,30 @@ def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] |
     return parsed(source.changed(settings) if settings else source, model)
 
 
-def parsed(source: Source, model: type[_Document]) -> _Document:
-    """What the text of an input file amounts to.
+def settings_of(given: Any) -> dict[str, Any]:
+    """Dotted keys and their values as a file has them: NumPy's numbers and arrays become plain numbers and lists.
 
-    Raises ConfigError with all faults of the file.
+    Raises ArgumentError if it is no mapping of names to values.
     """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
+        raise ArgumentError("settings", given, 'a mapping of keys to values, such as {"surface.seed": 3}')
+    return {key: _plain(value) for key, value in given.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    return list(map(_plain, value)) if isinstance(value, list | tuple | range) else value
+
+
+def parsed(source: Source, model: type[_Document]) -> _Document:
+    """What the text of an input file amounts to; raises ConfigError with all faults of the file."""
     data = frozen(source.data)
     context = {"folder": source.path.parent}
     try:

@@ -26,8 +26,7 @@ class TableWall(WallTable):
         """The law; raises ValueError or OSError if the file is no table of a wall."""
         columns = read_text(self.path)
         if columns.shape[1] != 2:
-            msg = f"{self.path} has {columns.shape[1]} columns, a wall has 2: gap and traction"
-            raise ValueError(msg)
+            raise ValueError(f"{self.path} has {columns.shape[1]} columns, a wall has 2: gap and traction")
         return TabulatedWall(columns[:, 0], columns[:, 1])
 
     def restored(self, stored: Mapping[str, Any]) -> Wall:
@@ -56,6 +55,5 @@ class FileSurface(SurfaceTable):
         heights = read_numbers(self.path, self.dataset, grid.shape)
         missing = np.count_nonzero(~np.isfinite(heights))
         if missing:
-            msg = f"{missing} of the {heights.size} heights in {self.path} are not finite numbers"
-            raise ValueError(msg)
+            raise ValueError(f"{missing} of the {heights.size} heights in {self.path} are not finite numbers")
         return heights

@@ -1,4 +1,7 @@
-"""Write results: whole or not at all, never over an input, and never two writers at once."""
+"""Write results: whole or not at all, never over an input, and never two writers at once.
+
+Where that cannot be done, each function raises OutputError, and what was there stays as it was.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +23,7 @@ class LockedError(OutputError):
 
 
 def folder(path: str | Path) -> Path:
-    """A folder that can be written to, made if it is not there; returns it.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made, is something else, or may not be written to.
-    """
+    """A folder that can be written to, made if it is not there; returns it."""
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -34,27 +31,19 @@ def folder(path: str | Path) -> Path:
         msg = f"{path}: no folder for results can be made there ({reason(error)}); choose another with --output"
         raise OutputError(msg) from error
     if not os.access(path, os.W_OK | os.X_OK):
-        msg = f"{path}: this folder may not be written to; choose another with --output"
-        raise OutputError(msg)
+        raise OutputError(f"{path}: this folder may not be written to; choose another with --output")
     return path
 
 
 @contextmanager
 def whole(path: str | Path) -> Iterator[BinaryIO]:
-    """A file to write to, which takes its name when it is complete and on the disk, and leaves no trace otherwise.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written; an older file of that name stays as it was.
-    """
+    """A file to write to, which takes its name when it is complete and on the disk, and leaves no trace otherwise."""
     path = Path(path)
     # Same folder, so that the replacement is a rename; host and process, so that two writers never share it.
     temporary = path.with_name(f"{_stem(path)}{socket.gethostname()}.{os.getpid()}.tmp")
     try:
         if path.exists() and not path.is_file():
-            msg = f"{path}: is no plain file, and is left alone; choose another name or folder"
-            raise OutputError(msg)
+            raise OutputError(f"{path}: is no plain file, and is left alone; choose another name or folder")
         try:
             with temporary.open("w+b") as file:
                 yield file
@@ -65,18 +54,11 @@ def whole(path: str | Path) -> Iterator[BinaryIO]:
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        msg = f"{path}: cannot be written: {reason(error)}"
-        raise OutputError(msg) from error
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
 
 
 def save(path: str | Path, content: bytes | str) -> Path:
-    """Write a small file, whole or not at all; returns its path.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written; an older file of that name stays as it was.
-    """
+    """Write a small file, whole or not at all; returns its path."""
     path = Path(path)
     with whole(path) as file:
         file.write(content.encode() if isinstance(content, str) else content)
@@ -84,21 +66,14 @@ def save(path: str | Path, content: bytes | str) -> Path:
 
 
 def distinct(path: Path, inputs: Iterable[Path]) -> None:
-    """Refuse to write over an input, whatever it is called: files are compared by device and inode.
-
-    Raises
-    ------
-    OutputError
-        If the path leads to one of the inputs.
-    """
+    """Refuse to write over an input, whatever it is called: files are compared by device and inode."""
     for used in inputs:
         try:
             same = path.samefile(used)
         except OSError:
             same = False
         if same:
-            msg = f"{path}: is an input ({used}), and is left alone; choose another folder with --output"
-            raise OutputError(msg)
+            raise OutputError(f"{path}: is an input ({used}), and is left alone; choose another folder with --output")
 
 
 def is_locked(mark: Path) -> bool:
@@ -110,20 +85,13 @@ def is_locked(mark: Path) -> bool:
 
 
 def placed(path: str | Path, final: str | Path) -> Path:
-    """Give a whole file its final name, in another folder of the same disk; returns that.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be moved there.
-    """
+    """Give a whole file its final name, in another folder of the same disk; returns that."""
     final = Path(final)
     try:
         Path(path).replace(final)
         _sync(final.parent)
     except OSError as error:
-        msg = f"{final}: cannot be written: {reason(error)}"
-        raise OutputError(msg) from error
+        raise OutputError(f"{final}: cannot be written: {reason(error)}") from error
     return final
 
 
@@ -132,18 +100,12 @@ def reserved(path: str | Path) -> Iterator[None]:
     """Hold a file that is about to be written, possibly many times: no other process writes it meanwhile.
 
     Its folder is made, and what killed writers left there of it is removed.
-
-    Raises
-    ------
-    OutputError
-        If it is no plain file, or its folder cannot be written to, or another process holds it.
     """
     path = Path(path)
     folder(path.parent)
     try:
         if path.exists() and not path.is_file():
-            msg = f"{path}: is no plain file, and is left alone; choose another folder with --output"
-            raise OutputError(msg)
+            raise OutputError(f"{path}: is no plain file, and is left alone; choose another folder with --output")
         mark = path.with_name(f".{path.name}.lock")
         lock = FileLock(mark, timeout=0)
         lock.acquire()
@@ -151,8 +113,7 @@ def reserved(path: str | Path) -> Iterator[None]:
         msg = f"{path}: is being written by {holder(mark)}; wait for it, or choose another folder with --output"
         raise LockedError(msg) from None
     except OSError as error:
-        msg = f"{path}: cannot be written: {reason(error)}"
-        raise OutputError(msg) from error
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
     try:
         mark.write_text(f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}")
         remove_stale(path)

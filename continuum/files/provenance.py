@@ -17,20 +17,20 @@ from continuum import __version__
 
 def versions() -> str:
     """What the numbers depend on, a line each: program, Python, NumPy, LAMMPS, and the libraries of the back ends."""
-    cuda = _version("numba-cuda")
+    cuda = version_of("numba-cuda")
     lines = {
         "stickiness": __version__,
         "Python": platform.python_version(),
-        "NumPy": _version("numpy"),
-        "LAMMPS": _version("lammps") or "not installed",
-        "back end cpu:": f"ducc0 {_version('ducc0')}, numba {_version('numba')}",
-        "back end cuda:": f"numba-cuda {cuda}, nvmath-python {_version('nvmath-python')}" if cuda else
+        "NumPy": version_of("numpy"),
+        "LAMMPS": version_of("lammps") or "not installed",
+        "back end cpu:": f"ducc0 {version_of('ducc0')}, numba {version_of('numba')}",
+        "back end cuda:": f"numba-cuda {cuda}, nvmath-python {version_of('nvmath-python')}" if cuda else
         "not installed; pip install 'stickiness[gpu]'",
     }  # fmt: skip
     return "\n".join(f"{name} {version}" for name, version in lines.items())
 
 
-def _version(package: str) -> str:
+def version_of(package: str) -> str:
     """Version of an installed package; empty if it is not installed."""
     try:
         return importlib.metadata.version(package)
@@ -44,11 +44,10 @@ def provenance(packages: tuple[str, ...] = ("numpy", "scipy", "ducc0", "h5py")) 
 
     Looked up once: a process runs what it has read when it began.
     """
-    versions = {f"provenance/{name}": importlib.metadata.version(name) for name in packages}
     return {
         "provenance/stickiness": __version__,
         "provenance/python": platform.python_version(),
-        **versions,
+        **{f"provenance/{name}": importlib.metadata.version(name) for name in packages},
         **_commit(Path(__file__).resolve().parents[2]),
     }
 

@@ -63,18 +63,14 @@ def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
 
 def _entry(name: str, field: FieldInfo) -> Entry:
     default = "" if field.is_required() else _toml(field.get_default(call_default_factory=True))
-    return Entry(name, _type(field), default, " ".join((field.description or "").split()))
-
-
-def _type(field: FieldInfo) -> str:
-    """Type and bounds in words."""
     bounds = [
         f"{_BOUNDS[name]} {getattr(limit, name):g}"
         for limit in _limits(field)
         for name in _BOUNDS
         if getattr(limit, name, None) is not None
     ]
-    return ", ".join([_words(field.annotation), *bounds])
+    kind = ", ".join([_words(field.annotation), *bounds])
+    return Entry(name, kind, default, " ".join((field.description or "").split()))
 
 
 def _limits(field: FieldInfo) -> Iterator[Any]:

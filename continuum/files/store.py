@@ -5,7 +5,7 @@ everything outside it is reproducible bit for bit.  A dataset that is named as a
 coordinates.  xarray opens a file with the same names: ``xarray.open_dataset(path, engine="h5netcdf")``.
 
 Damage is noticed: datasets carry a Fletcher-32 sum, and the file format is one whose headers carry sums of
-their own, which is also why text has a fixed length.
+their own, which is also why text has a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
 """
 
 from __future__ import annotations
@@ -48,11 +48,9 @@ class Dataset:
     def __post_init__(self) -> None:
         values = np.asarray(self.values)
         if values.dtype.kind not in "biufUT":
-            msg = f"a dataset holds numbers, booleans or text, not {values.dtype}"
-            raise TypeError(msg)
+            raise TypeError(f"a dataset holds numbers, booleans or text, not {values.dtype}")
         if values.ndim != len(self.dims) or values.ndim == 0:
-            msg = f"an array of shape {values.shape} does not have the dimensions {self.dims}"
-            raise ValueError(msg)
+            raise ValueError(f"an array of shape {values.shape} does not have the dimensions {self.dims}")
         object.__setattr__(self, "values", values)
 
 
@@ -68,23 +66,13 @@ class File:
 
 
 def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, Attribute]) -> None:
-    """Write a file: complete under its name, or not at all, whatever interrupts.
+    """Write a file into a folder that exists: complete under its name, or not at all, whatever interrupts.
 
-    Parameters
-    ----------
-    path : its folder must exist.
-    datasets, attributes : see the module.  Attributes ``schema`` and ``schema_version`` are required.
-
-    Raises
-    ------
-    ValueError
-        If the schema is not named, or datasets disagree on the length of a dimension.
-    OutputError
-        If the file cannot be written; an older one under that name stays as it was.
+    Raises ValueError if the attributes ``schema`` (text) and ``schema_version`` (a whole number) are not there, or
+    datasets disagree on the length of a dimension.
     """
     if not isinstance(attributes.get("schema"), str) or not isinstance(attributes.get("schema_version"), int):
-        msg = 'a file names its "schema" (text) and "schema_version" (a whole number)'
-        raise ValueError(msg)
+        raise ValueError('a file names its "schema" (text) and "schema_version" (a whole number)')
     lengths = _dimensions(datasets)
     with created(path) as file:
         _fill(file, datasets, attributes, lengths)
@@ -95,8 +83,7 @@ def _dimensions(datasets: Mapping[str, Dataset]) -> dict[str, int]:
     for name, dataset in datasets.items():
         for dim, length in zip(dataset.dims, dataset.values.shape, strict=True):
             if lengths.setdefault(dim, length) != length:
-                msg = f"dimension {dim} of {name} has {length} entries, elsewhere it has {lengths[dim]}"
-                raise ValueError(msg)
+                raise ValueError(f"dimension {dim} of {name} has {length} entries, elsewhere it has {lengths[dim]}")
     return lengths
 
 
@@ -161,27 +148,13 @@ def _number(value: bool | float) -> Any:
 
 
 def read_datasets(path: str | Path, schema: str, version: int, names: Collection[str] | None = None) -> File:
-    """Read a file of a known kind.
-
-    Parameters
-    ----------
-    path : the file.
-    schema, version : what it must be.
-    names : the datasets wanted; all if None.  Of those absent from the file nothing is said.
-
-    Raises
-    ------
-    StoreError
-        If the file is missing, damaged, of another kind, or holds what is refused.
-    """
-    path = Path(path)
+    """Read a file of a schema and version: the datasets of these names that it has, or all if None."""
     with opened(path) as file:
         attributes = dict(_attributes(file))
         found = attributes.get("schema"), attributes.get("schema_version")
         if found != (schema, version):
             what = f"{found[0]} version {found[1]}" if found[0] else "no result of this program"
-            msg = f"{path}: holds {what}, expected {schema} version {version}"
-            raise StoreError(msg)
+            raise StoreError(f"{path}: holds {what}, expected {schema} version {version}")
         datasets = {
             name: _load(item)
             for name, item in datasets_in(path, file)
@@ -193,33 +166,24 @@ def read_datasets(path: str | Path, schema: str, version: int, names: Collection
 def schema_of(path: str | Path) -> str | None:
     """The schema that a file names, in whatever version; None if there is no such file, or it is none of ours."""
     try:
-        with opened(Path(path)) as file:
+        with opened(path) as file:
             return _as_text(file.attrs.get("schema")) or None
     except StoreError:
         return None
 
 
 def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool) -> File | None:
-    """What an earlier call stored of the same work; None if there is no file, or with ``force``.
+    """What an earlier call stored of the work of an identity; None if there is no file.
 
-    Parameters
-    ----------
-    path : the file.
-    schema, version, identity : what it must be.
-    force : replace it, if it holds a result of that schema.
-
-    Raises
-    ------
-    OutputError
-        If something else is in the way.
+    With ``force`` None, too, if it holds a result of that schema, which is then replaced.  Raises OutputError if
+    something else is in the way.
     """
     if not path.exists():
         return None
     found = schema_of(path)
     if found != schema:
         what = f"holds {found}" if found else "is no result of this program, or is damaged"
-        msg = f"{path}: {what}, and is left alone; move it, or choose another folder with --output"
-        raise OutputError(msg)
+        raise OutputError(f"{path}: {what}, and is left alone; move it, or choose another folder with --output")
     if force:
         return None
     try:
@@ -229,8 +193,7 @@ def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool
     except StoreError as error:
         fault = str(error)
     if fault:
-        msg = f"{fault}\n    Choose another folder with --output, or start anew with --force"
-        raise OutputError(msg)
+        raise OutputError(f"{fault}\n    Choose another folder with --output, or start anew with --force")
     return file
 
 
@@ -278,14 +241,7 @@ def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attr
 
 
 def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
-    """One entry along the first dimension of a dataset of numbers, such as a field of one step; None without it.
-
-    Raises
-    ------
-    StoreError
-        If the file is missing or damaged.
-    """
-    path = Path(path)
+    """One entry along the first dimension of a dataset of numbers, such as a field of one step; None without it."""
     with opened(path) as file:
         item = dict(datasets_in(path, file)).get(dataset)
         return None if item is None else np.asarray(item[index])
@@ -297,13 +253,7 @@ def read_few(
     """Values of a few datasets and attributes of one of many files, of whatever schema; absent ones are left out.
 
     Dimensions and units are not looked at: of thousands of files that takes most of the time.
-
-    Raises
-    ------
-    StoreError
-        If the file is missing, damaged, or such a dataset lies elsewhere.
     """
-    path = Path(path)
     with opened(path) as file:
         held = {name: item for name in datasets if isinstance(item := member(path, file, name), h5py.Dataset)}
         found: dict[str, Attribute] = {}

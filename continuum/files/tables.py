@@ -20,7 +20,7 @@ class Document(Table):
     """A whole input file."""
 
     result_schema: ClassVar[str]
-    """Name of the kind of result that it describes."""
+    """Name of the kind of result that it describes, if such a result is stored."""
     result_version: ClassVar[int]
     """Raised whenever the meaning or layout of that result changes; part of the identity."""
 

@@ -56,10 +56,7 @@ class Source:
 
     @classmethod
     def read(cls, path: Path) -> Source:
-        """Read and parse a TOML file.
-
-        Raises ConfigError if there is no such file, or it is no TOML.
-        """
+        """Read and parse a TOML file; raises ConfigError if there is no such file, or it is no TOML."""
         text = _text(path)
         try:
             data = tomllib.loads(text)
@@ -265,7 +262,8 @@ class _Positions:
         names = []
         while match := _KEY.match(self.text, self.at):
             bare, quoted, literal = match.groups()
-            names.append(bare or literal or (_unquoted(quoted) if quoted else ""))
+            unquoted = str(*tomllib.loads(f"{quoted} = 0")) if quoted else ""
+            names.append(bare or literal or unquoted)
             self.at = match.end()
             if not self.text.startswith(".", self.at):
                 break
@@ -297,7 +295,3 @@ class _Positions:
         else:
             match = (_TEXT if opening in ("'", '"') else _BARE).match(self.text, self.at)
             self.at = match.end() if match else self.at + 1
-
-
-def _unquoted(quoted: str) -> str:
-    return str(next(iter(tomllib.loads(f"{quoted} = 0"))))

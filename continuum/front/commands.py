@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from continuum.arguments import ArgumentError, choice, file_name, flag, function
-from continuum.files.inputs import load
-from continuum.files.settings import settings_of
+from continuum.files.inputs import load, settings_of
 from continuum.files.tables import identity
-from continuum.front.sweeps import check_sweep, is_sweep
+from continuum.files.toml import Source, find
+from continuum.front.sweeps import check_sweep
 from continuum.runs.analysis import Analysis
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
@@ -56,10 +56,10 @@ def check(file: str | Path, settings: Mapping[str, Any] | None = None, *, reduce
     ArgumentError
         If an argument is not allowed.
     """
-    path = file_name("file", file)
-    if flag("reduced", reduced) or is_sweep(path):
-        return CheckReport(check_sweep(path, settings=settings, reduced=reduced))
-    config = load(path, RunConfig, settings_of(settings))
+    path, given = file_name("file", file), settings_of(settings)
+    if flag("reduced", reduced) or "sweep" in Source.read(find(path)).data:
+        return CheckReport(check_sweep(path, given, reduced=reduced))
+    config = load(path, RunConfig, given)
     system, cost = build(config), cost_of(config)
     grid, wall, real, expected = system.grid, system.problem.wall, system.realised, system.expected
     rows: list[tuple[str, str, str]] = [

@@ -195,8 +195,7 @@ def _chosen(**given: Any) -> tuple[str, Any]:
     chosen = [name for name, value in given.items() if value is not None]
     if len(chosen) != 1:
         what = " and ".join(chosen) if chosen else "none"
-        msg = f"give one of {', '.join(given)}; here: {what}"
-        raise ValueError(msg)
+        raise ValueError(f"give one of {', '.join(given)}; here: {what}")
     return chosen[0], given[chosen[0]]
 
 

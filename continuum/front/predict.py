@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 from numpy.typing import ArrayLike
 
 from continuum.arguments import choice, count, flag
 from continuum.files.inputs import load
 from continuum.solve.solution import MOST_THREADS
-from continuum.sticky.materials import Interface, InterfaceError, read_interface
+from continuum.sticky.materials import InterfaceError, read_interface
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
-from continuum.topography.map import Topography, TopographyError
+from continuum.topography.map import TopographyError
 from continuum.topography.mending import Detrending, prepare
 from continuum.topography.reading import read_all, share
 
@@ -73,37 +73,19 @@ def predict(
     count("threads", threads, 1, MOST_THREADS)
     if len(maps) == 1 and isinstance(maps[0], str | Path) and str(maps[0]).endswith(".toml"):
         config = load(maps[0], PredictionInput)
-        maps, given = config.topography.maps, given | config.keys | _given(given)
-    found = _found(maps, given)
-    return found.solved(threads) if solve else found
-
-
-def _found(maps: Sequence[str | Path | ArrayLike], given: Mapping[str, Any]) -> Prediction:
-    """The prediction for maps, with the keys of both tables."""
+        beside = {name: value for name, value in given.items() if not any(value is left for left in (None, (), False))}
+        maps, given = config.topography.maps, given | config.keys | beside
     if given["detrend"] is not None:
         choice("detrend", given["detrend"], get_args(Detrending))
-    read, contact = _both(
-        partial(read_all, maps, **{name: given[name] for name in READ}),
-        partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields}),
-    )
-    limit = share(given["fill"])
-    return prediction_of([prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read], contact)
-
-
-def _given(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments that are not left at their defaults."""
-    return {name: value for name, value in values.items() if not any(value is left for left in (None, (), False))}
-
-
-def _both(maps: Callable[[], list[Topography]], contact: Callable[[], Interface]) -> tuple[list[Topography], Interface]:
-    """Maps and contact, or the faults of both at once."""
+    contact_of = partial(read_interface, **{name: given[name] for name in InterfaceTable.model_fields})
     try:
-        read = maps()
+        read = read_all(maps, **{name: given[name] for name in READ})
     except TopographyError as error:
         try:
-            contact()
-        except InterfaceError as other:
-            msg = f"{error}\n{other}"
-            raise TopographyError(msg) from error
+            contact_of()
+        except InterfaceError as other:  # the faults of both at once
+            raise TopographyError(f"{error}\n{other}") from error
         raise
-    return read, contact()
+    contact, limit = contact_of(), share(given["fill"])
+    found = prediction_of([prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read], contact)
+    return found.solved(threads) if solve else found

@@ -124,8 +124,7 @@ class State:
         """
         problem = self.contact.problem
         if problem.wall.law is None:
-            msg = "under a hard wall the energy is convex: each equilibrium is the minimum"
-            raise TypeError(msg)
+            raise TypeError("under a hard wall the energy is convex: each equilibrium is the minimum")
         return stability(problem.grid, problem.stiffness_q, problem.wall.law, self.gap, np.inf)
 
     @cached_property

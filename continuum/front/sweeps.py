@@ -7,27 +7,28 @@ days later, by another process or on another machine.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import continuum.sweeps.collect
 from continuum.arguments import count, file_name, flag, function, number, pair
+from continuum.files.inputs import settings_of
 from continuum.files.output import LockedError, folder, save
-from continuum.files.settings import settings_of
-from continuum.files.toml import Source, find, text_of
+from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.memory import physical_memory
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import require_scheduler, slurm_script
-from continuum.sweeps.collect import PointTable, SweepStatus, status_of, write_cube
-from continuum.sweeps.engine import check_workers
-from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import SystemTask, begin, run_sweep
+from continuum.sweeps.collect import PointTable, write_cube
+from continuum.sweeps.engine import check_workers, run_tasks
+from continuum.sweeps.folder import Folder, names
+from continuum.sweeps.sweep import SystemTask, begin, record, solve_system
 from continuum.sweeps.tasks import TaskResult
 
 After = Callable[[TaskResult, int, int], None]
@@ -55,7 +56,6 @@ class SweepRun:
         return not self.failed and not self.held
 
     def collect(self) -> PointTable:
-        """Collect all points that are done in one table."""
         return continuum.sweeps.collect.collect(self.folder)
 
 
@@ -109,59 +109,43 @@ def sweep(
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     described = Sweep.read(file_name("file", file), given, reduced=flag("reduced", reduced))
     # All that can be wrong is found before anything is written.
-    cluster = _cluster(scheduler_file)
-    devices = _devices(described) if cluster is None else ()
+    cluster = None if scheduler_file is None else file_name("scheduler_file", scheduler_file)
+    devices: tuple[str, ...] = ()
+    if cluster is not None:
+        require_scheduler(cluster)
+    else:  # all systems run on what the first one does
+        _, config = next(described.systems())
+        devices = back_end(config.solver.device).devices()
     at_once = max(1, len(devices)) if workers is None else workers
     check_workers(at_once, threads, devices)
     limit = physical_memory() if memory is None else number("memory", memory, above=0)
     root = file_name("output", output) / described.name
-    tasks = begin(described, root, retry=flag("retry", retry), shard=_shard(shard), threads=threads)
+    part, parts = pair("shard", shard)
+    count("shard[0]", part, most=count("shard[1]", parts))
+    tasks = begin(described, root, retry=flag("retry", retry), shard=(part, parts), threads=threads)
     if begun is not None:
         begun(tasks)
-    running = run_sweep(tasks, root, workers=at_once, memory=limit, scheduler_file=cluster, devices=devices)
-    return _swept(root, _followed(running, len(tasks), progress))
-
-
-def _cluster(scheduler_file: str | Path | None) -> Path | None:
-    """The file of a Dask cluster that can be reached."""
-    if scheduler_file is None:
-        return None
-    path = file_name("scheduler_file", scheduler_file)
-    require_scheduler(path)
-    return path
-
-
-def _followed(running: Generator[TaskResult, None, None], total: int, progress: After | None) -> list[TaskResult]:
-    """How each system ended; whatever stops this, the processes are stopped."""
+    there = names(Folder(root).points)
+    running = run_tasks(
+        tasks, partial(solve_system, root), lambda task: task.path.stem in there,
+        workers=at_once, memory=limit, scheduler_file=cluster, devices=devices,
+    )  # fmt: skip
     ended = list[TaskResult]()
-    with closing(running):
+    with closing(running):  # whatever stops this, the processes are stopped
         for one in running:
+            record(root, one)
             ended.append(one)
             if progress is not None:
-                progress(one, len(ended), total)
-    return ended
+                progress(one, len(ended), len(tasks))
+    held = tuple(one for one in ended if isinstance(one.error, LockedError) and not one.task.path.is_file())
+    failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
+    done = sum(one.ok and not one.found for one in ended)
+    return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held)
 
 
-def is_sweep(file: str | Path) -> bool:
-    """Whether an input is that of a sweep.
-
-    Raises
-    ------
-    ConfigError
-        If it cannot be read.
-    """
-    return "sweep" in Source.read(find(file_name("file", file))).data
-
-
-def check_sweep(file: str | Path, *, settings: Mapping[str, Any] | None = None, reduced: bool = False) -> Sheet:
-    """Validate the input of a sweep, each of its systems, and say what they cost together.
-
-    Raises
-    ------
-    ConfigError
-        With all faults of the file, or of its first faulty system.
-    """
-    described = Sweep.read(file_name("file", file), settings_of(settings), reduced=flag("reduced", reduced))
+def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
+    """Validate the input of a sweep, each of its systems, and say what they cost together."""
+    described = Sweep.read(file, settings, reduced=reduced)
     costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
     pairs = {grid: pair_seconds(grid) for grid in {grid for _, grid in costs}}
     seconds = [cost.seconds(pairs[grid]) for cost, grid in costs]
@@ -177,41 +161,6 @@ def check_sweep(file: str | Path, *, settings: Mapping[str, Any] | None = None, 
     return Sheet.of(f"{file}: valid", ("quantity", Column("value"), "unit"), rows)
 
 
-def _shard(given: tuple[int, int]) -> tuple[int, int]:
-    """A part, counted from 1, and how many there are."""
-    part, parts = pair("shard", given)
-    count("shard[1]", parts)
-    return count("shard[0]", part, most=parts), parts
-
-
-def _devices(described: Sweep) -> tuple[str, ...]:
-    """GPUs of this machine that the systems of a sweep run on, as the first one does; none where that is the CPU."""
-    _, config = next(iter(described.systems()))
-    return back_end(config.solver.device).devices()
-
-
-def _swept(root: Path, ended: list[TaskResult]) -> SweepRun:
-    held = tuple(one for one in ended if isinstance(one.error, LockedError) and not one.task.path.is_file())
-    failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
-    done = sum(one.ok and not one.found for one in ended)
-    return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held)
-
-
-def sweep_status(sweep: str | Path) -> SweepStatus:
-    """How far a sweep is, from its files alone: systems done, running, failed with the reasons, and the time left.
-
-    Parameters
-    ----------
-    sweep : folder of the sweep.
-
-    Raises
-    ------
-    SweepError
-        If there is none.
-    """
-    return status_of(file_name("sweep", sweep))
-
-
 def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:
     """Write all points of a sweep as one table: ``table.csv`` (a row for each) and ``table.h5`` (xarray opens it).
 
@@ -222,7 +171,7 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
 
     Returns
     -------
-    Collected
+    PointTable
         The table; ``found["load"]`` is a column, and ``found.files`` are those that were written.
 
     Raises
@@ -241,38 +190,6 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
         found.listing.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows
     )
     return replace(found, files=(save(text, sheet.csv()), cube))
-
-
-@dataclass(frozen=True)
-class Verification:
-    """Whether the files of a sweep are sound."""
-
-    files: int
-    """Number of files that were read."""
-    faults: tuple[str, ...]
-    """What is wrong with some, with their names."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether all files are sound."""
-        return not self.faults
-
-
-def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
-    """Read every file of a sweep whole: sums, schema, identity.
-
-    Parameters
-    ----------
-    sweep : folder of the sweep.
-    aside : move what is damaged into its folder ``damaged``, so that the next run does it again.
-
-    Raises
-    ------
-    SweepError
-        If there is no sweep.
-    """
-    files, faults = continuum.sweeps.collect.verify(file_name("sweep", sweep), aside=flag("aside", aside))
-    return Verification(files, tuple(fault.what for fault in faults))
 
 
 def sweep_slurm(

@@ -11,8 +11,9 @@ import itertools
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from pydantic import Field
 
@@ -21,7 +22,7 @@ from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, find, text_of
 from continuum.runs.config import RunConfig
 from continuum.runs.ranges import MOST, expand_range
-from continuum.sweeps.conditions import condition, holds
+from continuum.sweeps.conditions import condition, dotted, holds
 from continuum.tables import Fault, Table, constraint
 
 _Values = dict[str, Any]
@@ -98,13 +99,7 @@ class SweepTable(Table):
                 yield Fault(("keep", i), f'a condition such as "lambda_s * 8 <= lambda_L": {error}')
 
 
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys and what is given for them, whether the keys are quoted or not."""
-    for name, value in table.items():
-        if isinstance(value, Mapping) and "from" not in value:
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield prefix + name, value
+_flat = partial(dotted, ranges=True)
 
 
 def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
@@ -143,40 +138,34 @@ def _overlap(one: str, other: str) -> bool:
     return one != other and (f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}."))
 
 
-# --- systems -------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class SystemPlan:
     """One system of a sweep."""
 
     source: Source = field(repr=False)
     """The input that all systems share."""
-    settings: tuple[tuple[str, Any], ...]
+    settings: Mapping[str, Any]
     """Key and value on each axis."""
     key: str
     """Identity: hash of physics, solver settings and schema."""
 
     @property
-    def label(self) -> str:
-        """Values of the axes of a system, in words."""
-        named = (
-            f"{name.rpartition('.')[2]} {value if isinstance(value, str) else text_of(value)}"
-            for name, value in self.settings
-        )
-        return ", ".join(named) or "the one system"
-
-    @property
     def config(self) -> RunConfig:
-        """The input of its run."""
-        return parsed(self.source.changed(dict(self.settings)), RunConfig)
+        return parsed(self.source.changed(self.settings), RunConfig)
+
+
+def label_of(settings: Mapping[str, Any]) -> str:
+    """Values of the axes of a system, in words."""
+    named = (
+        f"{name.rpartition('.')[2]} {value if isinstance(value, str) else text_of(value)}"
+        for name, value in settings.items()
+    )
+    return ", ".join(named) or "the one system"
 
 
 class _Sweeps(Document):
     """The [sweep] table of an input."""
 
-    result_schema: ClassVar[str] = "stickiness/sweep"
-    result_version: ClassVar[int] = 1
     sweep: SweepTable
 
 
@@ -238,10 +227,7 @@ class Sweep:
     def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changing fastest.
 
-        Raises
-        ------
-        ConfigError
-            If one of them is no input of a run, or there is none.
+        Raises ConfigError if one of them is no input of a run, or there is none.
         """
         conditions, seen = [condition(text) for text in self.keep], dict[str, SystemPlan]()
         for places in itertools.product(*(axis.values for axis in self.axes)):
@@ -251,10 +237,10 @@ class Sweep:
             if not self._kept(source, conditions):
                 continue
             config = parsed(source, RunConfig)
-            plan = SystemPlan(self.base, tuple(settings.items()), identity(config))
+            plan = SystemPlan(self.base, settings, identity(config))
             if plan.key in seen:
                 cause = "values that are equal, files of the same content, or a key such as solver.threads on an axis"
-                same = f"{seen[plan.key].label} and {plan.label} are one and the same"
+                same = f"{label_of(seen[plan.key].settings)} and {label_of(settings)} are one and the same"
                 raise ConfigError(self.source, [Fault(("sweep",), f"systems that differ: {same}", cause)])
             seen[plan.key] = plan
             yield plan, config

@@ -7,15 +7,10 @@ import re
 from collections.abc import Generator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from continuum.arguments import ArgumentError, count
 from continuum.errors import InputError
 from continuum.sweeps.tasks import DIED, Job, Task, TaskResult, timed
-
-if TYPE_CHECKING:
-    from distributed import Client
-
 
 _PROCESS = 2.5e8
 """Bytes of a worker before it does anything."""
@@ -34,57 +29,44 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[T
 
     What a worker returns is the time it took: results are on disk, so that nothing is lost with a worker.
 
-    Raises
-    ------
-    ClusterError
-        If Dask is not installed, or no scheduler answers.
+    Raises ClusterError if Dask is not installed, or no scheduler answers.
     """
     require_scheduler(scheduler_file)
-    from distributed import as_completed
+    from distributed import Client, as_completed
 
-    with _client(scheduler_file) as client:
+    try:
+        cluster = Client(scheduler_file=str(scheduler_file), timeout=_WAIT)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ClusterError(f"{scheduler_file}: no scheduler answers there ({error})") from error
+    with cluster as client:
         futures = {
             client.submit(timed, work, task, pure=False, key=f"{task.path.name}-{i}", priority=-i, retries=0): task
             for i, task in enumerate(todo)
         }
         for future in as_completed(list(futures)):
             task = futures.pop(future)
-            error = future.exception()
-            if error is None:
+            failure = future.exception()
+            if failure is None:
                 yield TaskResult(task, future.result())
-            elif type(error).__name__ == "KilledWorker":
+            elif type(failure).__name__ == "KilledWorker":
                 yield TaskResult(task, 0.0, DIED)
-            elif isinstance(error, Exception):
-                yield TaskResult(task, 0.0, f"{type(error).__name__}: {error}", error)
+            elif isinstance(failure, Exception):
+                yield TaskResult(task, 0.0, f"{type(failure).__name__}: {failure}", failure)
             else:
-                raise error
+                raise failure
             future.release()
 
 
 def require_scheduler(scheduler_file: Path) -> None:
     """Refuse a cluster that cannot be asked: without Dask, or without the file that says where its scheduler is.
 
-    Raises
-    ------
-    ClusterError
-        That says what to do.
+    Raises ClusterError that says what to do.
     """
     if find_spec("distributed") is None:
-        msg = "a cluster needs Dask: pip install 'stickiness[cluster]'"
-        raise ClusterError(msg)
+        raise ClusterError("a cluster needs Dask: pip install 'stickiness[cluster]'")
     if not scheduler_file.is_file():
         msg = f"{scheduler_file}: there is no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it"
         raise ClusterError(msg)
-
-
-def _client(scheduler_file: Path) -> Client:
-    from distributed import Client
-
-    try:
-        return Client(scheduler_file=str(scheduler_file), timeout=_WAIT)
-    except (OSError, TimeoutError, ValueError) as error:
-        msg = f"{scheduler_file}: no scheduler answers there ({error})"
-        raise ClusterError(msg) from error
 
 
 def slurm_script(
@@ -101,10 +83,7 @@ def slurm_script(
     name : of the job.
     shards : jobs of an array instead, each on one node.
 
-    Raises
-    ------
-    ArgumentError
-        If a number is none of processes, nodes or jobs, or SLURM would not take the time.
+    Raises ArgumentError if a number is none of processes, nodes or jobs, or SLURM would not take the time.
     """
     count("nodes", nodes)
     count("workers", workers)

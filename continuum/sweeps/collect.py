@@ -8,12 +8,14 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from continuum.arguments import file_name, flag
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError
 from continuum.files.provenance import provenance
@@ -75,27 +77,18 @@ class PointTable:
         return {name: frozen(value) for name, value in inside.items() if value is not None}
 
     def grid(self, key: str) -> Grid:
-        """The grid of a system."""
         return GridTable.model_validate(self.given(key, "grid")).build()
 
-    @property
+    @cached_property
     def _settings(self) -> dict[str, Mapping[str, Any]]:
-        if "settings" not in self.__dict__:
-            self.__dict__["settings"] = {system.key: system.settings for system in self.listing.systems}
-        found: dict[str, Mapping[str, Any]] = self.__dict__["settings"]
-        return found
+        return {system.key: system.settings for system in self.listing.systems}
 
     def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
         """Name and unit of each column, and the rows of the tidy table."""
         axes = [key for axis in self.listing.axes for key in axis.keys]
         head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in COLUMNS.items())]
-
-        def each() -> Iterator[list[Any]]:
-            for index, numbers in zip(self.system.tolist(), self.values.tolist(), strict=True):
-                key = self.keys[index]
-                yield [key, *(_word(self.setting(key, name)) for name in axes), *numbers]
-
-        return head, each()
+        each = zip((self.keys[index] for index in self.system), self.values.tolist(), strict=True)
+        return head, ([key, *(_word(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
 
 
 def _word(value: Any) -> Any:
@@ -105,10 +98,7 @@ def _word(value: Any) -> Any:
 def collect(root: str | Path) -> PointTable:
     """Read all that is done; a file that cannot be read is one fault, and the rest is there.
 
-    Raises
-    ------
-    SweepError
-        If there is no sweep.
+    Raises SweepError if there is no sweep.
     """
     folder, listing = Folder(Path(root)), systems_of(root)
     keys, system, tables, seconds, faults = list[str](), list[int](), list[Real](), list[float](), list[str]()
@@ -142,20 +132,15 @@ def write_cube(found: PointTable, path: Path) -> None:
     """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it.
 
     Keys that change together are one dimension, named by the first.  What is not there is NaN.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
     """
     axes = [axis for axis in found.listing.axes if axis.values]
     names = [axis.keys[0] for axis in axes]
-    places = [{_place(values): i for i, values in enumerate(axis.values)} for axis in axes]
+    places = [{json.dumps(values): i for i, values in enumerate(axis.values)} for axis in axes]
     of_system = {}
     for key in found.keys:
         values = found._settings[key]
         of_system[key] = tuple(
-            place[_place(tuple(values[k] for k in a.keys))] for a, place in zip(axes, places, strict=True)
+            place[json.dumps([values[k] for k in axis.keys])] for axis, place in zip(axes, places, strict=True)
         )
     steps = found["step"].astype(int)
     shape = (*(len(axis.values) for axis in axes), int(steps.max(initial=-1)) + 1)
@@ -182,13 +167,6 @@ def write_cube(found: PointTable, path: Path) -> None:
     store.write(path, datasets, said)
 
 
-def _place(values: tuple[Any, ...]) -> str:
-    return json.dumps(values)
-
-
-# --- how far it is -------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class SweepStatus:
     """How far a sweep is, from its files alone."""
@@ -208,19 +186,23 @@ class SweepStatus:
 
     @property
     def total(self) -> int:
-        """Number of systems of the sweep."""
         return len(self.listing.systems)
 
 
-def status_of(root: str | Path) -> SweepStatus:
-    """How far a sweep is; reads no result.
+def sweep_status(sweep: str | Path) -> SweepStatus:
+    """How far a sweep is, from its files alone: systems done, running, failed with the reasons, and the time left.
+
+    Parameters
+    ----------
+    sweep : folder of the sweep.
 
     Raises
     ------
     SweepError
         If there is none.
     """
-    folder, listing = Folder(Path(root)), systems_of(root)
+    root = file_name("sweep", sweep)
+    folder, listing = Folder(root), systems_of(root)
     ended = {}
     with os.scandir(folder.points) as entries:
         for entry in entries:
@@ -230,23 +212,17 @@ def status_of(root: str | Path) -> SweepStatus:
     done = {name: when for name, when in ended.items() if name in costs}
     failed = []
     for name, system in costs.items():
-        if name not in done and (path := folder.failed / f"{name}.json").is_file():
+        if name not in done and (path := folder.failure(name)).is_file():
             failed.append((system.label, _reason(path)))
-    running = tuple(
-        f"{costs[name].label if name in costs else name}: {output.holder(mark)}" for name, mark in _in_hand(folder)
-    )
-    left = sum(system.cost for name, system in costs.items() if name not in done)
-    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
-    seconds = left / work_rate if work_rate > 0 else np.nan
-    return SweepStatus(listing, len(done), running, tuple(failed), rate, seconds, len(ended) - len(done))
-
-
-def _in_hand(folder: Folder) -> Iterator[tuple[str, Path]]:
-    """Systems that a living process holds, and the mark that says who."""
+    running = []
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")
         if not name.endswith(".h5") and output.is_locked(mark):
-            yield name, mark
+            running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}")
+    left = sum(system.cost for name, system in costs.items() if name not in done)
+    rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
+    seconds = left / work_rate if work_rate > 0 else np.nan
+    return SweepStatus(listing, len(done), tuple(running), tuple(failed), rate, seconds, len(ended) - len(done))
 
 
 def _reason(path: Path) -> str:
@@ -265,39 +241,42 @@ def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
     return 3600 * (len(last) - 1) / seconds, sum(system.cost for _, system in last[1:]) / seconds
 
 
-# --- whether it is sound -------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
-class DamagedFile:
-    """A file that is not what its name says."""
+class Verification:
+    """Whether the files of a sweep are sound."""
 
-    path: Path
-    what: str
+    files: int
+    """Number of files that were read."""
+    faults: tuple[str, ...]
+    """What is wrong with some, with their names."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether all files are sound."""
+        return not self.faults
 
 
-def verify(root: str | Path, *, aside: bool = False) -> tuple[int, list[DamagedFile]]:
-    """Read every file of a sweep whole: sums, schema, identity; returns how many there are, and what is wrong.
+def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
+    """Read every file of a sweep whole: sums, schema, identity.
 
     Parameters
     ----------
-    aside : move what is wrong into the folder ``damaged``, so that the next run does it again.
+    sweep : folder of the sweep.
+    aside : move what is damaged into its folder ``damaged``, so that the next run does it again.
 
     Raises
     ------
     SweepError
         If there is no sweep.
     """
-    folder = Folder(Path(root))
+    root = file_name("sweep", sweep)
+    flag("aside", aside)
     systems_of(root)
-    paths, faults = sorted(path for path in folder.points.iterdir() if not path.name.startswith(".")), []
-    for path in paths:
-        what = _fault(path)
-        if what:
-            faults.append(DamagedFile(path, what))
-            if aside:
-                output.placed(path, output.folder(folder.root / "damaged") / path.name)
-    return len(paths), faults
+    paths = sorted(path for path in Folder(root).points.iterdir() if not path.name.startswith("."))
+    faults = {path: what for path in paths if (what := _fault(path))}
+    for path in faults if aside else ():
+        output.placed(path, output.folder(root / "damaged") / path.name)
+    return Verification(len(paths), tuple(faults.values()))
 
 
 def _fault(path: Path) -> str:

@@ -10,7 +10,7 @@ import ast
 import itertools
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 _LONGEST = 1000  # characters; one of ours has 70
@@ -33,39 +33,29 @@ _ALLOWED = (
 def condition(text: str) -> ast.expr:
     """A condition of numbers, keys, + - * / **, comparisons, and, or, not.
 
-    Raises
-    ------
-    ValueError
-        If it is something else.
+    Raises ValueError if it is something else.
     """
     if len(text) > _LONGEST:
-        msg = f"it has {len(text)} characters, more than {_LONGEST}"
-        raise ValueError(msg)
+        raise ValueError(f"it has {len(text)} characters, more than {_LONGEST}")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        msg = "it cannot be read"
-        raise ValueError(msg) from None
+        raise ValueError("it cannot be read") from None
     for node in ast.walk(tree):
         if not isinstance(node, _ALLOWED):
-            msg = f"no {type(node).__name__}"
-            raise ValueError(msg)
+            raise ValueError(f"no {type(node).__name__}")
     return tree
 
 
 def holds(tree: ast.expr, data: Mapping[str, Any]) -> bool:
     """Whether a condition holds for the values of an input.
 
-    Raises
-    ------
-    ValueError
-        If a key is unknown, or it cannot be evaluated.
+    Raises ValueError if a key is unknown, or it cannot be evaluated.
     """
     try:
         return bool(_value(tree, _known(data)))
     except RecursionError:
-        msg = "it is nested too deep"
-        raise ValueError(msg) from None
+        raise ValueError("it is nested too deep") from None
     except (TypeError, ArithmeticError) as error:
         raise ValueError(str(error)) from None
 
@@ -94,36 +84,33 @@ def _value(node: ast.expr, known: Callable[[str], Any]) -> Any:
 def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
     for value in (left, right):
         if not isinstance(value, int | float):  # text times a number is a longer text
-            msg = f"numbers only can be added and multiplied, not {str(value)[:60]!r}"
-            raise ValueError(msg)
+            raise ValueError(f"numbers only can be added and multiplied, not {str(value)[:60]!r}")
     whole = isinstance(op, ast.Pow) and isinstance(left, int) and isinstance(right, int)
     try:
         if whole and abs(left) > 1 and right * math.log10(abs(left)) > _DIGITS:
             raise OverflowError
         return _ARITHMETIC[type(op)](left, right)
     except OverflowError:
-        msg = f"a number is larger than 1e{_DIGITS}"
-        raise ValueError(msg) from None
+        raise ValueError(f"a number is larger than 1e{_DIGITS}") from None
+
+
+def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) -> Iterator[tuple[str, Any]]:
+    """Dotted keys and their values, whether the keys are quoted or not; ``ranges``, {from, ...}, are values."""
+    for name, value in table.items():
+        if isinstance(value, Mapping) and not (ranges and "from" in value):
+            yield from dotted(value, f"{prefix}{name}.", ranges=ranges)
+        else:
+            yield prefix + name, value
 
 
 def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
     """Values of an input by dotted key, or by its last part where that is the only one of that name."""
-    flat: dict[str, Any] = {}
-
-    def visit(table: Mapping[str, Any], prefix: str) -> None:
-        for name, value in table.items():
-            if isinstance(value, Mapping):
-                visit(value, f"{prefix}{name}.")
-            else:
-                flat[prefix + name] = value
-
-    visit({name: value for name, value in data.items() if name != "sweep"}, "")
+    values = dict(dotted({name: value for name, value in data.items() if name != "sweep"}))
 
     def value(name: str) -> Any:
-        found = [key for key in flat if key == name or key.endswith(f".{name}")]
-        if name in flat or len(found) == 1:
-            return flat[name if name in flat else found[0]]
-        msg = f"{name} is {'the name of several keys' if found else 'no key'} of this input"
-        raise ValueError(msg)
+        found = [key for key in values if key == name or key.endswith(f".{name}")]
+        if name in values or len(found) == 1:
+            return values[name if name in values else found[0]]
+        raise ValueError(f"{name} is {'the name of several keys' if found else 'no key'} of this input")
 
     return value

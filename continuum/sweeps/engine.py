@@ -28,30 +28,25 @@ def run_tasks(
     is_done: Callable[[Task], bool],
     *,
     workers: int = 1,
-    threads: int = 1,
     scheduler_file: Path | None = None,
     memory: float = np.inf,
     devices: Sequence[str] = (),
 ) -> Generator[TaskResult, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
+    Yields the result of each task: those found done first, the others as they end.
+
     Parameters
     ----------
     tasks : in any order.
     work : writes the file of a task.
     is_done : looks at the file of a task; asked once, before anything is begun.
-    workers : processes of this machine.
-    threads : that the libraries of each process may use.
+    workers : processes of this machine, the libraries of each with one thread.
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
     memory : in bytes; of the tasks that run at once, all but the first fit into it together.
     devices : GPUs as CUDA_VISIBLE_DEVICES names them: each process of this machine sees one, and none sees another's.
-
-    Yields
-    ------
-    Ended
-        Of each task: those found done first, the others as they end.
     """
-    check_workers(workers, threads, devices)
+    check_workers(workers, 1, devices)
     todo = []
     for task in tasks:
         if is_done(task):
@@ -64,7 +59,7 @@ def run_tasks(
 
         yield from on_cluster(todo, work, scheduler_file)
         return
-    shared = {**os.environ, **dict.fromkeys(_THREADS, str(threads))}
+    shared = {**os.environ, **dict.fromkeys(_THREADS, "1")}
     own = [{"CUDA_VISIBLE_DEVICES": device} for device in devices] or [{}] * workers
     environments = [{**shared, **each} for each in own[:workers]]
     died = yield from _in_parallel(todo, work, environments, memory)
@@ -77,10 +72,7 @@ def run_tasks(
 def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
     """Refuse numbers of processes and threads that are none, and more processes than there are GPUs.
 
-    Raises
-    ------
-    ArgumentError
-        That names the one that is at fault.
+    Raises ArgumentError that names the one that is at fault.
     """
     count("workers", workers, most=_MOST)
     count("threads", threads, most=_MOST)
@@ -120,7 +112,7 @@ def _in_parallel(
                     yield TaskResult(task, found)
     except BaseException:
         for worker in workers:
-            worker.kill()
+            worker.end(now=True)
         raise
     for worker in workers:
         worker.end()

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from continuum.errors import InputError, OutputError
@@ -26,61 +24,29 @@ class SweepError(InputError, OSError):
     """A folder is no sweep, or is damaged."""
 
 
-@dataclass(frozen=True)
 class Folder:
     """Names of the files of a sweep, in its folder."""
 
-    root: Path
-
-    @property
-    def description(self) -> Path:
-        """The input of the sweep."""
-        return self.root / "sweep.toml"
-
-    @property
-    def listing(self) -> Path:
-        """What the sweep amounts to."""
-        return self.root / "systems.json"
-
-    @property
-    def points(self) -> Path:
-        """Result files of the systems that are done."""
-        return self.root / "points"
-
-    @property
-    def work(self) -> Path:
-        """Files of the systems that are being worked on."""
-        return self.root / "work"
-
-    @property
-    def failed(self) -> Path:
-        """Reasons why systems could not be done."""
-        return self.root / "failed"
-
-    @property
-    def tables(self) -> tuple[Path, Path]:
-        """Names of the table of all points, as text and for xarray."""
-        return self.root / "table.csv", self.root / "table.h5"
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.description = root / "sweep.toml"
+        self.listing = root / "systems.json"
+        self.points = root / "points"
+        self.work = root / "work"
+        self.failed = root / "failed"
+        self.folders = self.points, self.work, self.failed
+        self.tables = root / "table.csv", root / "table.h5"  # of all points, as text and for xarray
 
     def point(self, key: str) -> Path:
-        """The file of a system."""
         return self.points / f"{key[:_DIGITS]}.h5"
 
     def failure(self, key: str) -> Path:
-        """File with the reason why a system failed."""
         return self.failed / f"{key[:_DIGITS]}.json"
 
-    def made(self) -> Folder:
-        """The same, with its folders on disk.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be made or written to.
-        """
-        for path in (self.root, self.points, self.work, self.failed):
+    def make(self) -> None:
+        """Make its folders on disk; raises OutputError if they cannot be made or written to."""
+        for path in (self.root, *self.folders):
             output.folder(path)
-        return self
 
     @property
     def begun(self) -> bool:
@@ -90,35 +56,26 @@ class Folder:
     def require_free_of_others(self) -> None:
         """Refuse a place that holds files of the names that a sweep writes, but which no sweep has written.
 
-        Raises
-        ------
-        OutputError
-            That names the first of them.
+        Raises OutputError that names the first of them.
         """
-        ours = _begins_with(self.listing, b'{"schema": "stickiness/sweep"') or all(
-            path.is_dir()
-            for path in (self.points, self.work, self.failed)  # where the listing was damaged
-        )
         self.require_tables_of_ours()
-        for path in (self.description, self.listing):
-            if path.exists() and not ours:
-                raise _of_another(path)
-        for path in (self.points, self.work, self.failed):
-            if names(path) and not ours:
-                raise _of_another(path)
+        # The folders are known by their names where the listing was damaged.
+        ours = _begins_with(self.listing, b'{"schema": "stickiness/sweep"') or all(map(Path.is_dir, self.folders))
+        there = [path for path in (self.description, self.listing) if path.exists()]
+        there += [path for path in self.folders if names(path)]
+        if there and not ours:
+            raise _of_another(there[0])
 
     def require_tables_of_ours(self) -> None:
         """Refuse a place that holds a ``table.csv`` or ``table.h5`` which is no table of a sweep.
 
-        Raises
-        ------
-        OutputError
-            That names it.
+        Raises OutputError that names it.
         """
-        known: Mapping[Path, Callable[[Path], bool]] = dict(zip(self.tables, (_is_text_table, _is_cube), strict=True))
-        for path, is_ours in known.items():
-            if path.exists() and not is_ours(path):
-                raise _of_another(path)
+        text, cube = self.tables
+        if text.exists() and not _begins_with(text, b"system,"):  # its first column
+            raise _of_another(text)
+        if cube.exists() and store.schema_of(cube) != TABLE_SCHEMA:
+            raise _of_another(cube)
 
     def keep_earlier(self) -> None:
         """Keep input and listing, which are about to be replaced by others, under names made of their content."""
@@ -144,15 +101,6 @@ def _begins_with(path: Path, start: bytes) -> bool:
             return file.read(len(start)) == start
     except OSError:
         return False
-
-
-def _is_text_table(path: Path) -> bool:
-    """Whether the first column is that of a table of a sweep."""
-    return _begins_with(path, b"system,")
-
-
-def _is_cube(path: Path) -> bool:
-    return store.schema_of(path) == TABLE_SCHEMA
 
 
 def _of_another(path: Path) -> OutputError:

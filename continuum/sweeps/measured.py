@@ -11,7 +11,7 @@ import numpy as np
 
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.files.store import Attribute, Dataset, File
+from continuum.files.store import Dataset, File
 from continuum.files.tables import restored
 from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
@@ -48,13 +48,7 @@ _NAME = "measured"
 
 
 def add_measurements(path: Path) -> None:
-    """Add the table of numbers to the file of a finished run: dataset ``measured``, rows as ``step``.
-
-    Raises
-    ------
-    StoreError, OutputError
-        If the file cannot be read, or not be written.
-    """
+    """Add the table of numbers to the file of a finished run: dataset ``measured``, rows as ``step``."""
     file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version)
     datasets = {
         **file.datasets,
@@ -78,16 +72,9 @@ class SystemTable:
 
 
 def numbers_of(path: Path, key: str | None = None) -> SystemTable:
-    """The numbers of a finished system; little else of its file is read.
+    """The numbers of a finished system, of the identity ``key`` if one is given; little else of its file is read.
 
-    Parameters
-    ----------
-    key : identity that it must have, if given.
-
-    Raises
-    ------
-    StoreError
-        If the file is missing, damaged, or not that of this system.
+    Raises StoreError if the file is missing, damaged, or not that of this system.
     """
     names = ("schema", "schema_version", "identity", "journal/total_seconds",
              "provenance/stickiness", "provenance/git_commit", "provenance/git_dirty")  # fmt: skip
@@ -97,11 +84,9 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
         msg = f"{path}: holds {schema[0]} version {schema[1]}, expected {RunConfig.result_schema}"
         raise StoreError(f"{msg} version {RunConfig.result_version}")
     if key is not None and found.get("identity") != key:
-        msg = f"{path}: holds another system than its name says"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: holds another system than its name says")
     if _NAME not in datasets:
-        msg = f"{path}: is a run, but holds no table of numbers"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: is a run, but holds no table of numbers")
     stored = datasets[_NAME]
     table = np.full((len(stored), len(COLUMNS)), np.nan)
     places = {name: i for i, name in enumerate(datasets["quantity"].tolist())}
@@ -118,7 +103,12 @@ def _table(path: Path, file: File) -> Real:
     """One row for each point, one column for each of :data:`COLUMNS`."""
     config = restored(RunConfig, str(file.attributes["config_resolved"]))
     grid, wall, points = config.grid.build(), stored_wall(path, config, file), points_of(file)
-    system = _system(file.attributes, wall)
+    system = {
+        **{name: float(file.attributes[f"realised_{name}"]) for name in Moments._fields},
+        "range": wall.range,
+        "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
+        "work_of_adhesion": wall.work_of_adhesion,
+    }
     stiffness = _stiffness(points)
     table = np.full((len(points), len(COLUMNS)), np.nan)
     for step, point in enumerate(points):
@@ -134,13 +124,6 @@ def _table(path: Path, file: File) -> Real:
             row |= _geometry(grid, wall, file, step, point, system["rms_slope"])
         table[step] = [row.get(name, np.nan) for name in COLUMNS]
     return table
-
-
-def _system(attributes: Mapping[str, Attribute], wall: Wall) -> dict[str, float]:
-    moments = {name: float(attributes[f"realised_{name}"]) for name in Moments._fields}
-    attracts = wall.work_of_adhesion > 0
-    effective = wall.effective_range if attracts else 0.0
-    return {**moments, "range": wall.range, "effective_range": effective, "work_of_adhesion": wall.work_of_adhesion}
 
 
 def _stiffness(points: tuple[Point, ...]) -> Real:

@@ -6,10 +6,9 @@ Nothing is known anywhere but in the folder of the sweep: processes may die, and
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +17,9 @@ from continuum.files import output, store
 from continuum.files.provenance import journal
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
-from continuum.runs.memory import physical_memory
 from continuum.runs.run import follow_run
-from continuum.sweeps.axes import Axis, Sweep, SystemPlan
-from continuum.sweeps.engine import run_tasks
+from continuum.sweeps.axes import Axis, Sweep, SystemPlan, label_of
+from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
 from continuum.sweeps.tasks import Task, TaskResult
@@ -42,9 +40,7 @@ class System:
 
     @property
     def label(self) -> str:
-        """Values of the axes of the system, in words."""
-        named = (f"{name.rpartition('.')[2]} {value}" for name, value in self.settings.items())
-        return ", ".join(named) or "the one system"
+        return label_of(self.settings)
 
 
 @dataclass(frozen=True)
@@ -62,7 +58,7 @@ class SweepListing:
 class SystemTask(Task):
     """What the engine is given."""
 
-    plan: SystemPlan | None = None
+    plan: SystemPlan = field(kw_only=True)
 
 
 def begin(
@@ -76,78 +72,37 @@ def begin(
     shard : which part of how many; the parts take about equally long.
     threads : of the solver of each system.
 
-    Raises
-    ------
-    ConfigError
-        If a system is no input of a run.
-    OutputError
-        If the folder cannot be written to, or holds another sweep or files of the user's own.
+    Raises ConfigError if a system is no input of a run; OutputError if the folder cannot be written to, or holds
+    another sweep or files of the user's own.
     """
     folder = Folder(Path(root))
     listing, tasks = _listed(sweep, folder)
     output.distinct(folder.description, [sweep.source.path])
     folder.require_free_of_others()
     _require_same_sweep(folder, listing)
-    folder.made()
+    folder.make()
     _save_once(folder.description, sweep.source.text)
     _save_once(folder.listing, _json(listing))
     failed = names(folder.failed)
     if retry:
         for name in failed:
-            (folder.failed / f"{name}.json").unlink(missing_ok=True)
+            folder.failure(name).unlink(missing_ok=True)
         failed = frozenset()
     part, parts = shard
     mine = sorted(tasks, key=lambda task: (-task.cost, task.path.name))[part - 1 :: parts]
     left = [task for task in mine if task.path.stem not in failed]
     if threads == 1:
         return left
-    with_threads = {"solver.threads": threads}
-    return [_threaded(task, with_threads) for task in left]
-
-
-def run_sweep(
-    tasks: list[SystemTask],
-    root: str | Path,
-    *,
-    workers: int = 1,
-    memory: float | None = None,
-    scheduler_file: Path | None = None,
-    devices: Sequence[str] = (),
-) -> Generator[TaskResult, None, None]:
-    """Do the systems that are not done; yields how each ended.  What failed is recorded, and never stops the rest.
-
-    Parameters
-    ----------
-    tasks : from :func:`begin`.
-    workers : processes of this machine.
-    memory : of this machine that may be used, in bytes; all of it if None.
-    scheduler_file : of a Dask cluster that does the work instead.
-    devices : GPUs, one for each worker.
-    """
-    folder = Folder(Path(root))
-    done = names(folder.points)
-    work, limit = partial(solve_system, folder.root), physical_memory() if memory is None else memory
-    known = run_tasks(
-        tasks, work, lambda task: task.path.stem in done,
-        workers=workers, scheduler_file=scheduler_file, memory=limit, devices=devices,
-    )  # fmt: skip
-    for ended in known:
-        # A full disk, or the lock of another process, says nothing about the system.
-        if not ended.ok and not isinstance(ended.error, OutputError):
-            _record(folder, ended)
-        yield ended
+    sources = (task.plan.source.changed({"solver.threads": threads}) for task in left)
+    return [replace(t, plan=replace(t.plan, source=source)) for t, source in zip(left, sources, strict=True)]
 
 
 def solve_system(root: Path, task: Task) -> None:
     """One system: its path, its numbers, and its place among those that are done.
 
-    Raises
-    ------
-    LockedError
-        If another process works on it.
+    Raises LockedError if another process works on it.
     """
     assert isinstance(task, SystemTask)
-    assert task.plan is not None
     folder = Folder(root)
     working = folder.work / task.path.name
     with output.reserved(folder.work / task.path.stem):
@@ -162,13 +117,7 @@ def solve_system(root: Path, task: Task) -> None:
 
 
 def systems_of(root: str | Path) -> SweepListing:
-    """What the sweep in a folder amounts to.
-
-    Raises
-    ------
-    SweepError
-        If there is none.
-    """
+    """What the sweep in a folder amounts to; raises SweepError if there is none."""
     path = Folder(Path(root)).listing
     try:
         data = json.loads(path.read_text())
@@ -180,31 +129,26 @@ def systems_of(root: str | Path) -> SweepListing:
         )
         return SweepListing(data["name"], axes, data["common"], systems)
     except FileNotFoundError:
-        msg = f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one"
-        raise SweepError(msg) from None
+        raise SweepError(f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
-        msg = f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again"
-        raise SweepError(msg) from error
-
-
-# --- the folder ----------------------------------------------------------------------------------------------
+        raise SweepError(f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again") from error
 
 
 def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask]]:
-    tasks, systems = list[SystemTask](), list[System]()
+    tasks = list[SystemTask]()
     common: dict[str, Any] = {}
     for plan, config in sweep.systems():
-        values = dict(_flat(config.plain()))
+        values = dict(dotted(config.plain()))
         # A key that follows from one on an axis, as the period from the points, is common to none.
-        common = {key: value for key, value in common.items() if values.get(key) == value} if systems else values
+        common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
         cost = cost_of(config)
         nx, ny = config.grid.n
         work = float(cost.fft_pairs) * nx * ny
-        tasks.append(SystemTask(folder.point(plan.key), plan.label, work, float(cost.memory), plan))
-        systems.append(System(plan.key, dict(plan.settings), work, float(cost.memory)))
+        tasks.append(SystemTask(folder.point(plan.key), label_of(plan.settings), work, float(cost.memory), plan=plan))
     on_axes = {key for axis in sweep.axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
-    return SweepListing(sweep.name, sweep.axes, common, tuple(systems)), tasks
+    systems = tuple(System(task.plan.key, task.plan.settings, task.cost, task.memory) for task in tasks)
+    return SweepListing(sweep.name, sweep.axes, common, systems), tasks
 
 
 def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
@@ -218,21 +162,12 @@ def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
         return
     now = {system.key for system in listing.systems}
     if folder.begun and not before & now:
-        msg = (
+        raise OutputError(
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
             "another output folder, or give the input another name"
         )
-        raise OutputError(msg)
     if before - now:
         folder.keep_earlier()
-
-
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield prefix + name, value
 
 
 def _json(listing: SweepListing) -> str:
@@ -252,15 +187,12 @@ def _save_once(path: Path, text: str) -> None:
     output.save(path, text)
 
 
-def _threaded(task: SystemTask, settings: Mapping[str, Any]) -> SystemTask:
-    assert task.plan is not None
-    plan = SystemPlan(task.plan.source.changed(settings), task.plan.settings, task.plan.key)
-    return SystemTask(task.path, task.label, task.cost, task.memory, plan)
-
-
-def _record(folder: Folder, ended: TaskResult) -> None:
+def record(root: Path, ended: TaskResult) -> None:
     """Say on disk why a system failed; where that cannot be written either, the caller is told anyway."""
+    # A full disk, or the lock of another process, says nothing about the system.
+    if ended.ok or isinstance(ended.error, OutputError):
+        return
     journalled = {name.removeprefix("journal/"): value for name, value in journal().items()}
     content = {"system": ended.task.label, "reason": ended.reason, **journalled}
     with suppress(OutputError):
-        output.save(folder.failure(ended.task.path.stem), json.dumps(content, indent=1) + "\n")
+        output.save(Folder(root).failure(ended.task.path.stem), json.dumps(content, indent=1) + "\n")

@@ -65,16 +65,9 @@ def timed(work: Job, task: Task) -> float:
     try:
         work(task)
     except Exception as error:
-        if _travels(error):
-            raise
-        raise StickinessError(f"{type(error).__name__}: {error}") from None
+        try:
+            pickle.loads(pickle.dumps(error))
+        except Exception:  # one that another process cannot read would break the pool
+            raise StickinessError(f"{type(error).__name__}: {error}") from None
+        raise
     return time.perf_counter() - began
-
-
-def _travels(error: Exception) -> bool:
-    """Whether another process can read an exception; one that it cannot would break the pool."""
-    try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:
-        return False
-    return True

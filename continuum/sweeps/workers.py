@@ -28,11 +28,9 @@ _TERMINAL = (signal.SIGINT, signal.SIGHUP)
 
 
 class Worker:
-    """A process that does one task after another; started with its first task, and again if it has died.
+    """A process in an environment of these variables that does one task after another.
 
-    Parameters
-    ----------
-    environment : all variables of its environment.
+    It is started with its first task, and again if it has died.
     """
 
     def __init__(self, environment: Mapping[str, str]) -> None:
@@ -53,24 +51,22 @@ class Worker:
         try:
             found: float | Exception = self.connection.recv()
         except (EOFError, OSError):
-            self.kill()
+            self.end(now=True)
             return None
         return found
 
-    def end(self) -> None:
-        """End the process when it has no task."""
-        if self._process is not None:
+    def end(self, *, now: bool = False) -> None:
+        """End the process when it has no task; or ``now``, whatever it does."""
+        if self._process is None:
+            return
+        if now:
+            self._process.terminate()
+        else:
             with suppress(ConnectionError):
                 self.connection.send(None)
-            self._process.wait()
-            self._close()
-
-    def kill(self) -> None:
-        """End the process now, whatever it does."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.wait()
-            self._close()
+        self._process.wait()
+        self.connection.close()
+        self._process = None
 
     def _start(self) -> None:
         self.connection, theirs = Pipe()
@@ -81,10 +77,6 @@ class Worker:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, env=self._environment, pass_fds=(theirs.fileno(),)
             )
-
-    def _close(self) -> None:
-        self.connection.close()
-        self._process = None
 
 
 @contextmanager
@@ -106,8 +98,8 @@ def serve(descriptor: int) -> None:
     connection: Connection[Any, Any] = Connection(descriptor)
     tasks = queue.SimpleQueue[bytes]()
     threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
-    while (task := _read(tasks.get())) is not None:
-        connection.send(task if isinstance(task, Exception) else _outcome(*task))
+    while (answer := _answer(tasks.get())) is not None:
+        connection.send(answer)
 
 
 def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -> None:
@@ -119,17 +111,13 @@ def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -
             os._exit(1)
 
 
-def _read(message: bytes) -> tuple[Job, Task] | Exception | None:
-    """A task, None where there is no more, or why it cannot be read here: its modules are imported now."""
+def _answer(message: bytes) -> float | Exception | None:
+    """Do a task: the seconds that it took, or why it failed; None where there is no more."""
     try:
-        task: tuple[Job, Task] | None = pickle.loads(message)
+        task: tuple[Job, Task] | None = pickle.loads(message)  # its modules are imported now
     except Exception as error:
         return StickinessError(f"{type(error).__name__}: {error}")
-    return task
-
-
-def _outcome(work: Job, task: Task) -> float | Exception:
     try:
-        return timed(work, task)
+        return None if task is None else timed(*task)
     except Exception as error:
         return error

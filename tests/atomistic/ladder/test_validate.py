@@ -325,7 +325,7 @@ def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
             data = archive.join(config, data, archive.datasets_of([result]))
             finished = archive.write_archive(tmp_path / f"{name}.h5", config, data)
             assert finished == (i == len(order) - 1)
-        stored.append(archive.read_archive(tmp_path / f"{name}.h5")[0])
+        stored.append(archive.read_archive(tmp_path / f"{name}.h5"))
     a, b = stored
     assert a.finished
     assert list(a.columns["case"]) == ["plain", "plain", "sticky", "sticky"]
@@ -346,7 +346,7 @@ def test_a_validation_goes_on_where_it_stopped(
     assert "validate small 3/3" in out  # one part was left
     assert "validate small 1/3" not in out
     assert "bounds hold" in out
-    assert archive.read_archive(path)[0].finished
+    assert archive.read_archive(path).finished
     for figure in ("contact", "curves", "scaling"):
         assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
     # A finished one is only shown again.
@@ -434,7 +434,7 @@ def crystal(tmp_path_factory: pytest.TempPathFactory) -> tuple[ValidateConfig, P
 
 
 def test_a_crystal_is_on_every_rung_and_springs_tell_its_geometry(crystal: tuple[ValidateConfig, Path]) -> None:
-    stored = archive.read_archive(crystal[1] / "crystal.h5")[0]
+    stored = archive.read_archive(crystal[1] / "crystal.h5")
     columns = stored.columns
     assert tuple(columns["rung"]) == RUNGS
     assert (columns["lambda_s"][0], columns["lambda_L"][0]) == (6.0, 12.0)

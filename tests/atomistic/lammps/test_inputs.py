@@ -1,5 +1,7 @@
 """Decks from end to end, as a person runs them: every input that comes with the package, and measured topographies."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -64,3 +66,11 @@ def test_a_piece_of_a_map_presses_on_atoms(tmp_path):
 @pytest.mark.parametrize("crystal", ["copper", "lennard-jones"])
 def test_a_measured_film_presses_on_crystals(tmp_path, crystal):
     end_to_end(tmp_path, crystal, 64, 8.0, 1.2)
+
+
+def test_a_deck_knows_surfaces_and_walls_of_files_whatever_was_imported_before() -> None:
+    code = (
+        "from atomistic.config.deck import DeckConfig, DeckSurface; from continuum.model.walls import WallTable\n"
+        "assert 'file' in DeckSurface.kinds and 'table' in WallTable.kinds"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

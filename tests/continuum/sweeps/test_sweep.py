@@ -32,11 +32,11 @@ from continuum.paper.points import sweep_points
 from continuum.runs.cost import cost_of
 from continuum.runs.ranges import expand_range
 from continuum.solve.backend import back_end
-from continuum.sweeps.axes import Sweep
-from continuum.sweeps.collect import collect, status_of, verify
+from continuum.sweeps.axes import Sweep, label_of
+from continuum.sweeps.collect import Verification, collect, sweep_status, sweep_verify
 from continuum.sweeps.conditions import condition, holds
 from continuum.sweeps.measured import numbers_of
-from continuum.sweeps.sweep import begin, run_sweep, solve_system, systems_of
+from continuum.sweeps.sweep import begin, solve_system, systems_of
 from tests.problems import SMALL
 from tests.stored import content, same
 
@@ -125,7 +125,7 @@ def test_a_table_can_be_an_axis_and_is_set_as_a_whole(tmp_path: Path, capsys: py
         tmp_path, '[sweep.axes]\n"wall" = [{law = "hard"}, {law = "lennard-jones-9-3", adhesion_length = 0.005}]\n'
     )
     (one, _), (other, _) = Sweep.read(path).systems()
-    assert (one.label, other.label) == (
+    assert (label_of(one.settings), label_of(other.settings)) == (
         'wall {law = "hard"}', 'wall {law = "lennard-jones-9-3", adhesion_length = 0.005}'
     )  # fmt: skip
     assert settings(path, settings={"wall": {"law": "hard"}}) == [{"wall": {"law": "hard"}}]
@@ -353,7 +353,7 @@ def test_an_axis_that_grows_keeps_what_is_there(undisturbed: Path, tmp_path: Pat
     tasks = begin(Sweep.read(path), root)
     assert sum(not task.path.exists() for task in tasks) == 2
     assert {p.name: p.stat().st_mtime_ns for p in (root / "points").iterdir()} == before
-    found = status_of(root)
+    found = sweep_status(root)
     assert (found.total, found.done, found.others) == (6, 4, 2)
 
 
@@ -388,12 +388,12 @@ def test_broken_files_are_one_message_each_and_verify_finds_all(
     assert "Traceback" not in said.err
     assert main(["sweep", "verify", str(root)]) == 1
     assert "6 files, 5 of them damaged" in capsys.readouterr().out
-    count, faults = verify(root, aside=True)
-    assert (count, len(faults)) == (6, 5)
-    assert {fault.path for fault in faults} == set(points[:5])
+    found = sweep_verify(root, aside=True)
+    assert (found.files, len(found.faults)) == (6, 5)
+    assert {path.name for path in (root / "damaged").iterdir()} == {path.name for path in points[:5]}
     for task in begin(Sweep.read(path), root):
         solve_system(root, task)
-    assert verify(root) == (6, [])
+    assert sweep_verify(root) == Verification(6, ())
     for point in points:
         same(point, undisturbed / point.relative_to(path.parent))
 
@@ -408,7 +408,7 @@ def test_what_fails_is_recorded_stops_nothing_and_is_tried_again_on_request(tmp_
     root = tmp_path / "out" / "many"
     done = continuum.sweep(path, root.parent)
     assert (done.done, len(done.failed)) == (1, 1)
-    ((label, reason),) = status_of(root).failed
+    ((label, reason),) = sweep_status(root).failed
     assert "bad.txt" in label
     assert "bad.txt" in reason + done.failed[0].reason
     again = continuum.sweep(path, root.parent)
@@ -516,7 +516,7 @@ def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
     assert "Traceback" not in said
     assert "Warning" not in said
     assert not any(psutil.pid_exists(worker) for worker in workers)
-    assert verify(root)[1] == []
+    assert sweep_verify(root).ok
 
 
 @pytest.mark.long
@@ -533,7 +533,7 @@ def test_two_drivers_share_a_folder(undisturbed: Path, tmp_path: Path) -> None:
     assert sum(counts) >= 6, said  # one that the other has just done counts for both
     for point in (root / "points").iterdir():
         same(point, undisturbed / point.relative_to(path.parent))
-    assert verify(root) == (6, [])
+    assert sweep_verify(root) == Verification(6, ())
 
 
 @pytest.mark.long
@@ -552,7 +552,7 @@ def test_kills_at_random_moments_of_forty_systems(victim: str, tmp_path: Path) -
         for one in victims:
             os.kill(one, signal.SIGKILL)
         process.communicate()
-        assert verify(root)[1] == []
+        assert sweep_verify(root).ok
         kept = {point.name for point in (root / "points").iterdir()}
         done = continuum.sweep(path, root.parent, workers=2)
         assert done.ok
@@ -576,10 +576,9 @@ def test_ten_thousand_systems_are_listed_resumed_and_collected_in_seconds(undist
     file = store.read_datasets(tasks[0].path, RunConfig.result_schema, RunConfig.result_version)
     few = {name: file.datasets[name] for name in ("measured", "quantity")}
     for task in tasks[1:]:
-        assert task.plan is not None
         store.write(task.path, few, {**file.attributes, "identity": task.plan.key})
     began = time.perf_counter()
-    assert all(ended.found for ended in run_sweep(begin(Sweep.read(path), root), root))
+    assert continuum.sweep(path, tmp_path / "out").found == 10000
     resumed = time.perf_counter() - began
     began = time.perf_counter()
     table = collect(root)
