@@ -43,6 +43,8 @@ class TimeWindows(NamedTuple):
     seed: int
     velocity: float
     """Of the wall, in (E* a0³/m)^(1/2)."""
+    hold: int
+    """First windows, in which the slab comes to rest."""
 
 
 class Steps(NamedTuple):
@@ -151,9 +153,9 @@ class _MotionTable(ProtocolTable):
     window: Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
     """time over which load and areas are averaged, in a0 (m/(E* a0³))^(1/2)"""
     hold: Annotated[int, Field(ge=1, le=LARGEST)] = 1
-    """windows before the wall moves"""
+    """windows before the wall moves, in which the thermostat holds all layers that move: the slab comes to rest"""
     thermostat_layers: Annotated[int, Field(ge=1)] = 2
-    """layers above the frozen base that a Langevin thermostat holds at the temperature; all others are free"""
+    """layers above the frozen base that a Langevin thermostat holds at the temperature once the slab is at rest"""
     damping: Annotated[float, Field(ge=0.1, le=1e4)] = 2.0
     """time constant of the thermostat, in the unit of window"""
     seed: Annotated[int, Field(ge=1, le=1_000_000)] = 1
@@ -195,7 +197,7 @@ class _MotionTable(ProtocolTable):
         separations, offsets = zip(*places, strict=True)
         return TimeWindows(
             separations, offsets, along, tuple(duration), self.temperature, self.thermostat_layers, self.damping,
-            self.seed, velocity,
+            self.seed, velocity, self.hold,
         )  # fmt: skip
 
 

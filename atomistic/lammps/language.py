@@ -10,9 +10,10 @@ def formatted(value: float) -> str:
     return f"{float(value):.17g}"
 
 
-def listing(values: Sequence[float]) -> str:
-    """Numbers of an index variable, one on each line."""
-    return " &\n                ".join(map(formatted, values))
+def listing(values: Sequence[float] | Sequence[str]) -> str:
+    """Numbers or words of an index variable, one on each line."""
+    texts = (value if isinstance(value, str) else formatted(value) for value in values)
+    return " &\n                ".join(texts)
 
 
 def atom_variable(name: str, formula: str) -> str:

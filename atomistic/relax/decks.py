@@ -23,7 +23,9 @@ from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.limits import require_steps
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
-from atomistic.response.material import model_of
+from atomistic.response.cache import default_folder
+from atomistic.response.material import CrystalModel, model_of
+from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError
@@ -102,7 +104,7 @@ def deck_of(config: DeckConfig) -> Deck:
     shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)
     specimen = Specimen.of_slab(parts.slab, parts.model)
     made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape)
-    return replace(made, notes=parts.notes + shape_notes(shape))
+    return replace(made, notes=parts.notes + shape_notes(shape) + made.notes)
 
 
 def _wall(config: DeckConfig) -> Wall:
@@ -144,12 +146,13 @@ def _started(
     specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable, shape: Shape | None
 ) -> Deck:
     """A deck that starts from the lattice solution of its first step."""
-    slab, response = specimen.slab, specimen.response
+    slab, response, model, rise = specimen.slab, specimen.response, specimen.model, specimen.response.rise
     slope = moments(slab.grid, heights).rms_slope
     scale = slope or 1.0  # a flat wall
     problem = ContactProblem(slab.grid, wall, heights, response)
     settings = solver.build(scale)
     protocol: Protocol | None
+    notes: tuple[str, ...] = ()
     if steps.control == "mean-pressure":
         states = list(loading.follow(problem, "mean-pressure", steps.values, settings))
         gap = states[0].solution.require().gap
@@ -160,26 +163,57 @@ def _started(
         separations = steps.values
         protocol = None if steps.single else Separations(separations)
         if steps.windows is not None:
-            protocol = _motion(steps.windows, specimen.model, wall)
+            model, rise, notes = _warm(specimen, steps.windows)
+            protocol = _motion(steps.windows, specimen.model, model, slab, wall)
     start = lattice_start(response, wall, gap)
     if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
         raise NotConvergedError(msg)
     tolerance = solver.force_tolerance * scale
-    model = specimen.model
     return Deck(
-        slab, model, wall, heights, separations[0], start, tolerance, rise=response.rise, protocol=protocol,
-        shape=shape,
+        slab, model, wall, heights, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
+        notes=notes,
     )  # fmt: skip
 
 
-def _motion(windows: TimeWindows, model: Model, wall: Wall) -> Motion:
-    temperature = windows.temperature
-    if isinstance(temperature, str):
-        temperature = thermal_energy(kelvin(temperature), model.real_units)
+def _thermal_energy(windows: TimeWindows, model: Model) -> float:
+    """k_B T, in E* a0³ of a model."""
+    given = windows.temperature
+    return thermal_energy(kelvin(given), model.real_units) if isinstance(given, str) else given
+
+
+def _warm(specimen: Specimen, windows: TimeWindows) -> tuple[Model, Real, tuple[str, ...]]:
+    """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
+
+    A crystal of springs, whose bonds are harmonic, is left as it is at rest.
+    """
+    model, slab = specimen.model, specimen.slab
+    temperature = _thermal_energy(windows, model)
+    if temperature == 0 or not isinstance(model, CrystalModel):
+        return model, specimen.response.rise, ()
+    warm = warm_crystal(model, temperature, slab.mobile, default_folder())
+    found = warm.of(model)
+    unit = "Å" if model.units == "metal" else "σ"
+    return found, warm.rise_of(slab), (
+        f"Temperature: k_B T = {temperature:.6g} E* a0^3, of the crystal at rest.",
+        f"Lattice constant at this temperature: {found.length * 2**0.5:.6g} {unit}, at rest "
+        f"{model.length * 2**0.5:.6g} {unit}: {100 * (warm.stretch - 1):.3f}({100 * warm.stretch_error:.3f}) % more, "
+        f"measured where a pressure of {warm.pressure:.1e} E* was left.  Cell, frozen base and a0 are those of this "
+        "temperature; E* is that at rest.",
+        f"Surface at this temperature: {warm.rise[0]:+.4f}({warm.rise_error:.4f}) a0 above its lattice sites, from "
+        "where separations count.",
+    )  # fmt: skip
+
+
+def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
+    """The motion of atoms of a model, which at rest is another."""
+    temperature = _thermal_energy(windows, rest) * rest.energy / model.energy
+    # The slab swings as a whole with ω = π c/(2 depth), c² = C11/√2 in a0² E* a0/m, damped most by a time of 1/(2 ω).
+    swing = np.pi * np.sqrt(model.elastic_constants[0] / np.sqrt(2)) / (2 * slab.depth)
     return Motion(
         windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
-        windows.damping, windows.seed, largest_timestep(model, wall), windows.along,
+        windows.damping, windows.seed, largest_timestep(model, wall), windows.along, windows.hold,
+        max(windows.damping, 1 / (2 * float(swing))),
     )  # fmt: skip
 
 
@@ -218,4 +252,5 @@ def deck_under(
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
     specimen = Specimen.of_slab(slab, measured)
-    return replace(_started(specimen, wall, heights, steps, AtomsSolverTable(), shape), notes=shape_notes(shape))
+    made = _started(specimen, wall, heights, steps, AtomsSolverTable(), shape)
+    return replace(made, notes=shape_notes(shape) + made.notes)
