@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import partial
+from contextlib import ExitStack
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -88,7 +89,10 @@ def deck(
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
     _check_lmp_command(lmp_command)
-    made = decks.deck(file)
+    with ExitStack() as bars:
+        # A bar only where there is something to wait for.
+        bar = cache(lambda total: bars.enter_context(progress(total, "crystal at its temperature, once and for all")))
+        made = decks.deck(file, progress=lambda done, total: bar(total)(done, ""))
     if not made.stock and (not run or lmp_command is not None):
         raise InputError(
             f"{file}: LAMMPS has no formula for the heights of this wall above where the atoms are "

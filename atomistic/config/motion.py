@@ -45,6 +45,8 @@ class TimeWindows(NamedTuple):
     """Of the wall, in (E* a0³/m)^(1/2)."""
     hold: int
     """First windows, in which the slab comes to rest."""
+    dwell: int
+    """Windows after these, before the wall moves."""
 
 
 class Steps(NamedTuple):
@@ -153,7 +155,9 @@ class _MotionTable(ProtocolTable):
     window: Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
     """time over which load and areas are averaged, in a0 (m/(E* a0³))^(1/2)"""
     hold: Annotated[int, Field(ge=1, le=LARGEST)] = 1
-    """windows before the wall moves, in which the thermostat holds all layers that move: the slab comes to rest"""
+    """windows before all others, in which the thermostat holds all layers that move: the slab comes to rest"""
+    dwell: Annotated[int, Field(ge=0, le=LARGEST)] = 0
+    """windows after these in which the wall rests: they are averaged, and contacts age in them"""
     thermostat_layers: Annotated[int, Field(ge=1)] = 2
     """layers above the frozen base that a Langevin thermostat holds at the temperature once the slab is at rest"""
     damping: Annotated[float, Field(ge=0.1, le=1e4)] = 2.0
@@ -188,7 +192,8 @@ class _MotionTable(ProtocolTable):
 
     def _windows(self, turns: list[tuple[float, float]], velocity: float, along: Literal["x", "y"]) -> TimeWindows:
         """Legs between points (separation, offset), each in whole windows of about the duration wanted."""
-        places, duration = [turns[0]] * (self.hold + 1), [self.window] * self.hold
+        rest = self.hold + self.dwell
+        places, duration = [turns[0]] * (rest + 1), [self.window] * rest
         for (d0, o0), (d1, o1) in pairwise(turns):
             time = float(np.hypot(d1 - d0, o1 - o0)) / velocity
             count = max(1, round(time / self.window))
@@ -197,7 +202,7 @@ class _MotionTable(ProtocolTable):
         separations, offsets = zip(*places, strict=True)
         return TimeWindows(
             separations, offsets, along, tuple(duration), self.temperature, self.thermostat_layers, self.damping,
-            self.seed, velocity, self.hold,
+            self.seed, velocity, self.hold, self.dwell,
         )  # fmt: skip
 
 
@@ -213,8 +218,11 @@ class VelocityTable(_MotionTable):
     @constraint
     def _moves(self) -> Iterator[Fault]:
         way = float(np.abs(np.diff(self.separations)).sum())
+        if len(self.separations) == 1 and not self.dwell:
+            allowed = "two or more, or dwell of at least 1: windows of hold are in no mean"
+            yield Fault(("separations",), allowed)
         if any(a == b for a, b in pairwise(self.separations)):
-            yield Fault(("separations",), "another one each time", "a wall at rest: hold")
+            yield Fault(("separations",), "another one each time", "a wall at rest: dwell")
         elif way / self.velocity / self.window > LARGEST:
             yield Fault(("window",), f"at most {LARGEST} windows on the way along the separations at this velocity")
         elif self.velocity <= FASTEST and any(

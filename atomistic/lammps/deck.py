@@ -38,6 +38,8 @@ class Deck:
     shape : the wall as a function of the position, which the force of the wall on an atom then follows, sideways too;
         its heights at the sites are ``heights``.  A function of the lattice site if None, the paper's choice.
     notes : where the heights come from, line by line; they are written beside the deck, into no script.
+    stiffness : K_q of the slab, shape ``slab.grid.shape_q``, in E*/a0, of the continuum that is put beside a run; an
+        isotropic half-space if None.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class Deck:
     protocol: Protocol | None = None
     shape: Shape | None = None
     notes: tuple[str, ...] = ()
+    stiffness: Real | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         slab, model = instance("slab", self.slab, Slab), check_model("model", self.model)
@@ -90,6 +93,8 @@ class Deck:
         _set_array(self, "heights", self.heights, slab.shape)
         start = np.zeros((*sites, 3)) if self.displacements is None else self.displacements
         _set_array(self, "displacements", start, (*sites, 3))
+        if self.stiffness is not None:
+            _set_array(self, "stiffness", self.stiffness, slab.grid.shape_q)
         _set_array(self, "rise", np.zeros(slab.layers) if self.rise is None else self.rise, (slab.layers,))
         for name in ("displacements", "rise"):
             moved = getattr(self, name)

@@ -41,7 +41,7 @@ from continuum.model.walls import Wall
 FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
-INPUTS = (*SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json")
+INPUTS = (*SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy")
 """Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
 OUTPUTS = re.compile(r"(result(\.\d+)?\.json)|((surface|state)(\.\d+)?\.dump)|(log(\.\d+)?\.lammps)")
 """Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
@@ -198,6 +198,9 @@ def write_deck(directory: Path, deck: Deck) -> Path:
             save(directory / name, content)
         with whole(directory / "slab.data") as file:
             _write_data(file, deck)
+        if deck.stiffness is not None:
+            with whole(directory / "stiffness.npy") as file:
+                np.save(file, deck.stiffness)
         for name in reversed(texts):  # in.contact last
             save(directory / name, texts[name])
     return directory
@@ -231,6 +234,7 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
         "format": FORMAT,
         "identity": digest.hexdigest(),
         "steps": 0 if protocol is None else protocol.steps,
+        **({} if protocol is None else protocol.about()),
         "wall": {"law": type(wall).__name__, **numbers},
         "element": deck.model.element,
         "model": deck.model.reference,

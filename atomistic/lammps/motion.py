@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil
 from typing import Literal
 
@@ -67,6 +69,14 @@ def largest_timestep(model: Model, wall: Wall) -> float:
     gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 2.0), 2001)
     law = wall.evaluate(gap)
     return vibration_timestep(model, max(0.0, float(law.stiffness[law.traction <= 1].max())))
+
+
+def swing(model: Model, depth: float) -> float:
+    """Angular frequency of the slowest vibration of a slab, up and down as a whole, in (E* a0³/m)^(1/2)/a0.
+
+    A quarter of its wave is as long as the slab is deep: ω = π c/(2 depth), with c² = C11 over the density √2 m/a0³.
+    """
+    return float(np.pi * np.sqrt(model.elastic_constants[0] / np.sqrt(2)) / (2 * depth))
 
 
 def thermal_energy(kelvin: float, real: Units | None) -> float:
@@ -137,6 +147,12 @@ class Motion(Protocol):
         return len(self.durations)
 
     @property
+    def dwell(self) -> int:
+        """Number of windows after those of ``hold`` in which the wall rests."""
+        ends = list(pairwise(zip(self.separations, self.offsets, strict=True)))[self.hold :]
+        return next((i for i, (begin, end) in enumerate(ends) if begin != end), len(ends))
+
+    @property
     def slides(self) -> bool:
         return any(self.offsets)
 
@@ -151,6 +167,9 @@ class Motion(Protocol):
 
     def _damping(self, window: int) -> float:
         return self.hold_damping if window < self.hold and self.hold_damping is not None else self.damping
+
+    def about(self) -> Mapping[str, float]:
+        return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell}
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         unit, boltzmann = time_unit(model), BOLTZMANN[model.units]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -27,6 +28,10 @@ class Protocol:
     @property
     def steps(self) -> int:
         return len(self.separations)
+
+    def about(self) -> Mapping[str, float]:
+        """What ``deck.json`` says of it beside the number of steps."""
+        return {}
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         """What its scripts hold beside the numbers of all decks, for so many mobile layers of so many atoms."""

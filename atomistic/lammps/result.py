@@ -179,6 +179,12 @@ class DeckDescription:
     """Size of a0 in LAMMPS' unit."""
     real_units: Units | None
     """Size of a0 and E*, if the crystal has one."""
+    temperature: float = 0.0
+    """k_B T of a motion, in E* a0³; zero of equilibria."""
+    hold: int = 0
+    """First windows of a motion, in which a thermostat holds all layers: they are in no mean."""
+    dwell: int = 0
+    """Windows after these in which the wall rests."""
 
 
 def read_description(directory: Path) -> DeckDescription:

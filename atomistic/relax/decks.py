@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from functools import singledispatch
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.law import native_law
-from atomistic.lammps.motion import Motion, largest_timestep, thermal_energy
+from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
 from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus, distortion
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
@@ -25,7 +26,7 @@ from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
 from atomistic.response.material import CrystalModel, model_of
-from atomistic.response.thermal import warm_crystal
+from atomistic.response.thermal import Progress, warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError
@@ -90,7 +91,7 @@ def parts_of(config: DeckConfig) -> DeckParts:
     return DeckParts(slab, model, wall, heights, notes)
 
 
-def deck_of(config: DeckConfig) -> Deck:
+def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     """The deck of an input, starting from the lattice solution.
 
     Raises
@@ -103,7 +104,7 @@ def deck_of(config: DeckConfig) -> Deck:
     parts = parts_of(config)
     shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)
     specimen = Specimen.of_slab(parts.slab, parts.model)
-    made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape)
+    made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape, progress)
     return replace(made, notes=parts.notes + shape_notes(shape) + made.notes)
 
 
@@ -143,7 +144,13 @@ def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) 
 
 
 def _started(
-    specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable, shape: Shape | None
+    specimen: Specimen,
+    wall: Wall,
+    heights: Real,
+    steps: Steps,
+    solver: AtomsSolverTable,
+    shape: Shape | None,
+    progress: Progress | None,
 ) -> Deck:
     """A deck that starts from the lattice solution of its first step."""
     slab, response, model, rise = specimen.slab, specimen.response, specimen.model, specimen.response.rise
@@ -163,8 +170,9 @@ def _started(
         separations = steps.values
         protocol = None if steps.single else Separations(separations)
         if steps.windows is not None:
-            model, rise, notes = _warm(specimen, steps.windows)
+            model, rise, notes = _warm(specimen, steps.windows, progress)
             protocol = _motion(steps.windows, specimen.model, model, slab, wall)
+            notes += _hold_notes(protocol, model, slab)
     start = lattice_start(response, wall, gap)
     if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
@@ -172,7 +180,7 @@ def _started(
     tolerance = solver.force_tolerance * scale
     return Deck(
         slab, model, wall, heights, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
-        notes=notes,
+        notes=notes, stiffness=response.stiffness_q,
     )  # fmt: skip
 
 
@@ -182,7 +190,7 @@ def _thermal_energy(windows: TimeWindows, model: Model) -> float:
     return thermal_energy(kelvin(given), model.real_units) if isinstance(given, str) else given
 
 
-def _warm(specimen: Specimen, windows: TimeWindows) -> tuple[Model, Real, tuple[str, ...]]:
+def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
     """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
 
     A crystal of springs, whose bonds are harmonic, is left as it is at rest.
@@ -191,7 +199,7 @@ def _warm(specimen: Specimen, windows: TimeWindows) -> tuple[Model, Real, tuple[
     temperature = _thermal_energy(windows, model)
     if temperature == 0 or not isinstance(model, CrystalModel):
         return model, specimen.response.rise, ()
-    warm = warm_crystal(model, temperature, slab.mobile, default_folder())
+    warm = warm_crystal(model, temperature, slab.mobile, default_folder(), progress)
     found = warm.of(model)
     unit = "Å" if model.units == "metal" else "σ"
     return found, warm.rise_of(slab), (
@@ -205,15 +213,25 @@ def _warm(specimen: Specimen, windows: TimeWindows) -> tuple[Model, Real, tuple[
     )  # fmt: skip
 
 
+def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
+    """How long the slab is damped before its means are taken, beside its slowest vibration."""
+    time, period = sum(motion.durations[: motion.hold]), 2 * np.pi / swing(model, slab.depth)
+    said = (
+        f"In {motion.hold} windows of hold the thermostat holds all layers, for {time:.3g} a0 (m/(E* a0³))^(1/2), "
+        f"{time / period:.2g} periods of the slowest vibration of the slab"
+    )
+    if time < period:
+        return (f"{said}: too short for it to come to rest; give hold = {ceil(period / time * motion.hold)} at least.",)
+    return (f"{said}.",)
+
+
 def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
     """The motion of atoms of a model, which at rest is another."""
     temperature = _thermal_energy(windows, rest) * rest.energy / model.energy
-    # The slab swings as a whole with ω = π c/(2 depth), c² = C11/√2 in a0² E* a0/m, damped most by a time of 1/(2 ω).
-    swing = np.pi * np.sqrt(model.elastic_constants[0] / np.sqrt(2)) / (2 * slab.depth)
     return Motion(
         windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
         windows.damping, windows.seed, largest_timestep(model, wall), windows.along, windows.hold,
-        max(windows.damping, 1 / (2 * float(swing))),
+        max(windows.damping, 1 / (2 * swing(model, slab.depth))),  # no other damps the slab's swing more
     )  # fmt: skip
 
 
@@ -223,6 +241,7 @@ def deck_under(
     steps: Steps,
     depth: float | None = None,
     shape: Shape | None = None,
+    progress: Progress | None = None,
 ) -> Deck:
     """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
 
@@ -233,6 +252,7 @@ def deck_under(
     steps : what is done.
     depth : of the slab, in a0; as deep as it is wide if None.
     shape : the wall as a function of the position; of the site if None.
+    progress : called as a crystal is measured at a temperature, with how many runs are done and how many there are.
 
     Raises
     ------
@@ -252,5 +272,5 @@ def deck_under(
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
     specimen = Specimen.of_slab(slab, measured)
-    made = _started(specimen, wall, heights, steps, AtomsSolverTable(), shape)
+    made = _started(specimen, wall, heights, steps, AtomsSolverTable(), shape, progress)
     return replace(made, notes=shape_notes(shape) + made.notes)

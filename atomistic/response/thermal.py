@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -38,6 +39,8 @@ _WIDTH = 8
 """Surface atoms of the slab along x and y, at least."""
 _SEED = 12345
 
+Progress = Callable[[int, int], None]
+
 
 @dataclass(frozen=True)
 class WarmCrystal:
@@ -67,7 +70,9 @@ class WarmCrystal:
         return np.concatenate([self.rise[:half], deep, self.rise[half:], np.zeros(slab.frozen)])
 
 
-def warm_crystal(model: CrystalModel, temperature: float, mobile: int, folder: Path) -> WarmCrystal:
+def warm_crystal(
+    model: CrystalModel, temperature: float, mobile: int, folder: Path, progress: Progress | None = None
+) -> WarmCrystal:
     """A crystal at a temperature: read if a folder holds it, else measured and stored there.
 
     Parameters
@@ -76,6 +81,7 @@ def warm_crystal(model: CrystalModel, temperature: float, mobile: int, folder: P
     temperature : k_B T, in its E* a0³.
     mobile : number of layers that move of the slab at hand.
     folder : of the files; made if needed, done without if it cannot be.
+    progress : called after each run of a measurement with how many are done and how many there are.
 
     Raises
     ------
@@ -96,7 +102,7 @@ def warm_crystal(model: CrystalModel, temperature: float, mobile: int, folder: P
         return WarmCrystal(**(found | {"rise": tuple(found["rise"])}))
     except (OSError, ValueError, TypeError, KeyError):
         pass  # missing, or damaged: measured anew
-    warm = measure_warm_crystal(model, temperature, layers)
+    warm = measure_warm_crystal(model, temperature, layers, progress)
     try:
         output.folder(path.parent)
         output.save(path, json.dumps(asdict(warm), indent=2) + "\n")
@@ -105,11 +111,20 @@ def warm_crystal(model: CrystalModel, temperature: float, mobile: int, folder: P
     return warm
 
 
-def measure_warm_crystal(model: CrystalModel, temperature: float, layers: int = _LAYERS) -> WarmCrystal:
+def measure_warm_crystal(
+    model: CrystalModel, temperature: float, layers: int = _LAYERS, progress: Progress | None = None
+) -> WarmCrystal:
     """Lattice constant of a periodic crystal under no pressure, then the layers of a slab of it on a frozen base.
 
     The lattice constant is found by three runs, the secant of the first two, and what pressure the last one has left.
     The pressure is that of the virial and of an ideal gas, N k_B T/V, whose mean is exact.
+
+    Parameters
+    ----------
+    model : the crystal at rest.
+    temperature : k_B T, in its E* a0³.
+    layers : number of layers that move of the slab.
+    progress : called after each of the four runs with how many are done and how many there are.
 
     Raises
     ------
@@ -119,15 +134,19 @@ def measure_warm_crystal(model: CrystalModel, temperature: float, layers: int = 
     c11, c12, _ = model.elastic_constants
     stretch, stiffness = 1.0, c11 + 2 * c12  # -dp/d ln(a), at rest
     pressure, error = _pressure(model, temperature, stretch, _BLOCKS // 2)
-    for blocks in (_BLOCKS // 2, _BLOCKS):
+    tell = progress or (lambda done, total: None)
+    tell(1, 4)
+    for done, blocks in enumerate((_BLOCKS // 2, _BLOCKS), 2):
         before, step = pressure, pressure / stiffness
         stretch *= 1 + step
         pressure, error = _pressure(model, temperature, stretch, blocks)
+        tell(done, 4)
         # Warm, it is softer, and the more so the more it is stretched; where the step was a small one noise decides.
         if before > 10 * error:
             stiffness = (before - pressure) / step
     stretch *= 1 + pressure / stiffness
     rise, rise_error = _rise(_stretched(model, stretch), temperature * stretch**-3, layers)
+    tell(4, 4)
     return WarmCrystal(temperature, stretch, error / stiffness, pressure, rise, rise_error)
 
 

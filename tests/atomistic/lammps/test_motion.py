@@ -215,7 +215,8 @@ thermostat_layers = 1
     run = a.read(tmp_path / "slide")
     assert "friction/A0" in run.sheets()[0].text()
     assert "± N/A0" in run.sheets()[0].text()
-    assert "Mean friction" in run.sheets()[0].text()
+    assert "Means over the 2 windows in which the wall slides" in run.sheets()[0].text()
+    assert run.mean("lateral_x").mean == pytest.approx(np.mean([step.lateral_x for step in run.steps[1:]]), rel=1e-12)
     assert [step.offset_x for step in run.steps] == pytest.approx([0, 0.125, 0.375], abs=0.02)
     assert run.converged
     # The wall of each window is a mesh where it then was; what slides has no continuum beside it.
