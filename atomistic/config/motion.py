@@ -240,7 +240,7 @@ class SlidingTable(_MotionTable):
     kind: Literal["sliding"]
     slides: ClassVar[bool] = True
     separation: float
-    """height of the wall's mean plane above the surface at rest, in a0"""
+    """height of the plane h = 0 of the wall above the surface at rest, in a0"""
     distance: Positive
     """that it slides, in a0"""
     velocity: Positive

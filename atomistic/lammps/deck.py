@@ -38,6 +38,7 @@ class Deck:
     shape : the wall as a function of the position, which the force of the wall on an atom then follows, sideways too;
         its heights at the sites are ``heights``.  A function of the lattice site if None, the paper's choice.
     notes : where the heights come from, line by line; they are written beside the deck, into no script.
+    source : text of the input that it is of, written beside the deck; none if empty.
     stiffness : K_q of the slab, shape ``slab.grid.shape_q``, in E*/a0, of the continuum that is put beside a run; an
         isotropic half-space if None.
 
@@ -62,6 +63,7 @@ class Deck:
     shape: Shape | None = None
     notes: tuple[str, ...] = ()
     stiffness: Real | None = field(default=None, repr=False)
+    source: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         slab, model = instance("slab", self.slab, Slab), check_model("model", self.model)
@@ -109,6 +111,7 @@ class Deck:
         count("evaluations", self.evaluations)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
+        instance("source", self.source, str)
         protocol = self.protocol
         if protocol is None:
             return

@@ -41,13 +41,21 @@ from continuum.model.walls import Wall
 FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
-INPUTS = (*SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy")
+INPUTS = (
+    *SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy",
+    "input.toml",
+)  # fmt: skip
 """Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
 OUTPUTS = re.compile(r"(result(\.\d+)?\.json)|((surface|state)(\.\d+)?\.dump)|(log(\.\d+)?\.lammps)")
 """Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
 PARTS = ("state.part", "result.part")
 """What a killed run may leave."""
+
+LEAST_VERSION = 20240207, "7 February 2024"
+"""First LAMMPS that runs a deck: variables then know ternary(x,y,z)."""
+_TOO_OLD = f"this_deck_needs_LAMMPS_of_{LEAST_VERSION[1].replace(' ', '_')}_or_later"
+"""An unknown command, with which LAMMPS ends; `quit` would end a Python that it runs in, too."""
 
 _TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, at rest"
 """First line of ``slab.data``."""
@@ -97,7 +105,10 @@ def render(deck: Deck) -> dict[str, str]:
         "timestep": formatted(model.timestep * time_unit(model)),
         "real_units": _real_units(deck),
         "atoms": f"{deck.slab.size:d}",
+        "input": "input.toml    the input that this deck is of\n" if deck.source else "",
         "version": continuum.__version__,
+        "least": LEAST_VERSION[1],
+        "least_version": f'if "$(version) < {LEAST_VERSION[0]}" then "{_TOO_OLD}"',
         "model": textwrap.fill(model.reference, 118),
         "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
@@ -201,6 +212,8 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         if deck.stiffness is not None:
             with whole(directory / "stiffness.npy") as file:
                 np.save(file, deck.stiffness)
+        if deck.source:
+            save(directory / "input.toml", deck.source)
         for name in reversed(texts):  # in.contact last
             save(directory / name, texts[name])
     return directory
@@ -229,6 +242,7 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
     for array in (deck.heights, deck.start, deck.rest):
         digest.update(array.tobytes())
     wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
+    heights = deck.heights
     numbers: dict[str, object] = asdict(wall) if is_dataclass(wall) and not wall.knots else {}
     description = {
         "format": FORMAT,
@@ -240,6 +254,7 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
         "model": deck.model.reference,
         "stock": deck.stock,
         "surface": float(deck.rest[0, 0, 0, 2]),
+        "heights": hashlib.sha256(heights.tobytes()).hexdigest(),
         "notes": list(deck.notes),
         "length": deck.model.length,
         "real_units": None if real is None else asdict(real),

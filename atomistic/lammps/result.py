@@ -179,6 +179,8 @@ class DeckDescription:
     """Size of a0 in LAMMPS' unit."""
     real_units: Units | None
     """Size of a0 and E*, if the crystal has one."""
+    heights: str = ""
+    """SHA-256 of the heights of the wall above each surface atom, as 64 bit numbers along y first."""
     temperature: float = 0.0
     """k_B T of a motion, in E* a0³; zero of equilibria."""
     hold: int = 0

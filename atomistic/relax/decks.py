@@ -21,6 +21,7 @@ from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_ene
 from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus, distortion
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
+from atomistic.relax.description import described
 from atomistic.relax.limits import require_steps
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
@@ -105,7 +106,9 @@ def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)
     specimen = Specimen.of_slab(parts.slab, parts.model)
     made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape, progress)
-    return replace(made, notes=parts.notes + shape_notes(shape) + made.notes)
+    notes = described(config, parts.slab, parts.model, parts.wall, parts.heights)
+    notes += parts.notes + shape_notes(shape) + made.notes
+    return replace(made, notes=notes, source="" if config.source is None else config.source.text)
 
 
 def _wall(config: DeckConfig) -> Wall:
@@ -202,8 +205,9 @@ def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -
     warm = warm_crystal(model, temperature, slab.mobile, default_folder(), progress)
     found = warm.of(model)
     unit = "Å" if model.units == "metal" else "σ"
+    kelvins = "" if model.real_units is None else f" ({temperature / thermal_energy(1.0, model.real_units):.4g} K)"
     return found, warm.rise_of(slab), (
-        f"Temperature: k_B T = {temperature:.6g} E* a0^3, of the crystal at rest.",
+        f"Temperature: k_B T = {temperature:.6g} E* a0^3{kelvins}, of the crystal at rest.",
         f"Lattice constant at this temperature: {found.length * 2**0.5:.6g} {unit}, at rest "
         f"{model.length * 2**0.5:.6g} {unit}: {100 * (warm.stretch - 1):.3f}({100 * warm.stretch_error:.3f}) % more, "
         f"measured where a pressure of {warm.pressure:.1e} E* was left.  Cell, frozen base and a0 are those of this "
