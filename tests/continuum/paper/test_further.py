@@ -76,6 +76,7 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     drawing = FIGURES["gap-profile"].make(data)
     shown = columns(drawing.sheet)
     assert [axis.get_title() for axis in drawing.figure.axes] == ["hard wall", "wall with a law"]
+    assert set(data.points.law) == {"hard", "lennard-jones-spline"}
     for i, key in enumerate(data.table.keys):
         (point,) = analyse_run(Folder(data.root).point(key)).points
         assert point.fields is not None
