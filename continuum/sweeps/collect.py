@@ -84,7 +84,7 @@ class PointTable:
         return {system.key: self._with_tables(system.settings) for system in self.listing.systems}
 
     def _with_tables(self, settings: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Settings and, where an axis gives a whole table, its keys; those that all systems share are then not there."""
+        """Settings and, where an axis gives a whole table, its keys, which replace those that all systems share."""
         found = dict(settings)
         for table, values in settings.items():
             if isinstance(values, Mapping):
