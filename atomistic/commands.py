@@ -85,6 +85,7 @@ def deck(
     *,
     output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
     run: Annotated[bool, Parameter(help="run it at once and print what it found")] = False,
+    force: Annotated[bool, Parameter(help="remove finished steps of another deck in that directory")] = False,
     lmp_command: str | None = None,
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
@@ -99,7 +100,7 @@ def deck(
             '(follows = "atom"): no stock LAMMPS can run the deck; run it in this process (--run, without '
             '--lmp-command), or let the wall follow the sites (follows = "site")'
         )
-    directory = made.write(output or Path("decks") / Path(file).stem)
+    directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if run:
         steps = 1 if made.protocol is None else made.protocol.steps

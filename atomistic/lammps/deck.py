@@ -12,7 +12,7 @@ from atomistic.crystal.interatomic import Model, check_model
 from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
-from continuum.arguments import ArgumentError, count, file_name, instance, number
+from continuum.arguments import ArgumentError, count, file_name, flag, instance, number
 from continuum.arguments import field as field_of
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -77,17 +77,22 @@ class Deck:
         self._set_arrays()
         self._check_numbers()
 
-    def write(self, directory: str | Path) -> Path:
+    def write(self, directory: str | Path, *, force: bool = False) -> Path:
         """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
+
+        Parameters
+        ----------
+        force : remove finished steps of another deck there; those that this deck reaches by the same steps stay.
 
         Raises
         ------
         ArgumentError, OutputError
-            If that is no name of a directory, it holds anything but an earlier deck, or cannot be written to.
+            If that is no name of a directory, it holds anything but an earlier deck, or finished steps of another one,
+            or cannot be written to.
         """
         from atomistic.lammps.directory import write_deck
 
-        return write_deck(file_name("directory", directory), self)
+        return write_deck(file_name("directory", directory), self, force=flag("force", force))
 
     def _set_arrays(self) -> None:
         slab = self.slab

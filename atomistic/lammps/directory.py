@@ -27,6 +27,7 @@ import continuum
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
+from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, steps_to_keep
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
@@ -46,11 +47,7 @@ INPUTS = (
     "input.toml",
 )  # fmt: skip
 """Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
-OUTPUTS = re.compile(r"(result(\.\d+)?\.json)|((surface|state)(\.\d+)?\.dump)|(log(\.\d+)?\.lammps)")
-"""Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
-PARTS = ("state.part", "result.part")
-"""What a killed run may leave."""
 
 LEAST_VERSION = 20240207, "7 February 2024"
 """First LAMMPS that runs a deck: variables then know ternary(x,y,z)."""
@@ -171,19 +168,21 @@ def _real_units(deck: Deck) -> str:
     )
 
 
-def write_deck(directory: Path, deck: Deck) -> Path:
+def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
     """Write a deck into a directory, which is made if needed; returns it.
 
-    An earlier deck there is replaced, and its outputs are removed, so that no result outlives its input; but the steps
-    that are finished stay if it is the same deck, whose run then goes on.  ``in.contact`` is written last: without it
-    a directory is no deck.
+    An earlier deck there is replaced.  Its finished steps stay where the new deck reaches them by the same steps, so
+    that a protocol which was made longer goes on; others, which would outlive their input, are removed if ``force``.
+    ``in.contact`` is written last: without it a directory is no deck.
 
-    Raises OutputError if the directory holds anything else, or a run is under way there: it is left as it was; or it
-    cannot be written to.
+    Raises OutputError if the directory holds anything else, finished steps of another deck without ``force``, or a run
+    is under way there: it is left as it was; or it cannot be written to.
     """
     directory = Path(directory)
     texts = render(deck)
-    texts["deck.json"] = _description(deck, texts)
+    keys = step_keys(deck, texts)
+    texts["deck.json"] = _description(deck, texts, keys)
+    keep = 0
     if directory.exists():
         if not directory.is_dir():
             raise OutputError(f"{directory}: is no folder, and is left alone; choose another one for the deck")
@@ -196,11 +195,12 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         if foreign:
             names = ", ".join(foreign[:5])
             raise OutputError(f"{directory} holds files that are not of a deck ({names}): choose another directory")
-        if deck.protocol is not None and _same(directory, texts["deck.json"]):
+        if _same(directory, texts["deck.json"]):
             return directory
+        keep = steps_to_keep(directory, keys, force=force)
     folder(directory)
     with hold(directory):
-        remove_outputs(directory)
+        remove_outputs(directory, keep)
         (directory / "in.contact").unlink(missing_ok=True)
         for entry in list(directory.iterdir()):
             if _POTENTIALS.fullmatch(entry.name) or (entry.name in INPUTS and entry.name not in texts):
@@ -219,13 +219,6 @@ def write_deck(directory: Path, deck: Deck) -> Path:
     return directory
 
 
-def remove_outputs(directory: Path) -> None:
-    """Remove what runs of a deck have left."""
-    for entry in Path(directory).iterdir():
-        if OUTPUTS.fullmatch(entry.name) or entry.name in PARTS:
-            entry.unlink(missing_ok=True)
-
-
 def _same(directory: Path, description: str) -> bool:
     try:
         there = (directory / "deck.json").read_text(encoding="utf-8") == description
@@ -234,7 +227,7 @@ def _same(directory: Path, description: str) -> bool:
     return there and (directory / "in.contact").is_file()
 
 
-def _description(deck: Deck, texts: Mapping[str, str]) -> str:
+def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
     """``deck.json``: what the deck is, for programs; its identity is a hash of all that LAMMPS reads."""
     digest = hashlib.sha256("".join(texts[name] for name in sorted(texts)).encode())
     for content in deck.model.files.values():
@@ -248,6 +241,7 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
         "format": FORMAT,
         "identity": digest.hexdigest(),
         "steps": 0 if protocol is None else protocol.steps,
+        "step_keys": keys,
         **({} if protocol is None else protocol.about()),
         "wall": {"law": type(wall).__name__, **numbers},
         "element": deck.model.element,

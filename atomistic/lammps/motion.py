@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
@@ -167,6 +167,11 @@ class Motion(Protocol):
 
     def _damping(self, window: int) -> float:
         return self.hold_damping if window < self.hold and self.hold_damping is not None else self.damping
+
+    def each_step(self) -> Sequence[tuple[object, ...]]:
+        places = pairwise(zip(self.separations, self.offsets, strict=True))
+        damped = ((i < self.hold, self._damping(i)) for i in range(self.steps))
+        return list(zip(places, self.durations, self.block, damped, strict=True))
 
     def about(self) -> Mapping[str, float]:
         return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell}

@@ -11,12 +11,12 @@ import numpy as np
 
 from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import read_heights, read_wall
+from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.result import (
     DeckDescription,
     DeckError,
     DeckResult,
     DeckStatus,
-    finished_steps,
     read_description,
     read_result,
 )

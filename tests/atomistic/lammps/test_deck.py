@@ -89,7 +89,7 @@ def test_the_slab_is_read_back(tmp_path):
 def test_a_deck_replaces_a_deck_and_its_outputs_but_nothing_else(tmp_path):
     directory = write_deck(tmp_path / "new" / "deck", make_deck())
     (directory / "result.json").write_text("{}")
-    write_deck(directory, make_deck(separation=2.0))
+    write_deck(directory, make_deck(separation=2.0), force=True)
     assert not (directory / "result.json").exists()
     assert "separation index 2 " in (directory / "in.contact").read_text()
 
