@@ -44,26 +44,30 @@ def _faults(prediction: Prediction) -> str:
 
 
 def prediction_sentence(prediction: Prediction) -> str:
-    """Faults of the maps, the vote of the theories, what the paper says, and what the solver says if it was asked."""
+    """What the solver says if it was asked, faults of the maps, the vote of the theories, and where Eq. (6) turns."""
     paper, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
-    modulus, work = paper.turning_modulus(contact), paper.turning_work(contact)
-    margin = paper.margin or 0.0
-    factor = f"{max(margin, 1 / margin):.3g}" if margin else "any factor"
-    text = f"{_faults(prediction)}{verdict.answer[0].upper()}{verdict.answer[1:]}"
     chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
-    text += f" ({'; '.join(filter(None, (chance, *verdict.why)))})"
-    text += f".  The paper's criterion by itself: {_answer(paper)} by a factor of {factor} in w or E*"
-    if modulus and work:
-        text += f"; it turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
-    text += "" if paper.valid else ", out of its range (see the warnings)"
+    answer = f"{verdict.answer} ({'; '.join(filter(None, (chance, *verdict.why)))})"
+    text = _faults(prediction)
+    if simulation := prediction.simulation:
+        solved = "sticky" if simulation.sticky else "not sticky"
+        differ = verdict.answer not in (solved, "undecided")
+        text += f"{_begun(solved)}, solved on the map.  {'But theories' if differ else 'Theories'}: {answer}"
+    else:
+        text += _begun(answer)
+    modulus, work, margin = paper.turning_modulus(contact), paper.turning_work(contact), paper.margin
+    if modulus and work and margin:
+        text += f".  Eq. (6) itself turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
+        text += f", a factor of {max(margin, 1 / margin):.3g} from here"
+        text += "" if paper.valid else ", and is out of its range (see the warnings)"
     if prediction.mended is not None and prediction.mended.paper.margin:
-        text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g} instead of {margin:.3g}"
-    simulation = prediction.simulation
-    if simulation is None:
-        return text
-    solved = "sticky" if simulation.sticky else "not sticky"
-    same = verdict.answer in (solved, "undecided")
-    return f"{text}.  Solved on the map: {solved}{'' if same else ', which is not the same'}"
+        mended = prediction.mended.paper.margin
+        text += f".  With the faults mended its margin is {mended:.3g} instead of {margin or 0:.3g}"
+    return text
+
+
+def _begun(text: str) -> str:
+    return text[0].upper() + text[1:]
 
 
 def _percent(probability: float) -> str:

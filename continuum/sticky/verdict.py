@@ -173,6 +173,8 @@ def votes(contact: RoughContact, without: Callable[[Surface], bool] | None = Non
 def judge(prediction: Prediction) -> Verdict:
     """The verdict on a contact, faults of its maps included."""
     plain = count_verdicts(votes(prediction.contact))
+    if decisive := [fault for fault in prediction.faults if fault.decisive]:
+        return Verdict("undecided", None, tuple(f"{fault.kind}: {fault.text}" for fault in decisive))
     if prediction.mended is not None:
         better = count_verdicts(votes(prediction.mended.contact))
         if better.answer != plain.answer:
@@ -200,6 +202,8 @@ def count_verdicts(cast: tuple[Vote, ...]) -> Verdict:
         if any(vote.answer == answer for vote in heard)
     ]
     why = ("; ".join(parts),)
-    if len(said) != 1:
+    # What is printed decides: some theories may be sure where all together are not.
+    sure = {"sticky": probability >= SURE, "not sticky": probability <= 1 - SURE}
+    if len(said) != 1 or not sure[answer := said.pop()]:
         return Verdict("undecided", probability, why)
-    return Verdict(said.pop(), probability, why)
+    return Verdict(answer, probability, why)

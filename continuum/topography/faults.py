@@ -47,6 +47,14 @@ STEPS = 0.25
 """Part of the neighbouring points of exactly the same height that counts."""
 STEEP, COARSE = 3.0, 1e-3
 """A rms slope, and a pixel in m, beyond which size or unit of a map are probably wrong."""
+TOP = 0.1
+"""Highest part of a map, of which it is asked whether it is as rough as the whole."""
+SUMMITS = 0.8
+"""Ratio of the rms slope of the highest tenth to that of the whole, or its inverse, that counts.
+
+At one point of a Gaussian surface height and slope are independent, so that it is 1; of 576 Gaussian maps with 1 to 32
+longest waves along a side 3 are outside.  ``python -m tests.studies.summits`` has the table, for worn maps, too.
+"""
 SMOOTHEST = 1.25
 """Hurst exponent beyond which a fit is impossible; some more than 1 is its error."""
 
@@ -61,6 +69,8 @@ class MapFault:
     """What was found, with numbers and units."""
     remedy: Mapping[str, str | float] = field(default_factory=dict)
     """Argument of :func:`continuum.predict` that mends it, and its value, lengths in m; empty if nothing does."""
+    decisive: bool = False
+    """Whether no verdict of a theory can be given, however wide its margin: nothing was shown for such a map."""
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -156,7 +166,8 @@ def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) ->
     """Faults of each stage, on the map that those before it leave, and the map mended."""
     faults: list[MapFault] = []
     for stage in stages:
-        found = [fault for artefact in stage if (fault := artefact(topography, seen))]
+        known = {fault.kind for fault in faults}
+        found = [one for artefact in stage if (one := artefact(topography, seen)) and one.kind not in known]
         topography, faults = _mended(topography, found), faults + found
     return faults, topography
 
@@ -290,18 +301,43 @@ def _impossible_fit(topography: Topography, waves: SpectrumFindings) -> MapFault
     return MapFault("impossible fit", text)
 
 
+def summit_ratio(topography: Topography) -> float:
+    """Rms slope of the highest tenth of a map over that of the whole; 1 for Gaussian heights."""
+    h, (dx, dy) = topography.heights, topography.grid.spacing
+    corners = h[1:, 1:], h[:-1, 1:], h[1:, :-1], h[:-1, :-1]
+    a, b, c, d = corners
+    # Of cells between four points, so that no slope lies at another place than its height.
+    slope = ((a - b + c - d) / (2 * dx)) ** 2 + ((a - c + b - d) / (2 * dy)) ** 2
+    height = sum(corners)
+    mean = float(slope.mean())
+    return float(np.sqrt(slope[height >= np.quantile(height, 1 - TOP)].mean() / mean)) if mean > 0 else 1.0
+
+
+def _summits(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
+    ratio = summit_ratio(topography)
+    if SUMMITS <= ratio <= 1 / SUMMITS:
+        return None
+    what = "smoother than the rest: worn, polished, honed or beaded" if ratio < 1 else "rougher than the rest"
+    text = f"the highest tenth has {ratio:.2g} times the rms slope of the whole, {what}.  All theories take heights as "
+    return MapFault(
+        "summits", text + "Gaussian; what touches is what counts: solve the contact (--solve)", decisive=True
+    )
+
+
 def above(
     kind: str,
     quantity: Callable[[Topography, SpectrumFindings], float],
     limit: float,
     text: str,
     shown: Callable[[float], str] = "{:.3g}".format,
+    *,
+    decisive: bool = False,
 ) -> Artefact:
     """An artefact that nothing mends: a quantity of the map above a limit; the text has a place for its value."""
 
     def find(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
         value = quantity(topography, waves)
-        return MapFault(kind, text.format(shown(value))) if value > limit else None
+        return MapFault(kind, text.format(shown(value)), decisive=decisive) if value > limit else None
 
     return find
 
@@ -311,18 +347,20 @@ Stage = tuple[Artefact, ...]
 LEVELLING: tuple[Stage, ...] = (_scars, _spikes), (_tilt,), (_line_noise, _outlier_lines), (_bow,)
 """Artefacts of the instrument that lines and single points show: called with the map and its :class:`Marks`."""
 ROUGHENING: tuple[Stage, ...] = (
+    (_summits,),  # asked again below: cut-offs round cusps between beads, and noise is as steep everywhere
     (_noise, _blunt_tip),
     (
         _anisotropy,
+        _summits,
         above("non-Gaussian heights", lambda topography, _: _kurtosis(topography.heights), KURTOSIS,
               "a kurtosis of {}, where theories assume 3"),
         above("height steps", lambda topography, _: float(np.mean(np.diff(topography.heights, axis=0) == 0)), STEPS,
               "{} % of neighbouring points have exactly the same height", lambda share: f"{100 * share:.0f}"),
         _impossible_fit,
         above("slope", lambda _, waves: waves.roughness.moments.rms_slope, STEEP,
-              "an rms slope of {}: size or unit of the heights are probably wrong"),
+              "an rms slope of {}: size or unit of the heights are probably wrong", decisive=True),
         above("pixel", lambda topography, _: max(topography.grid.spacing), COARSE,
-              "pixels of {}: the size of the map is probably wrong", _length),
+              "pixels of {}: the size of the map is probably wrong", _length, decisive=True),
     ),
 )  # fmt: skip
 """Artefacts in the spectrum and in the statistics: called with the map and its :class:`SpectrumFindings`."""
