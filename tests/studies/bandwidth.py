@@ -12,9 +12,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from pandas import DataFrame
+from matplotlib.figure import Figure
+from pandas import DataFrame, concat
 
 from continuum.paper.points import sweep_points
+from continuum.show import plot
 from continuum.sweeps.collect import collect
 
 QUANTITIES = {
@@ -103,10 +105,39 @@ def expectations(found: DataFrame) -> Iterator[tuple[str, str]]:
     yield "4. at one bandwidth λ_s = 8 and 16 agree within 10 %, or three standard errors", verdict(apart)
 
 
+@plot.styled
+def draw(found: DataFrame) -> Figure:
+    """κ_rep, A_rep/A_att and d_rep over what the paper says of them, against the bandwidth."""
+    figure, axes = plot.new_axes(plot.PAGE, 2.7, 1, 3)
+    drawn = found[found.surfaces >= 3]
+    panels = (("kappa_rep", r"$\kappa_{rep}$", 2.0), ("ratio", r"$A_{rep}/A_{att}$ over Eq. (4)", 1.0),
+              ("diameters", r"$d_{rep}$ over $4h'/h''$", 1.0))  # fmt: skip
+    walls = sorted(set(drawn.wall))
+    for axis, (column, label, paper) in zip(axes, panels, strict=True):
+        axis.axhline(paper, color="0.6", linewidth=0.8, label="paper")
+        for (wall, cut), path in drawn.groupby(["wall", "lambda_s"]):
+            if not np.isfinite(path[column]).all() or len(path) < 2:
+                continue
+            colour = plot.SERIES[walls.index(wall)]
+            axis.errorbar(path.width, path[column], path[f"{column}_error"], fmt="o-" if cut == 8 else "s--",
+                          color=colour, markerfacecolor=colour if cut == 8 else "white", capsize=2,
+                          label=f"{wall.replace('lennard-jones-spline, l_a', 'l_a')}; λ_s = {cut:g}")  # fmt: skip
+        axis.set(xscale="log", xlabel=r"$\lambda_L/\lambda_s$", ylabel=label)
+        axis.set_xticks([16, 32, 64, 128], ["16", "32", "64", "128"])
+        axis.minorticks_off()
+    figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=6.5)
+    return figure
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="of the sweep")
-    found = means(states(parser.parse_args().folder))
+    parser.add_argument("folders", type=Path, nargs="+", help="of the sweep, whole or reduced; a contact counts once")
+    parser.add_argument("--figure", type=Path, help="where to draw it, without suffix")
+    given = parser.parse_args()
+    rows = concat([states(folder) for folder in given.folders])
+    found = means(rows.drop_duplicates(["wall", "lambda_s", "lambda_L", "seed"]))
+    if given.figure:
+        plot.save_figure(draw(found), given.figure)
     sys.stdout.write(f"{table(found)}\n\n" + "".join(f"* {text}: {word}\n" for text, word in expectations(found)))
 
 
