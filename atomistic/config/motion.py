@@ -211,7 +211,7 @@ class VelocityTable(_MotionTable):
 
     kind: Literal["velocity"]
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)]
-    """where the wall starts and where it turns, in a0; a single one for a wall at rest"""
+    """where the wall starts and where it turns, in a0; a single one for a wall at rest, with dwell"""
     velocity: Positive = 0.01
     """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
 

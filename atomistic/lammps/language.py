@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 def formatted(value: float) -> str:
     """A number with all its digits: it reads back as the same float."""
-    return f"{float(value):.17g}"
+    return repr(float(value)).removesuffix(".0")
 
 
 def listing(values: Sequence[float] | Sequence[str]) -> str:
