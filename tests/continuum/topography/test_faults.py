@@ -49,12 +49,14 @@ def as_measured(kind: str, seed: int = 1) -> Topography:
     "kind", [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.long) for kind in FAULTS]
 )
 def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind: str) -> None:
-    assert [fault.kind for fault in find_faults(as_measured(kind, seed=2)).faults] == [kind]
+    # Summits that a tip has rounded are no Gaussian's, either.
+    kinds = [kind, "non-Gaussian heights"] if kind == "tip" else [kind]
+    assert [fault.kind for fault in find_faults(as_measured(kind, seed=2)).faults] == kinds
     for margin in (0.03, 5.0):
         right = judge(judged(detrend(clean()), margin)).answer
         assert right == ("sticky" if margin > 1 else "not sticky")  # far from the turn of all theories
         found = judged(as_measured(kind), margin)
-        assert [fault.kind for fault in found.faults] == [kind]
+        assert [fault.kind for fault in found.faults] == kinds
         verdict = judge(found)
         assert verdict.answer in (right, "undecided")
         assert verdict.answer == right or verdict.why
