@@ -97,12 +97,16 @@ def _surfaces(prediction: Prediction) -> Sheet:
             ("heights, SHA-256", topography.digest[:16]),
         ]
         rows += [("fault", f"{fault.kind}: {fault.text}") for fault in found.faults] or [("fault", "none found")]
-        by = found.directions
+        by, upper = found.directions, found.summits.value
         rows += [
             ("rms slope along x, y", " and ".join(f"{slope:.3g}" for slope in by.slopes)),
             ("rms curvature along x, y", " and ".join(f"{c * 1e-6:.3g}" for c in by.curvatures) + " 1/µm"),
             ("anisotropy of slopes", f"{by.anisotropy:.2f}, largest at {by.angle:.0f}° from x"),
-            ("kurtosis of heights", f"{found.kurtosis:.3g} (Gaussian: 3)"),
+            ("skewness and kurtosis of heights", f"{upper.skewness:.2g} and {upper.kurtosis:.3g} (Gaussian: 0 and 3)"),
+            (
+                "slope, curvature of the upper tenth over those of the lower",
+                f"{upper.slope:.2g} and {upper.curvature:.2g} (Gaussian: 1)",
+            ),
         ]
         if fit is None:
             rows.append(("self-affine fit", "none possible"))

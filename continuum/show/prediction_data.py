@@ -72,7 +72,7 @@ def as_json(prediction: Prediction) -> str:
             "steps": topography.steps,
             "faults": [vars(fault) | {"remedy": remedy_options(fault)} for fault in found.faults],
             "directions": vars(found.directions),
-            "kurtosis": found.kurtosis,
+            "summits": found.summits.value._asdict(),
             "fit": None if fit is None else vars(fit),
             "spectrum": {"q_1/m": q.tolist(), "C_m4": c.tolist()},
         })  # fmt: skip

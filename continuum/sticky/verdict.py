@@ -172,9 +172,10 @@ def votes(contact: RoughContact, without: Callable[[Surface], bool] | None = Non
 
 def judge(prediction: Prediction) -> Verdict:
     """The verdict on a contact, faults of its maps included."""
+    excluded = tuple(f"{fault.kind}: {fault.excludes}" for fault in prediction.faults if fault.excludes)
+    if excluded:
+        return Verdict("undecided", None, excluded)
     plain = count_verdicts(votes(prediction.contact))
-    if decisive := [fault for fault in prediction.faults if fault.decisive]:
-        return Verdict("undecided", None, tuple(f"{fault.kind}: {fault.text}" for fault in decisive))
     if prediction.mended is not None:
         better = count_verdicts(votes(prediction.mended.contact))
         if better.answer != plain.answer:

@@ -5,12 +5,16 @@ Each artefact is one function: it looks for the fault, says in words what was fo
 are looked for, each where the ones before it have been mended, so that one cause is named once.  Each moves moments,
 and with them verdicts, by more than theories differ.  The limits are such that on clean self-affine maps of 256² points
 hardly any fault is found; a test counts them, and docs/predict.md says how many.
+
+Some faults leave no verdict at all: a size that no map has, and heights unlike those of the surfaces of which theories
+and their record are.  On such a surface nothing is called an outlier of it, and no remedy is named that would take off
+what makes it what it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -19,13 +23,15 @@ from scipy.ndimage import binary_dilation, label
 
 from continuum import units
 from continuum.arguments import instance
-from continuum.model.fourier import Real
 from continuum.topography.map import FLAT, Topography, TopographyError
 from continuum.topography.mending import background, cut_off, detrend, fill_outliers
 from continuum.topography.roughness import Fit, Roughness, fit_self_affine, roughness_of, spectrum
-from continuum.topography.scanlines import Mask, ScanLines, scan_lines, spikes
+from continuum.topography.scanlines import DIRECTED, Mask, ScanLines, raised, scan_lines, spikes
+from continuum.topography.summits import Summits, summits_of
 
 _length = partial(units.readable, quantity="length", digits=3)
+_NOT_GAUSSIAN = "non-Gaussian heights"
+_CHECK = "check size and unit of the map"
 LINE_SHARE = 0.05
 """Part of the mean square slope across the lines, due to their offsets, that counts."""
 BACKGROUND_SHARE = 0.75
@@ -37,8 +43,9 @@ NOISE_SHARE = 0.1
 """Part of the mean square slope of waves below the floor of the spectrum that counts."""
 SIGNAL = 1.25
 """A cut-off in wavelengths of the floor: there the noise is well below the surface."""
-KURTOSIS = 5.0
-"""<h⁴>/<h²>² that counts; theories assume 3."""
+RAISED = 0.25
+"""Part of what stands out that lies above its neighbours, below which it is pits and grooves of the surface: scars and
+displaced lines lie above as often as below."""
 CUSPS = 1.0
 """Skewness of the laplacian that counts: a blunt tip rounds summits and leaves cusps between them."""
 BLUNT = 2.0
@@ -47,14 +54,6 @@ STEPS = 0.25
 """Part of the neighbouring points of exactly the same height that counts."""
 STEEP, COARSE = 3.0, 1e-3
 """A rms slope, and a pixel in m, beyond which size or unit of a map are probably wrong."""
-TOP = 0.1
-"""Highest part of a map, of which it is asked whether it is as rough as the whole."""
-SUMMITS = 0.8
-"""Ratio of the rms slope of the highest tenth to that of the whole, or its inverse, that counts.
-
-At one point of a Gaussian surface height and slope are independent, so that it is 1; of 576 Gaussian maps with 1 to 32
-longest waves along a side 3 are outside.  ``python -m tests.studies.summits`` has the table, for worn maps, too.
-"""
 SMOOTHEST = 1.25
 """Hurst exponent beyond which a fit is impossible; some more than 1 is its error."""
 
@@ -69,8 +68,8 @@ class MapFault:
     """What was found, with numbers and units."""
     remedy: Mapping[str, str | float] = field(default_factory=dict)
     """Argument of :func:`continuum.predict` that mends it, and its value, lengths in m; empty if nothing does."""
-    decisive: bool = False
-    """Whether no verdict of a theory can be given, however wide its margin: nothing was shown for such a map."""
+    excludes: str = ""
+    """What to do instead, where there is no verdict on a map with it; empty where there may be one."""
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -124,7 +123,7 @@ class Findings:
     marked: Mask = field(repr=False)
     """Points of scars, and points that stand out."""
     directions: Directions
-    kurtosis: float
+    summits: Summits
     mended: Topography | None = field(repr=False)
     """The map as the remedies leave it, if there are any: what a verdict on a faulty map is held against."""
 
@@ -152,14 +151,24 @@ def find_faults(topography: Topography) -> Findings:
     faults, clean = _looked_for(LEVELLING, topography, marks)
     waves = SpectrumFindings(roughness_of(clean), fit_self_affine(*spectrum(clean)))
     more, clean = _looked_for(ROUGHENING, clean, waves)
+    faults += more
+    if any(fault.kind == _NOT_GAUSSIAN for fault in faults):
+        faults, clean = _of_the_surface(faults), topography
     return Findings(
-        (*faults, *more),
+        tuple(faults),
         lines,
         lines.scars | marks.outside,
         directions(topography),
-        _kurtosis(topography.heights),
+        summits_of(topography),
         None if clean is topography else clean,
     )
+
+
+def _of_the_surface(faults: list[MapFault]) -> list[MapFault]:
+    """Faults of a surface that is not Gaussian: those that are told by a Gaussian are none, or have no remedy."""
+    outliers, waves = ("scars", "spikes", "outlier lines"), ("noise", "tip")
+    kept = [fault for fault in faults if fault.kind not in outliers]
+    return [replace(fault, remedy={}) if fault.kind in waves else fault for fault in kept]
 
 
 def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) -> tuple[list[MapFault], Topography]:
@@ -185,7 +194,7 @@ def _mended(topography: Topography, faults: list[MapFault]) -> Topography:
 
 def _scars(topography: Topography, marks: Marks) -> MapFault | None:
     scars = marks.lines.scars
-    if not scars.any():
+    if raised(topography.heights, scars, marks.lines.axis) < RAISED:
         return None
     count = int(label(scars)[1])
     share = max(100 * float(scars.mean()), 0.01)
@@ -194,7 +203,7 @@ def _scars(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _spikes(topography: Topography, marks: Marks) -> MapFault | None:
-    if not marks.outside.any():
+    if raised(topography.heights, marks.outside, marks.lines.axis) < RAISED:
         return None
     return MapFault("spikes", f"{np.count_nonzero(marks.outside)} points that stand out", {"fill": "5%"})
 
@@ -211,6 +220,8 @@ def _line_noise(topography: Topography, marks: Marks) -> MapFault | None:
     share = _line_share(topography, lines)
     if share <= LINE_SHARE:
         return None
+    if lines.grooved:
+        return _grooves(lines, "are much lower than their neighbours more often than higher")
     text = f"lines along {'xy'[lines.axis]} displaced by {_length(lines.noise)} (rms), {100 * min(share, 1):.0f} % of "
     return MapFault("line noise", text + "the mean square slope across them", {"detrend": "lines"})
 
@@ -221,8 +232,17 @@ def _outlier_lines(topography: Topography, marks: Marks) -> MapFault | None:
     if not lines.outliers.size or _line_share(topography, lines) > LINE_SHARE:
         return None
     some = ", ".join(map(str, lines.outliers[:5])) + (", ..." if lines.outliers.size > 5 else "")
+    marked = np.zeros(topography.heights.shape, dtype=bool)
+    np.moveaxis(marked, 1 - lines.axis, 0)[lines.outliers] = True
+    if lines.ratio > DIRECTED or raised(topography.heights, marked, lines.axis) < RAISED:
+        return _grooves(lines, f"lie below their neighbours (number {some})")
     text = f"{lines.outliers.size} lines along {'xy'[lines.axis]} displaced against their neighbours (number {some})"
     return MapFault("outlier lines", text, {"detrend": "lines"})
+
+
+def _grooves(lines: ScanLines, text: str) -> MapFault:
+    """To take off the median of each line would take off grooves: no remedy."""
+    return MapFault("grooves", f"lines along {'xy'[lines.axis]} {text}: grooves, if not lines that were displaced")
 
 
 def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
@@ -252,7 +272,9 @@ def _cut(topography: Topography, wavelength: float | None) -> dict[str, str | fl
 
 def _noise(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     fit, slope = waves.fit, waves.roughness.whole.moments.rms_slope
-    if topography.cutoff is not None or fit is None or fit.floor is None or not slope > 0:
+    # Noise goes on to the pixel: a floor that ends before is one of the surface.
+    ends = fit is None or fit.floor is None or fit.cut_off is not None
+    if topography.cutoff is not None or fit is None or fit.floor is None or ends or not slope > 0:
         return None
     share = 1 - (waves.roughness.cut(fit.floor).moments.rms_slope / slope) ** 2
     if share <= NOISE_SHARE:
@@ -270,7 +292,7 @@ def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | No
     roughness = waves.roughness
     sharp = [w for w in roughness.wavelengths if roughness.cut(w).moments.rms_curvature < 1 / tip]
     wavelength = min((w for w in sharp if _cut(topography, w)), default=None)
-    text = f"summits are rounded to {_length(tip)}, with cusps between them: probably a blunt tip"
+    text = f"summits are rounded to {_length(tip)}, with cusps between them: by a blunt tip, or spheres"
     return MapFault("tip", text, _cut(topography, wavelength))
 
 
@@ -301,26 +323,13 @@ def _impossible_fit(topography: Topography, waves: SpectrumFindings) -> MapFault
     return MapFault("impossible fit", text)
 
 
-def summit_ratio(topography: Topography) -> float:
-    """Rms slope of the highest tenth of a map over that of the whole; 1 for Gaussian heights."""
-    h, (dx, dy) = topography.heights, topography.grid.spacing
-    corners = h[1:, 1:], h[:-1, 1:], h[1:, :-1], h[:-1, :-1]
-    a, b, c, d = corners
-    # Of cells between four points, so that no slope lies at another place than its height.
-    slope = ((a - b + c - d) / (2 * dx)) ** 2 + ((a - c + b - d) / (2 * dy)) ** 2
-    height = sum(corners)
-    mean = float(slope.mean())
-    return float(np.sqrt(slope[height >= np.quantile(height, 1 - TOP)].mean() / mean)) if mean > 0 else 1.0
-
-
-def _summits(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
-    ratio = summit_ratio(topography)
-    if SUMMITS <= ratio <= 1 / SUMMITS:
-        return None
-    what = "smoother than the rest: worn, polished, honed or beaded" if ratio < 1 else "rougher than the rest"
-    text = f"the highest tenth has {ratio:.2g} times the rms slope of the whole, {what}.  All theories take heights as "
-    return MapFault(
-        "summits", text + "Gaussian; what touches is what counts: solve the contact (--solve)", decisive=True
+def _not_gaussian(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
+    found = summits_of(topography).unlike_gaussian
+    text = f"{', '.join(found)}: theories, and their record, are of Gaussian surfaces"
+    return (
+        MapFault(_NOT_GAUSSIAN, text, excludes="of such summits no theory has a record: solve the map (--solve)")
+        if found
+        else None
     )
 
 
@@ -330,14 +339,13 @@ def above(
     limit: float,
     text: str,
     shown: Callable[[float], str] = "{:.3g}".format,
-    *,
-    decisive: bool = False,
+    excludes: str = "",
 ) -> Artefact:
     """An artefact that nothing mends: a quantity of the map above a limit; the text has a place for its value."""
 
     def find(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
         value = quantity(topography, waves)
-        return MapFault(kind, text.format(shown(value)), decisive=decisive) if value > limit else None
+        return MapFault(kind, text.format(shown(value)), excludes=excludes) if value > limit else None
 
     return find
 
@@ -347,20 +355,18 @@ Stage = tuple[Artefact, ...]
 LEVELLING: tuple[Stage, ...] = (_scars, _spikes), (_tilt,), (_line_noise, _outlier_lines), (_bow,)
 """Artefacts of the instrument that lines and single points show: called with the map and its :class:`Marks`."""
 ROUGHENING: tuple[Stage, ...] = (
-    (_summits,),  # asked again below: cut-offs round cusps between beads, and noise is as steep everywhere
+    (_not_gaussian,),  # asked again below: a cut-off rounds the cusps between spheres, and noise is as steep everywhere
     (_noise, _blunt_tip),
     (
         _anisotropy,
-        _summits,
-        above("non-Gaussian heights", lambda topography, _: _kurtosis(topography.heights), KURTOSIS,
-              "a kurtosis of {}, where theories assume 3"),
+        _not_gaussian,
         above("height steps", lambda topography, _: float(np.mean(np.diff(topography.heights, axis=0) == 0)), STEPS,
               "{} % of neighbouring points have exactly the same height", lambda share: f"{100 * share:.0f}"),
         _impossible_fit,
         above("slope", lambda _, waves: waves.roughness.moments.rms_slope, STEEP,
-              "an rms slope of {}: size or unit of the heights are probably wrong", decisive=True),
+              "an rms slope of {}: size or unit of the heights are probably wrong", excludes=_CHECK),
         above("pixel", lambda topography, _: max(topography.grid.spacing), COARSE,
-              "pixels of {}: the size of the map is probably wrong", _length, decisive=True),
+              "pixels of {}: the size of the map is probably wrong", _length, _CHECK),
     ),
 )  # fmt: skip
 """Artefacts in the spectrum and in the statistics: called with the map and its :class:`SpectrumFindings`."""
@@ -370,8 +376,3 @@ MENDING: dict[str, Callable[[Topography, Any], Topography]] = {
     "cutoff": cut_off,
 }
 """What an argument of a remedy does to a map."""
-
-
-def _kurtosis(heights: Real) -> float:
-    z = heights - heights.mean()
-    return float(np.mean(z**4) / np.mean(z**2) ** 2)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_opening
+from scipy.stats import skew
 
 from continuum.arguments import ArgumentError
 from continuum.arguments import field as map_of
@@ -28,10 +29,15 @@ LONGEST_SPIKE = 3
 INDEPENDENT = -0.45
 """Correlation of successive bends of the line offsets: -2/3 for independent offsets, -1/2 for a random walk; positive
 for a smooth profile."""
+DIRECTED = 2.0
+"""Bend of the offsets of lines over that of columns, above which it is no accident of an isotropic surface."""
 SCARRED = 0.05
 """Part of a line that is a scar, from which its offset says nothing."""
 AGREEING = 0.8
 """Part of a displaced line that lies to the same side of its neighbours."""
+GROOVED = -0.5
+"""Skewness of the bends of offsets below which they are grooves, if it is three standard errors below zero: of N
+independent Gaussian offsets the skewness of the bends scatters by less than sqrt(9/N)."""
 RARE = 1e-3
 """Share of the points beyond which those that stand out belong to the surface."""
 _ROBUST = 1.4826  # of the median absolute deviation to the standard deviation of a Gaussian
@@ -53,11 +59,18 @@ class ScanLines:
     """Lines that are displaced against both neighbours by far more than the others."""
     scars: Mask = field(repr=False)
     """Points of scars."""
+    skewness: float = 0.0
+    """Of the bends of the offsets; negative for grooves."""
 
     @property
     def independent(self) -> bool:
         """Whether the lines are displaced independently of one another, by more than the surface can."""
-        return self.ratio > 2 and self.correlation < INDEPENDENT
+        return self.ratio > DIRECTED and self.correlation < INDEPENDENT
+
+    @property
+    def grooved(self) -> bool:
+        """Whether displaced lines are lower than their neighbours so often that they are grooves of the surface."""
+        return bool(self.skewness < min(GROOVED, -3 * np.sqrt(9 / max(self.scars.shape))))
 
 
 def scan_lines(heights: Real) -> ScanLines:
@@ -90,6 +103,7 @@ def scan_lines(heights: Real) -> ScanLines:
         noise=float(np.sqrt(max(mine**2 - other**2, 0.0) / 1.5)),
         outliers=outliers[axis],
         scars=scars[axis] if one_sided else np.zeros(heights.shape, dtype=bool),
+        skewness=float(skew(bend)) if mine > 0 else 0.0,
     )
 
 
@@ -109,6 +123,13 @@ def spikes(heights: Real) -> Mask:
     wide = binary_opening(both, length) | binary_opening(both, length.T)
     found = both & ~wide
     return found if found.mean() < RARE else np.zeros(heights.shape, dtype=bool)
+
+
+def raised(heights: Real, marked: Mask, axis: int) -> float:
+    """Part of what is marked, by the square of its height, that lies above the lines beside it; 0 of nothing."""
+    bend = _across(heights, axis)[marked]
+    square = float(np.sum(bend**2))
+    return float(np.sum(bend[bend > 0] ** 2)) / square if square > 0 else 0.0
 
 
 def _across(heights: Real, axis: int) -> Real:

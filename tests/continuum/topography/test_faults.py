@@ -10,14 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.cli import main
-from continuum.model.grid import Grid
-from continuum.model.surface import SelfAffine
 from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_figures import fault_figure
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.verdict import judge
-from continuum.topography.faults import directions, find_faults, summit_ratio
+from continuum.topography.faults import directions, find_faults
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.mending import background, cut_off, detrend, fill_outliers, harmonic
 from continuum.topography.reading import read_topography
@@ -51,12 +49,14 @@ def as_measured(kind: str, seed: int = 1) -> Topography:
     "kind", [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.long) for kind in FAULTS]
 )
 def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind: str) -> None:
-    assert [fault.kind for fault in find_faults(as_measured(kind, seed=2)).faults] == [kind]
+    # Summits that a tip has rounded are no Gaussian's, either.
+    kinds = ["non-Gaussian heights", kind] if kind == "tip" else [kind]
+    assert [fault.kind for fault in find_faults(as_measured(kind, seed=2)).faults] == kinds
     for margin in (0.03, 5.0):
         right = judge(judged(detrend(clean()), margin)).answer
         assert right == ("sticky" if margin > 1 else "not sticky")  # far from the turn of all theories
         found = judged(as_measured(kind), margin)
-        assert [fault.kind for fault in found.faults] == [kind]
+        assert [fault.kind for fault in found.faults] == kinds
         verdict = judge(found)
         assert verdict.answer in (right, "undecided")
         assert verdict.answer == right or verdict.why
@@ -259,31 +259,15 @@ def _worn(shape: str, heights: np.ndarray) -> np.ndarray:
 def test_a_surface_whose_summits_are_not_those_of_the_rest_gets_no_verdict_of_any_theory(shape: str) -> None:
     heights = _worn(shape, clean().heights)
     found = judged(detrend(Topography(heights, clean().lengths)), margin=1e-3)
-    assert "summits" in [fault.kind for fault in found.faults]
+    assert "non-Gaussian heights" in [fault.kind for fault in found.faults]
     verdict = judge(found)
     assert verdict.answer == "undecided"
     assert verdict.probability is None  # a surface that was worn sticks at a hundredth of what theories ask for
     assert "--solve" in found.sentence
 
 
-@given(
-    hurst=st.floats(0.2, 1.0), waves=st.integers(2, 12), bandwidth=st.floats(2, 16), slope=st.floats(0.01, 2),
-    seed=st.integers(0, 2**32 - 1),
-)  # fmt: skip
-def test_height_and_slope_of_gaussian_surfaces_are_independent_however_steep(
-    hurst: float, waves: int, bandwidth: float, slope: float, seed: int
-) -> None:
-    long = 96 / waves
-    heights = SelfAffine(hurst, slope, max(long / bandwidth, 2.0), long).synthesise(
-        Grid((96, 110), (96.0, 110.0)), np.random.default_rng(seed)
-    )
-    ratio = summit_ratio(Topography(heights, (96.0, 110.0)))
-    # Of few long waves, whose tops are flat, some are outside of what counts as a fault; none is as worn ones are.
-    assert 0.6 < ratio < 1.6
-
-
 def test_a_map_of_no_possible_size_gets_no_verdict_however_wide_the_margin() -> None:
     huge = Topography(clean().heights * 1e6, tuple(1e6 * length for length in clean().lengths))
     verdict = judge(prediction_of([huge], Interface(1e9, 1e-6, 1e-9, None)))
     assert verdict.answer == "undecided"
-    assert "the size of the map is probably wrong" in verdict.why[0]
+    assert "check size and unit of the map" in verdict.why[0]

@@ -1,0 +1,133 @@
+"""What touches first: the upper tenth of a map beside its lower tenth, and heights beside those of a Gaussian.
+
+Height and slope at one point of a Gaussian surface are independent, and it looks the same upside down.  So the highest
+tenth of its points has the rms slope and the scatter of the curvature of the lowest tenth.  What wear, polish or honing
+takes off the summits, pits and grooves cut into a plateau, and what spheres or a blunt tip round, shows there first:
+there are many short waves in a tenth of a map, so that these ratios scatter little, where skewness and kurtosis hang on
+its few longest waves.
+
+How far each number scatters is Tukey's jackknife: of the map without each of :data:`BLOCKS` x :data:`BLOCKS` parts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise, product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import norm
+
+from continuum.arguments import instance
+from continuum.model.fourier import Real
+from continuum.topography.map import Topography
+
+TENTH = 0.1
+"""Share of the points that are the upper and the lower part; 1 % of the area touch, and what is near attracts."""
+BLOCKS = 4
+"""Parts along each side that are left out, one at a time; a map has at least 16 points a side."""
+RATIO = 1.5
+"""Slope or curvature of the upper tenth over those of the lower, or its inverse, that counts."""
+SKEWNESS, KURTOSIS, BEARING = 1.0, 5.0, 1 / 3
+"""Skewness and kurtosis above which heights, and height of the upper tenth over the Gaussian's below which summits, are
+not Gaussian: on few long waves, a Gaussian surface was seen with 0.8, 5 and 0.4."""
+ERRORS = 3.0
+"""Standard errors beyond which a difference is no accident.  With RATIO, of 2400 clean maps of 32² to 256² points, H
+from 0.2 to 0.95, 14 are called not Gaussian (``python -m tests.studies.classes``)."""
+_EDGE = float(norm.isf(TENTH))
+EXCESS = float(norm.pdf(_EDGE) / TENTH - _EDGE)
+"""Mean height of the upper tenth of a Gaussian above its lower end, in h_rms: 0.473."""
+_SMALLEST = 1e-12
+
+
+class Upper(NamedTuple):
+    """Heights of a map, and its upper tenth; a Gaussian surface has 0, 3, 1, 1 and 1."""
+
+    skewness: float
+    kurtosis: float
+    bearing: float
+    """Mean height of the upper tenth above its lower end, over that of a Gaussian."""
+    slope: float
+    """rms slope of the upper tenth over that of the lower."""
+    curvature: float
+    """Standard deviation of the laplacian of the upper tenth over that of the lower."""
+
+
+@dataclass(frozen=True)
+class Summits:
+    """The numbers of a map, and how far they would scatter from one part of the surface to the next."""
+
+    value: Upper
+    error: Upper
+    """Standard errors; of the last three, of their logarithms."""
+
+    @property
+    def unlike_gaussian(self) -> list[str]:
+        """What no Gaussian surface has, in words."""
+        value, error = self.value, self.error
+        said = []
+        for name, part in (("slope", "rms slope"), ("curvature", "scatter of the curvature")):
+            ratio = getattr(value, name)
+            if abs(np.log(ratio)) > max(np.log(RATIO), ERRORS * getattr(error, name)):
+                said.append(f"the upper tenth has {ratio:.2g} times the {part} of the lower")
+        if np.log(value.bearing) < min(np.log(BEARING), -ERRORS * error.bearing):
+            said.append(f"the upper tenth is {value.bearing:.2g} times as high as a Gaussian's")
+        if abs(value.skewness) > max(SKEWNESS, ERRORS * error.skewness):
+            said.append(f"a skewness of {value.skewness:.2g}")
+        if value.kurtosis > KURTOSIS:
+            said.append(f"a kurtosis of {value.kurtosis:.3g}")
+        return said
+
+
+def summits_of(topography: Topography) -> Summits:
+    """The upper tenth of a map beside its lower tenth and beside a Gaussian's."""
+    h = instance("topography", topography, Topography).heights
+    heights = (h - h.mean()) / h.std()
+    low, high = (float(q) for q in np.quantile(heights, (TENTH, 1 - TENTH)))
+    edges = [np.linspace(1, n - 1, BLOCKS + 1).astype(int) for n in heights.shape]
+    parts = [
+        _sums(heights[i - 1 : k + 1, j - 1 : m + 1], topography.grid.spacing, low, high)
+        for (i, k), (j, m) in product(*(list(pairwise(edge)) for edge in edges))
+    ]
+    sums = np.array(parts).T
+    whole = sums.sum(axis=1, keepdims=True)
+    value, without = _numbers(whole, high)[:, 0], _numbers(whole - sums, high)
+    without[2:] = np.log(without[2:])
+    count = sums.shape[1]
+    return Summits(Upper(*value.tolist()), Upper(*(np.sqrt(count - 1) * without.std(axis=1)).tolist()))
+
+
+def _sums(h: Real, spacing: tuple[float, float], low: float, high: float) -> list[float]:
+    """Sums over the inner points of a part: powers of the heights, squared slopes, powers of the laplacian."""
+    inner = h[1:-1, 1:-1]
+    (left, right), (back, front) = (
+        ((side - inner) / d for side in sides)
+        for sides, d in (((h[:-2, 1:-1], h[2:, 1:-1]), spacing[0]), ((h[1:-1, :-2], h[1:-1, 2:]), spacing[1]))
+    )
+    slope = (left**2 + right**2 + back**2 + front**2) / 2
+    bend = (left + right) / spacing[0] + (back + front) / spacing[1]
+    found = [float(np.sum(inner**power)) for power in range(5)]
+    for part in (inner >= high, inner <= low):
+        found += [float(part.sum()), *(float(np.sum(one[part])) for one in (inner, slope, bend, bend**2))]
+    return found
+
+
+def _numbers(sums: Real, high: float) -> Real:
+    """The numbers of :class:`Upper` from sums over points, one column for each set of parts."""
+    count, first, second, third, fourth = sums[:5]
+    m, square = first / count, second / count
+    variance = square - m**2
+    skewness = (third / count - 3 * m * square + 2 * m**3) / variance**1.5
+    kurtosis = (fourth / count - 4 * m * third / count + 6 * m**2 * square - 3 * m**4) / variance**2
+    (n, heights, slope, bend, bends), (other, _, its_slope, its_bend, its_bends) = sums[5:10], sums[10:]
+    n, other = np.maximum(n, 1), np.maximum(other, 1)  # all of it may lie in one part
+    bearing = (heights / n - high) / np.sqrt(variance) / EXCESS
+    slopes = _ratio(slope / n, its_slope / other)
+    curvatures = _ratio(bends / n - (bend / n) ** 2, its_bends / other - (its_bend / other) ** 2)
+    return np.stack([skewness, kurtosis, np.maximum(bearing, _SMALLEST), slopes, curvatures])
+
+
+def _ratio(one: Real, other: Real) -> Real:
+    """Root of a ratio; 1 where there is nothing on either side, but for rounding."""
+    least = _SMALLEST * np.maximum(one, other) + 1e-300
+    return np.sqrt(np.maximum(one, least) / np.maximum(other, least))
