@@ -18,7 +18,7 @@ from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import Simulation
-from continuum.sticky.verdict import judge, votes
+from continuum.sticky.verdict import SURE, judge, turning_margin, votes
 from continuum.theory import paper
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
@@ -44,20 +44,19 @@ def _faults(prediction: Prediction) -> str:
 
 
 def prediction_sentence(prediction: Prediction) -> str:
-    """Faults of the maps, the vote of the theories, what the paper says, and what the solver says if it was asked."""
-    paper, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
-    modulus, work = paper.turning_modulus(contact), paper.turning_work(contact)
-    margin = paper.margin or 0.0
-    factor = f"{max(margin, 1 / margin):.3g}" if margin else "any factor"
+    """Faults of the maps, the verdict, the paper's criterion, and what the solver says if it was asked."""
+    estimate, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
     text = f"{_faults(prediction)}{verdict.answer[0].upper()}{verdict.answer[1:]}"
     chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
-    text += f" ({'; '.join(filter(None, (chance, *verdict.why)))})"
-    text += f".  The paper's criterion by itself: {_answer(paper)} by a factor of {factor} in w or E*"
-    if modulus and work:
-        text += f"; it turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
-    text += "" if paper.valid else ", out of its range (see the warnings)"
-    if prediction.mended is not None and prediction.mended.paper.margin:
-        text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g} instead of {margin:.3g}"
+    text += f" ({': '.join(filter(None, (chance, '; '.join(verdict.why))))})"
+    if verdict.turn is not None:
+        modulus = contact.contact_modulus * contact.work_of_adhesion / verdict.turn
+        text += f".  By these it turns at w = {_work(verdict.turn)}, or at E* = {_pressure(modulus)}"
+    low, high = (turning_margin((CRITERIA[estimate.key],), contact, p) for p in (1 - SURE, SURE))
+    text += f".  The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record turns between {low:.2g} and "
+    text += f"{high:.2g} (10 and 90 %)" + ("" if estimate.valid else ", but it is out of its range (see the warnings)")
+    if prediction.mended is not None:
+        text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g}"
     simulation = prediction.simulation
     if simulation is None:
         return text
@@ -176,7 +175,9 @@ def _verdicts(prediction: Prediction) -> Sheet:
         "in its range",
     )  # fmt: skip
     return Sheet.of(
-        "Is it sticky?  (margin: w over the w at which the theory turns; above 1 it says sticky)", head, tuple(rows)
+        "Is it sticky?  (margin: w over the w at which the theory turns; what it is worth its record says)",
+        head,
+        tuple(rows),
     )
 
 
