@@ -18,7 +18,7 @@ from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import Simulation
-from continuum.sticky.verdict import judge, votes
+from continuum.sticky.verdict import SURE, judge, turning_margin, votes
 from continuum.theory import paper
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
@@ -44,25 +44,25 @@ def _faults(prediction: Prediction) -> str:
 
 
 def prediction_sentence(prediction: Prediction) -> str:
-    """What the solver says if it was asked, faults of the maps, the vote of the theories, and where Eq. (6) turns."""
-    paper, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
-    chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
-    answer = f"{verdict.answer} ({'; '.join(filter(None, (chance, *verdict.why)))})"
-    text = _faults(prediction)
+    """Faults of the maps, what the solver says if it was asked, the verdict of the theories, and the paper's."""
+    estimate, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
+    text, answer = _faults(prediction), verdict.answer
     if simulation := prediction.simulation:
         solved = "sticky" if simulation.sticky else "not sticky"
-        differ = verdict.answer not in (solved, "undecided")
-        text += f"{_begun(solved)}, solved on the map.  {'But theories' if differ else 'Theories'}: {answer}"
+        text += f"{_begun(solved)}, solved on the map.  "
+        text += f"{'Theories' if answer in (solved, 'undecided') else 'But theories'}: {answer}"
     else:
         text += _begun(answer)
-    modulus, work, margin = paper.turning_modulus(contact), paper.turning_work(contact), paper.margin
-    if modulus and work and margin:
-        text += f".  Eq. (6) itself turns at E* = {_pressure(modulus)}, or at w = {_work(work)}"
-        text += f", a factor of {max(margin, 1 / margin):.3g} from here"
-        text += "" if paper.valid else ", and is out of its range (see the warnings)"
-    if prediction.mended is not None and prediction.mended.paper.margin:
-        mended = prediction.mended.paper.margin
-        text += f".  With the faults mended its margin is {mended:.3g} instead of {margin or 0:.3g}"
+    chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
+    text += f" ({': '.join(filter(None, (chance, '; '.join(verdict.why))))})"
+    if verdict.turn is not None:
+        modulus = contact.contact_modulus * contact.work_of_adhesion / verdict.turn
+        text += f".  By these it turns at w = {_work(verdict.turn)}, or at E* = {_pressure(modulus)}"
+    low, high = (turning_margin((CRITERIA[estimate.key],), contact, p) for p in (1 - SURE, SURE))
+    text += f".  The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record turns between {low:.2g} and "
+    text += f"{high:.2g} (10 and 90 %)" + ("" if estimate.valid else ", but it is out of its range (see the warnings)")
+    if prediction.mended is not None:
+        text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g}"
     return text
 
 
@@ -180,7 +180,9 @@ def _verdicts(prediction: Prediction) -> Sheet:
         "in its range",
     )  # fmt: skip
     return Sheet.of(
-        "Is it sticky?  (margin: w over the w at which the theory turns; above 1 it says sticky)", head, tuple(rows)
+        "Is it sticky?  (margin: w over the w at which the theory turns; what it is worth its record says)",
+        head,
+        tuple(rows),
     )
 
 

@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.measure.contact import contact_map
 from continuum.show import plot
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.criteria import CRITERIA
+from continuum.sticky.prediction import Prediction, rough_contact
 from continuum.sticky.simulate import Simulation
+from continuum.sticky.verdict import SURE, judge_contact, support
 from continuum.topography.faults import Findings
 from continuum.topography.map import Topography
 from continuum.topography.roughness import Cut, spectrum
@@ -26,12 +28,12 @@ _COLOURS = (*plot.SERIES, "black")
 @plot.styled
 def overview(prediction: Prediction) -> Figure:
     """Map, spectrum, and what depends on the smallest wavelength."""
-    figure, ((image, density), (slopes, margins)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
+    figure, ((image, density), (slopes, chances)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
     _draw_map(image, prediction)
     _draw_spectrum(density, prediction)
     cuts = [cut for cut, _ in prediction.cuts]
     _draw_moments(slopes, cuts)
-    _draw_margins(margins, prediction)
+    _draw_chances(chances, prediction)
     return figure
 
 
@@ -97,18 +99,28 @@ def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
     other.spines["right"].set_visible(True)
 
 
-def _draw_margins(axis: Axes, prediction: Prediction) -> None:
+def _draw_chances(axis: Axes, prediction: Prediction) -> None:
+    """Probability by the record of each theory and of all together, and the lines beyond which one says something."""
     size, name = length_scale(prediction.cuts[len(prediction.cuts) // 2][0].wavelength)
     x = [cut.wavelength / size for cut, _ in prediction.cuts]
+    contact = prediction.contact
+    cast = [rough_contact(cut, prediction.interface, contact.roll_off) for cut, _ in prediction.cuts]
     styles = ("o-", "s--", "^:", "v-.", "D--", "x:", "P-")
     for i in prediction.distinct:
-        y = [found[i].margin or np.nan for _, found in prediction.cuts]
-        axis.loglog(x, y, styles[i], color=_COLOURS[i], markersize=3, label=prediction.verdicts[i].name)
-    axis.axhline(1, color="black", linewidth=0.8)
+        criterion = CRITERIA[prediction.verdicts[i].key]
+        if criterion.sufficient:
+            y = [support((criterion,), one).probability for one in cast]
+            axis.semilogx(x, y, styles[i], color=_COLOURS[i], markersize=3, label=criterion.name)
+    together = [judge_contact(one).probability for one in cast]
+    axis.semilogx(x, [np.nan if chance is None else chance for chance in together], color="black", linewidth=2.5,
+                  alpha=0.5, label="those in their range, together")  # fmt: skip
+    for edge in (1 - SURE, SURE):
+        axis.axhline(edge, color="black", linewidth=0.8)
     axis.set(
         xlabel=f"smallest wavelength counted ({name})",
-        ylabel="margin: w / w at the turn (sticky above 1)",
-        title="verdicts, by resolution",
+        ylabel="probability of sticking, by the records",
+        title="verdicts, by resolution: 10 and 90 %",
+        ylim=(-0.02, 1.02),
     )
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
 

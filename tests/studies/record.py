@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
 from continuum.show.sheet import Column, Sheet
 from continuum.sticky.criteria import CRITERIA, RoughContact
-from continuum.sticky.verdict import Surface, count_verdicts, recorded, votes
+from continuum.sticky.verdict import Surface, judge_contact, recorded
 from continuum.sweeps.collect import PointTable, collect
 
 COLUMNS = (
@@ -136,16 +137,40 @@ def vote_sheet() -> Sheet:
     turns, others = _kinds()
     said: dict[str, Counter[str]] = {}
     for surface in others:
-        answer = count_verdicts(votes(surface.contact, lambda other: other.sticky is not None)).answer
+        answer = judge_contact(surface.contact, lambda other: other.sticky is not None).answer
         truth = "sticky" if surface.sticky else "not sticky"
         said.setdefault("states, by the turns", Counter())[_outcome(answer, truth)] += 1
-    for factor, truth in ((0.2, "not sticky"), (0.5, "not sticky"), (2.0, "sticky"), (5.0, "sticky")):
+    for factor, truth in (
+        (0.2, "not sticky"),
+        (1 / 3, "not sticky"),
+        (0.5, "not sticky"),
+        (2.0, "sticky"),
+        (3.0, "sticky"),
+        (5.0, "sticky"),
+    ):
         for surface in turns:
             contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
-            answer = count_verdicts(votes(contact, partial(_same, surface))).answer
-            said.setdefault(f"{factor:g} times the work of the turn", Counter())[_outcome(answer, truth)] += 1
+            answer = judge_contact(contact, partial(_same, surface)).answer
+            said.setdefault(f"{factor:.2g} times the work of the turn", Counter())[_outcome(answer, truth)] += 1
     rows = [(name, found["right"], found["undecided"], found["wrong"]) for name, found in said.items()]
     return Sheet.of("the vote", ("surfaces", "right", "undecided", "wrong"), rows)
+
+
+def calibration_sheet() -> Sheet:
+    """What the printed probability is worth: works drawn around each turn, its surface left out of the record."""
+    rng, said = np.random.default_rng(1), []
+    for surface in _kinds()[0]:
+        for factor in np.exp(rng.uniform(np.log(0.1), np.log(10), 6)):
+            contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
+            said.append((judge_contact(contact, partial(_same, surface)).probability, factor > 1))
+    heard = np.array([(chance, sticky) for chance, sticky in said if chance is not None], dtype=float)
+    edges, rows = (0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98, 1), []
+    for low, high in pairwise(edges):
+        its = heard[(heard[:, 0] >= low) & (heard[:, 0] < high)]
+        rows.append(
+            (f"{100 * low:g} - {100 * high:g} %", *(f"{100 * mean:.0f} %" for mean in its.mean(axis=0)), len(its))
+        )
+    return Sheet.of("calibration", ("printed", "printed, mean", "sticky", "contacts"), rows)
 
 
 def _kinds() -> tuple[list[Surface], list[Surface]]:
@@ -169,7 +194,7 @@ def main() -> None:
     parser.add_argument("--record", type=Path, default=Path("continuum/sticky/record.csv"))
     given = parser.parse_args()
     if not given.folders:
-        sheets = record_sheet(), discrimination_sheet(), vote_sheet()
+        sheets = record_sheet(), discrimination_sheet(), vote_sheet(), calibration_sheet()
         sys.stdout.write("\n\n".join(sheet.markdown() for sheet in sheets) + "\n")
         return
     rows = added(csv.DictReader(given.record.read_text().splitlines()), map(collect, given.folders))
