@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from atomistic.lammps.motion import BLOCKS
 from atomistic.relax.windows import RARE, WindowMean
 
-SERIES = 3000
+SERIES = 1500
 SAMPLES = 100
 """Of a window."""
 
@@ -30,7 +30,7 @@ def windows(rng: np.random.Generator, count: int, correlation: float, drift: flo
     return [WindowMean.of(value, error) for value, error in zip(blocks.mean(axis=2), errors, strict=True)]
 
 
-# The share of SERIES that is rare scatters by sqrt(0.01/3000) = 0.0018; four times that.
+# The share of SERIES that is rare scatters by sqrt(0.01/1500) = 0.0026; four times that.
 SHARE = 4 * np.sqrt(RARE / SERIES)
 
 

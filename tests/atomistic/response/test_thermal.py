@@ -84,7 +84,7 @@ def test_a_free_warm_surface_stays_where_separations_count_from(
 ) -> None:
     monkeypatch.setenv("STICKINESS_CACHE", str(tmp_path / "cache"))
     flat = c.Contact(c.sine(c.Grid.square(6), 1e-3, (1, 0)), c.LennardJonesSpline(0.0))
-    motion = {"kind": "velocity", "separations": [4.0], "temperature": 0.002, "window": 30.0, "hold": 2, "dwell": 3,
+    motion = {"kind": "velocity", "separations": [4.0], "temperature": 0.002, "window": 20.0, "hold": 2, "dwell": 3,
               "thermostat_layers": 1}  # fmt: skip
     told: list[tuple[int, int]] = []
     made = a.deck(flat, LennardJones(CUTOFF), protocol=motion, depth=4, progress=lambda *done: told.append(done))
