@@ -17,7 +17,7 @@ from continuum.solve.solution import NotConvergedError, Solution, Status
 Control = Literal["separation", "mean-gap", "mean-pressure", "repulsive-area"]
 CONTROLS: tuple[Control, ...] = get_args(Control)
 Branch = Literal["start", "approach", "retract"]
-EventKind = Literal["jump-in", "jump-out", "pull-off"]
+EventKind = Literal["jump-in", "jump-out", "pull-off", "turn"]
 
 
 class Outcome(enum.Enum):
@@ -26,6 +26,7 @@ class Outcome(enum.Enum):
     PULLED_OFF = "the contact does not hold this tension: the surface has left the wall"
     JUMPED_OVER = "the repulsive area jumps over the target on this branch; the state is the last one before"
     NOT_FOUND = "the search for the area did not end: it is no steady function of the mean gap at this tolerance"
+    NO_TURN = "no work of adhesion was found at which the load at this area changes its sign"
 
     @property
     def ok(self) -> bool:
@@ -91,8 +92,9 @@ class Event(NamedTuple):
     """A jump from one equilibrium to another far from it, while the control hardly changes."""
 
     kind: EventKind
-    """"jump-in" on approach, "jump-out" on retraction, "pull-off" where no repulsive contact remains after it."""
-    control: Control
+    """"jump-in" on approach, "jump-out" on retraction, "pull-off" where no repulsive contact remains after it; "turn"
+    where the load changes its sign from one work of adhesion to another."""
+    control: Control | Literal["work-of-adhesion"]
     branch: Branch
     before: JumpSide
     after: JumpSide
@@ -219,9 +221,11 @@ def event(control: Control, branch: Branch, before: PathState, after: PathState)
     kind: EventKind = "jump-in"
     if branch == "retract":
         kind = "pull-off" if after.totals.area_rep == 0 else "jump-out"
-    return Event(kind, control, branch, _side(control, before), _side(control, after))
+    sides = (side_of(state, coordinate(control, state)) for state in (before, after))
+    return Event(kind, control, branch, *sides)
 
 
-def _side(control: Control, state: PathState) -> JumpSide:
-    totals, value = state.totals, coordinate(control, state)
+def side_of(state: PathState, value: float) -> JumpSide:
+    """A state as one side of a jump, at a value of the controlled quantity."""
+    totals = state.totals
     return JumpSide(value, state.separation, state.mean_gap, totals.area_rep, totals.area_att, totals.load)

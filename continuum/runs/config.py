@@ -62,6 +62,7 @@ class RetractionTable(Table):
 class LoadingTable(Table):
     """[loading]: the path."""
 
+    newer: ClassVar[frozenset[str]] = frozenset({"turn"})
     control: Control
     """what is given at each point"""
     targets: _Targets
@@ -74,6 +75,9 @@ class LoadingTable(Table):
     area_tolerance: Fraction | Annotated[tuple[Fraction, ...], Field(min_length=1)] = 0.01
     """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0; or
     one for each target; half a point of the grid always counts as met"""
+    turn: Fraction | None = None
+    """look at each area for the work of adhesion at which the load changes its sign, the turn, instead of the state at
+    the wall's own work: width of the bracket of works, relative to the turn, as 0.02"""
     area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
     """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
@@ -117,6 +121,12 @@ class LoadingTable(Table):
             yield Fault(("area_tolerance",), expected)
         if isinstance(self.area_tolerance, tuple) and self.retraction is not None:
             yield Fault(("area_tolerance",), "one number, where [loading.retraction] has targets of its own")
+
+    @constraint
+    def _a_turn_of_areas(self) -> Iterator[Fault]:
+        if self.turn is not None and (self.control != "repulsive-area" or self.retract or self.retraction is not None):
+            cause = "a turn is the work at which the load at an area vanishes, on approach"
+            yield Fault(("turn",), 'only with control = "repulsive-area" and without a way back', cause)
 
     @constraint
     def _one_way_back(self) -> Iterator[Fault]:
@@ -178,6 +188,13 @@ class RunConfig(Document):
     @constraint
     def _holds_the_surface(self) -> Iterator[Fault]:
         yield from self.surface.too_long(self.grid.lengths)
+
+    @constraint
+    def _work_to_change(self) -> Iterator[Fault]:
+        if self.loading.turn is not None and not self.wall.work_key:
+            cause = f"the work of adhesion is no key of law {getattr(self.wall, self.wall.kind_key)!r}"
+            allowed = 'only with a law whose work is given: "lennard-jones-spline", "attraction-on-core"'
+            yield Fault(("loading", "turn"), allowed, cause)
 
     @constraint
     def _load_to_carry(self) -> Iterator[Fault]:

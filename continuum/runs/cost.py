@@ -58,6 +58,8 @@ def cost_of(config: RunConfig) -> Cost:
     for control, targets in config.loading.legs:
         area = control == "repulsive-area"
         each = _pairs_of_area(config, larger) * decades if area else point
+        if config.loading.turn is not None:
+            each *= _PAIRS["turn"]
         pairs += len(targets) * min(each, _most(config, area))
         resolution = config.loading.event_resolution
         if resolution is not None and not area and reach > 0:

@@ -28,6 +28,7 @@ class Point(Totals):
     control: str = quantity("", "what is given")
     target: float = quantity("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
     branch: str = quantity("", "direction from which the point was reached")
+    work_of_adhesion: float = quantity("E* a0", "work of adhesion w of the wall; in reduced units l_a")
     separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
     mean_gap: float = quantity("a0", "mean gap")
     lowest_load: float = quantity("E*", "smallest load on the way from the point before, as far as it was looked at")
@@ -51,6 +52,7 @@ class Point(Totals):
             **vars(state.totals),
             **{name: getattr(state, name) for name in ("control", "target", "branch", "separation", "mean_gap")},
             **{name: getattr(solution, name) for name in _OF_SOLUTION},
+            work_of_adhesion=problem.wall.work_of_adhesion,
             lowest_load=lowest[0],
             lowest_load_mean_gap=lowest[1],
             elastic_energy=_elastic_energy(problem, state, solver),
@@ -228,7 +230,10 @@ EVENT_DATASETS = frozenset(
 def points_of(file: store.File) -> tuple[Point, ...]:
     """The points that a file holds."""
     names = [column.name for column in dataclasses.fields(Point)]
-    rows = zip(*(file[name].tolist() for name in names), strict=True)
+    # Files of earlier versions have one work of adhesion, that of their wall.
+    same = [file.attributes.get("work_of_adhesion", np.nan)] * len(file["step"])
+    columns = (file[name].tolist() if name in file.datasets else same for name in names)
+    rows = zip(*columns, strict=True)
     return tuple(Point(**dict(zip(names, row, strict=True))) for row in rows)
 
 

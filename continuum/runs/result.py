@@ -68,7 +68,7 @@ class Result:
             If the file is missing, damaged or no run.
         """
         path = Path(path)
-        names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "wall/gap", "wall/traction"}
+        names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "step", "wall/gap", "wall/traction"}
         file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
         config = restored(RunConfig, str(file.attributes["config_resolved"]))
         return cls(path, config, file.attributes, points_of(file), events_of(file), stored_wall(path, config, file))

@@ -18,9 +18,11 @@ from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import identity, resolved
+from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
 from continuum.path.state import PathState
+from continuum.path.turn import find_turn
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, Record
@@ -77,8 +79,8 @@ def follow_run(
         resumed, since = len(record.points), time.perf_counter()
         written = since
         solver = solver_of(system.problem, system.settings)
-        for state in _states(system, record, solver):
-            record.append(system.problem, state, solver)
+        for problem, state in _states(system, record, solver):
+            record.append(problem, state, solver)
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
             done = len(record.points)
             del state  # its fields are those of the record, or no longer needed
@@ -95,15 +97,23 @@ def _nothing(config: RunConfig) -> Record:
     return Record(config.output.fields)
 
 
-def _states(system: RunSetup, record: Record, solver: Solver) -> Iterator[PathState]:
-    """The points of the path that are still to be done."""
+def _states(system: RunSetup, record: Record, solver: Solver) -> Iterator[tuple[ContactProblem, PathState]]:
+    """The points of the path that are still to be done, each with its contact."""
     loading, done = system.config.loading, len(record.points)
+    if loading.turn is not None:
+        for _, targets, search in loading.stretches:
+            for area in targets[done:]:
+                at_work = system.config.wall.at_work
+                yield find_turn(system.problem, at_work, area, system.settings, search, loading.turn, solver)
+            done = max(0, done - len(targets))
+        return
     for control, targets, search in loading.stretches:
         if done < len(targets):
             if done > 0:
                 record.remember_lost(system.problem)
             left = targets[done:]
-            yield from follow(system.problem, control, left, system.settings, record.good, search, solver)
+            for state in follow(system.problem, control, left, system.settings, record.good, search, solver):
+                yield system.problem, state
         done = max(0, done - len(targets))
 
 

@@ -60,7 +60,7 @@ def _jumps(events: Sequence[PathEvent]) -> Sheet:
          e.before.area_rep, e.after.area_rep, e.before.load, e.after.load)
         for step, e in events
     ]  # fmt: skip
-    return Sheet.of("Jumps, with both sides of each", columns, rows)
+    return Sheet.of("Jumps and turns, with both sides of each", columns, rows)
 
 
 def analysis_sheets(analysis: Analysis) -> list[Sheet]:

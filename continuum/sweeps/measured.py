@@ -31,7 +31,6 @@ _SYSTEM = {
     "rms_curvature": ("1/a0", "h''_rms of the surface as it was"),
     "range": ("a0", "range of the attraction, Δr"),
     "effective_range": ("a0", "effective range of the attraction, Eq. (S-5)"),
-    "work_of_adhesion": ("E* a0", "work of adhesion w; in reduced units l_a"),
 }
 _POINT = {c.name: (c.metadata["units"], c.metadata["long_name"]) for c in dataclasses.fields(Point) if c.type != "str"}
 _ADDED = {
@@ -103,15 +102,17 @@ def _table(path: Path, file: File) -> Real:
     """One row for each point, one column for each of :data:`COLUMNS`."""
     config = restored(RunConfig, str(file.attributes["config_resolved"]))
     grid, wall, points = config.grid.build(), stored_wall(path, config, file), points_of(file)
-    system = {
+    system: dict[str, float] = {
         **{name: float(file.attributes[f"realised_{name}"]) for name in Moments._fields},
         "range": wall.range,
         "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
-        "work_of_adhesion": wall.work_of_adhesion,
     }
     stiffness = _stiffness(points)
     table = np.full((len(points), len(COLUMNS)), np.nan)
     for step, point in enumerate(points):
+        if config.loading.turn is not None:
+            wall = config.wall.at_work(point.work_of_adhesion)
+            system |= {"range": wall.range, "effective_range": wall.effective_range}
         row = {
             **system,
             **{name: getattr(point, name) for name in _POINT},

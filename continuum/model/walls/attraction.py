@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from scipy.optimize import brentq
@@ -86,6 +86,8 @@ class AttractionWall(WallTable):
     """distance over which the wall attracts, Eq. (S-5), in a0"""
     core_stiffness: Positive
     """traction per overlap, in E*/a0; at least the attraction's own stiffness"""
+
+    work_key: ClassVar[str] = "adhesion_length"
 
     @property
     def pull(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -96,6 +96,7 @@ class SplineWall(WallTable):
     strength of crystals; instead of adhesion_length"""
     core: Fraction = CORE
     """gap below which the law is only continued, in a0"""
+    work_key: ClassVar[str] = "adhesion_length"
 
     @constraint
     def _one_strength(self) -> Iterator[Fault]:
@@ -106,6 +107,10 @@ class SplineWall(WallTable):
     @property
     def equivalent_range(self) -> float:
         return self.range if self.range is not None else float((24 * (self.adhesion_length or 0.0)) ** 0.5)
+
+    def at_work(self, work: float) -> Wall:
+        """The paper's law of that work, whose range goes as its root."""
+        return LennardJonesSpline(adhesion_length=work, core=self.core)
 
     def build(self) -> Wall:
         if self.range is not None:

@@ -139,6 +139,8 @@ class WallTable(TableFamily):
     kind_key: ClassVar[str] = "law"
     has_law: ClassVar[bool] = True
     """Whether the traction is a function of the gap."""
+    work_key: ClassVar[str] = ""
+    """The key that gives the work of adhesion, or most of it; empty where there is none."""
 
     law: str
 
@@ -155,6 +157,10 @@ class WallTable(TableFamily):
     def build(self) -> Wall:
         """The law."""
         raise NotImplementedError
+
+    def at_work(self, work: float) -> Wall:
+        """The law with another work of adhesion, and all else as it is given."""
+        return self.model_copy(update={self.work_key: work}).build()
 
     def restored(self, stored: Mapping[str, Any]) -> Wall:
         """The law of a run whose input files are gone, with the ``knots`` that were stored with its result."""

@@ -1,0 +1,292 @@
+"""The turn: the work of adhesion at which a surface becomes sticky, where the load at a given area changes its sign.
+
+At a given repulsive area the attraction pulls the more the larger the work of adhesion w is.  A surface is sticky, in
+the sense of the paper, from the w on at which the attraction over the repulsion, r = load_att/load_rep, exceeds 1.
+Mean gap and w are looked for together, by Broyden's method for ln A and ln r, which are nearly linear in the mean gap
+and in ln w; first on coarser grids, which tell where to begin.  Each trial is a state from the undeformed surface, and
+so on the approach: that of a neighbouring w, followed to another w, need not be.
+
+Where that does not end, as beside jumps, the area is searched for at each w, and w is bracketed by these searches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from continuum.model.fourier import Real
+from continuum.model.problem import ContactProblem
+from continuum.model.walls import Wall
+from continuum.path.area import find_area
+from continuum.path.coarser import coarser_problem
+from continuum.path.equilibrium import equilibrium, solver_of
+from continuum.path.secant import area_logarithm, rough_slope, sample
+from continuum.path.state import Event, Outcome, PathState, Search, side_of
+from continuum.solve.solution import Settings
+from continuum.solve.solver import Solver
+
+WallOfWork = Callable[[float], Wall]
+"""The law of a given work of adhesion, in E* a0."""
+MOST_TOGETHER, MOST_SEARCHES = 12, 16
+"""Trials of both unknowns on each grid, and of w alone where these did not end."""
+COARSER = 3.0
+"""Tolerances on the next coarser grid, in units of those on this one."""
+FARTHEST = float(np.log(30.0))
+"""Largest change of ln w, and distance of ln r from 0 that still tells something."""
+STEP = 2.0
+"""Largest change of ln A that a step of the mean gap may aim at."""
+AREA_BY_WORK = 0.5
+"""d ln A/d ln w at a given mean gap, to begin with; d ln r/d ln w is 1."""
+JUMP = 0.5
+"""A change of ln r over the bracket by more is a jump of the state: ln r rises about as ln w, by the width."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A state under the law of one work of adhesion."""
+
+    problem: ContactProblem
+    state: PathState
+
+    @property
+    def work(self) -> float:
+        """The work of adhesion."""
+        return self.problem.wall.work_of_adhesion
+
+    @property
+    def ratio(self) -> float:
+        """ln(load_att/load_rep)."""
+        pull, push = self.state.totals.load_att, self.state.totals.load_rep
+        if pull <= 0 or push <= 0:
+            return FARTHEST if pull > push else -FARTHEST
+        return float(np.clip(np.log(pull / push), -FARTHEST, FARTHEST))
+
+
+@dataclass(eq=False)
+class _Bracket:
+    """The last trials on both sides of the turn, and what all of them have cost."""
+
+    width: float
+    """In ln w."""
+    size: int
+    """Points of the grid, in whose transforms the work is counted."""
+    below: _Trial | None = None
+    above: _Trial | None = None
+    pairs: float = 0.0
+    solves: int = 0
+
+    def pay(self, state: PathState, searches: bool = False) -> None:
+        """Count the work of a state."""
+        part = state.solution.gap.size / self.size
+        self.pairs += part * (state.solution.fft_pairs + (state.search_pairs if searches else 0.0))
+        self.solves += 1 + (state.search_solves if searches else 0)
+
+    def add(self, trial: _Trial) -> None:
+        """Take a trial at the area that is asked for; the last one on a side is that whose area is closest."""
+        if trial.ratio > 0:
+            self.above = trial
+            # Of two trials in the wrong order, as their areas differ, the older one goes.
+            self.below = None if self.below is not None and self.below.work > trial.work else self.below
+        else:
+            self.below = trial
+            self.above = None if self.above is not None and self.above.work < trial.work else self.above
+
+    @property
+    def closed(self) -> bool:
+        """Whether the turn lies between two works as close as asked for."""
+        if self.below is None or self.above is None:
+            return False
+        return bool(np.log(self.above.work / self.below.work) <= self.width)
+
+    def aim(self, ratio: float) -> float:
+        """Ln r at which the trial after one of this ln r aims: on the other side, so that the bracket closes."""
+        return self.width / 3 if -self.width / 2 < ratio <= 0 else -self.width / 3
+
+
+def first_work(problem: ContactProblem) -> float:
+    """Where the search begins: half of the energy of full contact, less where the range is as large as the heights."""
+    energy = problem.elastic_energy(np.zeros(problem.grid.shape))
+    height = float(problem.heights.std())
+    return energy / 2 / (1 + problem.wall.effective_range / height) if energy > 0 else 0.0
+
+
+def find_turn(
+    problem: ContactProblem,
+    wall_of: WallOfWork,
+    area: float,
+    settings: Settings,
+    search: Search,
+    width: float,
+    solver: Solver | None = None,
+) -> tuple[ContactProblem, PathState]:
+    """The state at a given area whose load is nearest to zero, and its contact, with the law of that work of adhesion.
+
+    Parameters
+    ----------
+    problem : the contact; of its wall only the range is looked at, for where to begin.
+    wall_of : law of a work of adhesion.
+    area : repulsive area, as a fraction of A0.
+    settings, search : of each state.
+    width : of the bracket of the turn, relative to it.
+
+    Returns
+    -------
+    problem, state
+        The state has the bracket as its event, with the works as values: a "turn", or a "jump-in" where the load jumps
+        over zero.  :attr:`Outcome.NO_TURN` where no bracket was found; another outcome where a state was not.
+    """
+    solver = solver or solver_of(problem, settings)
+    bracket = _Bracket(float(np.log1p(width)), problem.grid.size)
+    work = first_work(problem)
+    if not work > 0:  # a flat wall is sticky at any work
+        state = find_area(problem, area, settings, search, (), "start", solver)
+        return problem, replace(state, outcome=Outcome.NO_TURN)
+    place = _Place(problem, wall_of, area, settings, search, solver, bracket)
+    together = place.together(*place.coarsely(work))
+    if bracket.closed:
+        return _found(bracket, area)
+    # The searches begin where the trials ended.
+    return _searched(replace(place, bracket=replace(bracket, below=None, above=None)), together[1])
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """What is looked for on one grid."""
+
+    problem: ContactProblem
+    wall_of: WallOfWork
+    area: float
+    settings: Settings
+    search: Search
+    solver: Solver
+    bracket: _Bracket = field(repr=False)
+
+    def coarsely(self, work: float) -> tuple[float, float]:
+        """Mean gap and work at the turn of the next coarser grid; a guess where there is none."""
+        coarse = coarser_problem(self.problem, self.solver.smallest) or coarser_problem(
+            self.problem, self.solver.smallest, roughly=True
+        )
+        if coarse is None:
+            wall, heights = self.problem.wall, sample(self.problem.heights)
+            # Of what would overlap, undeformed, about a half touches.
+            overlap = float(np.quantile(heights, 0.5 * self.area))
+            return wall.zero_gap + self.problem.mean_height - overlap, work
+        bracket = self.bracket
+        roughly = replace(
+            self,
+            problem=coarse,
+            settings=replace(self.settings, tolerance=COARSER * self.settings.tolerance),
+            search=replace(self.search, area_tolerance=min(COARSER * self.search.area_tolerance, 0.3)),
+            solver=solver_of(coarse, self.settings),
+            bracket=replace(bracket, width=min(COARSER * bracket.width, 0.3), below=None, above=None),
+        )
+        found = roughly.together(*roughly.coarsely(work), bracketed=False)
+        bracket.pairs, bracket.solves = roughly.bracket.pairs, roughly.bracket.solves
+        return found
+
+    def together(self, mean_gap: float, work: float, *, bracketed: bool = True) -> tuple[float, float]:
+        """Trials of mean gap and work, until the turn is bracketed, or met; returns the last, or the next ones."""
+        here = np.array([mean_gap, np.log(work)])
+        slope = rough_slope(self.problem)
+        slopes = np.array([[slope, AREA_BY_WORK], [0.0, 1.0]])
+        before: tuple[Real, Real] | None = None
+        for _ in range(MOST_TOGETHER):
+            problem = replace(self.problem, wall=self.wall_of(float(np.exp(here[1]))))
+            state = equilibrium(problem, "mean-gap", float(here[0]), self.settings, None, "start", self.solver)
+            self.bracket.pay(state)
+            if not state.status.ok:
+                break
+            trial = _Trial(problem, state)
+            if self._at_area(state):
+                self.bracket.add(trial)
+                if self.bracket.closed or (not bracketed and abs(trial.ratio) <= self.bracket.width):
+                    break
+            size = self.problem.grid.size
+            left = area_logarithm(self.area, size) - area_logarithm(state.totals.area_rep, size)
+            off = np.array([-left, trial.ratio - (self.bracket.aim(trial.ratio) if bracketed else 0.0)])
+            if abs(trial.ratio) == FARTHEST:
+                # Nothing touches, or nothing pulls: only the area, or the work, says where to go.
+                step = np.array([np.clip(left, -STEP, STEP) / slope, 0.0 if left > 0 else -off[1] / 2])
+                before = None
+            else:
+                now = np.array([-left, trial.ratio])
+                if before is not None:
+                    slopes = _updated(slopes, here - before[0], now - before[1], slope)
+                before = here, now
+                step = -np.linalg.solve(slopes, off)
+            step[0] = np.clip(step[0], -STEP / abs(slope), STEP / abs(slope))
+            here = here + np.array([step[0], np.clip(step[1], -FARTHEST, FARTHEST)])
+        return float(here[0]), float(np.exp(here[1]))
+
+    def _at_area(self, state: PathState) -> bool:
+        allowed = max(self.search.area_tolerance * min(self.area, 1 - self.area), 0.5 / self.problem.grid.size)
+        return abs(state.totals.area_rep - self.area) <= allowed
+
+
+def _updated(slopes: Real, moved: Real, changed: Real, slope: float) -> Real:
+    """Broyden's update, with lengths in units in which both unknowns count alike; refused if the area no longer falls
+    as the gap grows, or the attraction as the work falls.
+    """
+    scaled = moved * np.array([slope**2, 1.0])
+    if not (length := float(moved @ scaled)) > 0:
+        return slopes
+    new: Real = slopes + np.outer(changed - slopes @ moved, scaled) / length
+    sound = new[0, 0] < 0.1 * slope and new[1, 1] > 0.2 and np.linalg.det(new) < 0.1 * slope
+    return new if sound else slopes
+
+
+def _searched(place: _Place, work: float) -> tuple[ContactProblem, PathState]:
+    """The turn by a search for the area at each work."""
+    bracket = place.bracket
+    for guess in _works(bracket, work):
+        problem = replace(place.problem, wall=place.wall_of(guess))
+        state = find_area(problem, place.area, place.settings, place.search, (), "start", place.solver)
+        bracket.pay(state, searches=True)
+        if not (state.status.ok or state.outcome is Outcome.JUMPED_OVER):
+            return problem, _with_work(state, bracket)
+        bracket.add(_Trial(problem, state))
+        if bracket.closed:
+            return _found(bracket, place.area)
+    last = bracket.below or bracket.above
+    assert last is not None
+    return last.problem, _with_work(replace(last.state, target=place.area, outcome=Outcome.NO_TURN), bracket)
+
+
+def _works(bracket: _Bracket, work: float) -> Iterator[float]:
+    """Works to be tried: by the last trial, of which ln r rises as ln w; then by the secant of both ends."""
+    yield work
+    for _ in range(MOST_SEARCHES - 1):
+        below, above, third = bracket.below, bracket.above, bracket.width / 3
+        if below is None or above is None:
+            one = below or above
+            assert one is not None
+            yield float(np.exp(np.log(one.work) - one.ratio + bracket.aim(one.ratio)))
+            continue
+        low, high = np.log(below.work), np.log(above.work)
+        rise = above.ratio - below.ratio
+        root = low - below.ratio / rise * (high - low)
+        if rise - (high - low) > JUMP:
+            root = (low + high) / 2
+        else:
+            root += third if root - low <= bracket.width / 2 else -third
+        # Never nearer to an end than a tenth of the way: a step that gains nothing is not made twice.
+        edge = (high - low) / 10
+        yield float(np.exp(np.clip(root, low + edge, high - edge)))
+
+
+def _with_work(state: PathState, bracket: _Bracket) -> PathState:
+    return replace(state, search_pairs=bracket.pairs - state.solution.fft_pairs, search_solves=bracket.solves - 1)
+
+
+def _found(bracket: _Bracket, area: float) -> tuple[ContactProblem, PathState]:
+    below, above = bracket.below, bracket.above
+    assert below is not None
+    assert above is not None
+    nearest = min(below, above, key=lambda trial: (trial.state.outcome is not None, abs(trial.ratio)))
+    jumped = above.ratio - below.ratio > JUMP or above.state.outcome is not None
+    sides = (side_of(trial.state, trial.work) for trial in (below, above))
+    turn = Event("jump-in" if jumped else "turn", "work-of-adhesion", "start", *sides)
+    at = replace(nearest.state, control="repulsive-area", target=area, events=(turn,))
+    return nearest.problem, _with_work(at, bracket)
