@@ -46,16 +46,24 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from continuum.files.hdf5 import StoreError
     from continuum.files.toml import ConfigError
-    from continuum.front.commands import analyse, check, plot, run
+    from continuum.front.commands import analyse, check, plot, run, turn
     from continuum.front.contact import Contact
     from continuum.front.predict import predict
     from continuum.front.states import LoadingPath, State
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm
+    from continuum.front.turns import Turn
     from continuum.model.grid import Grid
     from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalfSpace, TabulatedSubstrate
     from continuum.model.surface import SelfAffine, moments
     from continuum.model.surfaces import sine, sphere
-    from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, TabulatedWall
+    from continuum.model.walls import (
+        Exponential,
+        HardWall,
+        InversePowers,
+        LennardJonesSpline,
+        TabulatedWall,
+        attraction_on_core,
+    )
     from continuum.paper.examples import examples
     from continuum.runs.analysis import Analysis
     from continuum.runs.result import Result
@@ -68,7 +76,8 @@ __version__ = "0.1.0"
 _WHERE = {
     "front.contact": ("Contact",),
     "front.states": ("LoadingPath", "State"),
-    "front.commands": ("analyse", "check", "plot", "run"),
+    "front.commands": ("analyse", "check", "plot", "run", "turn"),
+    "front.turns": ("Turn",),
     "front.predict": ("predict",),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm"),
     "sweeps.collect": ("sweep_status", "sweep_verify"),
@@ -76,7 +85,14 @@ _WHERE = {
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments"),
     "model.surfaces": ("sine", "sphere"),
-    "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline", "TabulatedWall"),
+    "model.walls": (
+        "Exponential",
+        "HardWall",
+        "InversePowers",
+        "LennardJonesSpline",
+        "TabulatedWall",
+        "attraction_on_core",
+    ),
     "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "LayeredHalfSpace", "TabulatedSubstrate"),
     "files.tables": ("ConfigError",),
     "files.store": ("StoreError",),
@@ -110,7 +126,9 @@ __all__ = [
     "StoreError",
     "TabulatedSubstrate",
     "TabulatedWall",
+    "Turn",
     "analyse",
+    "attraction_on_core",
     "check",
     "examples",
     "moments",
@@ -124,6 +142,7 @@ __all__ = [
     "sweep_slurm",
     "sweep_status",
     "sweep_verify",
+    "turn",
 ]
 
 

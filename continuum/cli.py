@@ -15,6 +15,10 @@ COMMANDS = {
 [loading] of the input says how: control (separation, mean-gap, mean-pressure, repulsive-area) and targets; retract \
 or [loading.retraction] for the way back; event_resolution to bracket jumps.  Stopped with Ctrl-C or otherwise, the \
 same command goes on.""",
+    "turn": """from which work of adhesion on is the surface of an input sticky?
+
+The load at a repulsive area, 1 % by default, changes its sign there, on approach.  The bracket of works is stored \
+with the states at both ends.""",
     "plot": """draw the figures of a stored run, or a figure of the paper from a sweep
 
 `plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1 - figure4, figure-s1 - \

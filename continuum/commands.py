@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -23,9 +23,10 @@ from continuum.options import Formats, as_options, like
 from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
+from continuum.runs.result import Result
 from continuum.show.console import EstimatedProgress, progress, show, warn
 from continuum.show.prediction_data import as_csv
-from continuum.show.runs import failed_sheet, progress_line, result_line, status_sheet, table_sheet
+from continuum.show.runs import failed_sheet, progress_line, result_line, status_sheet, table_sheet, turn_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.simulate import UnresolvedError, resolvable
@@ -70,20 +71,43 @@ def check(*, settings: Settings = None, **given: Any) -> int:
     return OK
 
 
+def _timed(report: Callable[[int, str], None]) -> Callable[[Point, int, int], None]:
+    """Say of each point what it is, and how long it took."""
+    since = time.monotonic()
+
+    def after(point: Point, done: int, total: int) -> None:
+        nonlocal since
+        del total
+        seconds, since = time.monotonic() - since, time.monotonic()
+        report(done, progress_line(point, seconds))
+
+    return after
+
+
 @like(front.run)
 def run(file: str, *, settings: Settings = None, **given: Any) -> int:
     config = load(file, RunConfig, dict(settings or ()))
     with progress(config.loading.points, Path(file).stem) as report:
-        since = time.monotonic()
-
-        def after(point: Point, done: int, total: int) -> None:
-            nonlocal since
-            seconds, since = time.monotonic() - since, time.monotonic()
-            report(done, progress_line(point, seconds))
-
-        result = front.run(config, progress=after, warn=warn, **given)
+        result = front.run(config, progress=_timed(report), warn=warn, **given)
     for sheet in result.sheets():
         show(sheet)
+    return _ended(result)
+
+
+@like(front.turn)
+def turn(file: str, *, area: Annotated[list[float] | None, Parameter(help="repulsive area, as a fraction of A0; may be "
+         "repeated, increasing (default: 0.01)")] = None, width: float = 0.02, settings: Settings = None,
+         **given: Any) -> int:  # fmt: skip
+    areas = area or [0.01]
+    with progress(len(areas), Path(file).stem) as report:
+        found = front.turn(file, area=areas, width=width, settings=dict(settings or ()), warn=warn,
+                           progress=_timed(report), **given)  # fmt: skip
+    show(turn_sheet(found))
+    return _ended(found)
+
+
+def _ended(result: Result) -> int:
+    """Say which points did not converge, and where the result lies."""
     failed = [(i, point) for i, point in enumerate(result.points) if not point.converged]
     for i, point in failed:
         print(f"step {i}, {point.control} {point.target:g}: {point.meaning}")

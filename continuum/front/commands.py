@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from continuum.arguments import ArgumentError, choice, file_name, flag, function
+from continuum.arguments import ArgumentError, choice, file_name, flag, function, number, several
 from continuum.files.inputs import load, settings_of
 from continuum.files.tables import identity
 from continuum.files.toml import Source, find
@@ -131,6 +131,49 @@ def run(
         name = config.source.path.stem if config.source else "run"
         path = path / f"{name}.h5"
     return follow_run(config, path, force=flag("force", force), progress=progress, warn=warn)
+
+
+def turn(
+    file: str | Path,
+    output: str | Path = "results",
+    *,
+    area: Sequence[float] = (0.01,),
+    width: float = 0.02,
+    settings: Mapping[str, Any] | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+    warn: Callable[[Sequence[str]], None] | None = None,
+) -> Result:
+    """Find from which work of adhesion on the surface of an input is sticky, store it, and return what is stored.
+
+    As :func:`run` with other loading: the load at each area, on approach, changes its sign at that work.  The range of
+    the wall is that of the input, except for the paper's law, whose range belongs to its work.
+
+    Parameters
+    ----------
+    file : input of a run (TOML); of its [loading] nothing is used.
+    output : folder of the result, which is named after the input; or the result itself, ``NAME.h5``.
+    area : repulsive areas, as fractions of A0, increasing; the paper looks at 1 %.
+    width : of the bracket of works, relative to the turn.
+    settings : values of keys instead of those of the file, as ``{"surface.seed": 3}``.
+    force : start anew.
+    progress : called after each area with it, how many are done and how many there are.
+    warn : called with what the grid does not resolve.
+
+    Raises
+    ------
+    ConfigError, InputError, OutputError
+        If the input cannot be run, its wall has no work of adhesion, or the result cannot be stored.
+    ArgumentError
+        If an argument is not allowed.
+    """
+    areas = [number("area", each, above=0, below=1) for each in several("area", area)]
+    number("width", width, above=0, below=1)
+    path, into = file_name("file", file), file_name("output", output)
+    loading = {"control": "repulsive-area", "targets": areas, "turn": width, "area_tolerance": 0.05}
+    config = load(path, RunConfig, {"loading": loading, **settings_of(settings)})
+    into = into if into.suffix == ".h5" else into / f"{path.stem}-turn.h5"
+    return run(config, into, force=force, progress=progress, warn=warn)
 
 
 def analyse(result: str | Path) -> Analysis:

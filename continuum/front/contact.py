@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
 from continuum.front.states import LoadingPath, State
+from continuum.front.turns import Turn
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
@@ -21,6 +22,7 @@ from continuum.model.surface import Moments, moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.path.state import Control, Search
+from continuum.path.turn import WallOfWork, find_turn
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
 
@@ -188,6 +190,49 @@ class Contact:
             if progress is not None:
                 progress(states[-1])
         return LoadingPath(self, tuple(states))
+
+    def turn(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> Turn:
+        """The work of adhesion from which on the surface is sticky: where the load at an area changes its sign.
+
+        Parameters
+        ----------
+        wall : the law of a work of adhesion, in E* a0; of the contact's own wall only the range counts, for where the
+            search begins.
+        area : repulsive area at which the sign is looked at, as a fraction of A0; the paper's is 1 %.
+        width : of the bracket of works, relative to the turn.
+
+        Examples
+        --------
+        >>> import numpy as np, continuum as c
+        >>> heights = c.SelfAffine(0.8, 0.1, 8, 32).synthesise(c.Grid.square(64), np.random.default_rng(1))
+        >>> def wall(work):  # of a range of 0.4 a0
+        ...     return c.attraction_on_core("spline", work, 0.4, core_stiffness=5.0)
+        >>> turn = c.Contact(heights, wall(0.01)).turn(wall, area=0.05).require()
+        >>> round(turn.work, 3)
+        0.013
+        """
+        if not callable(wall):
+            raise ArgumentError("wall", wall, _LAW_OF_A_WORK)
+        number("area", area, above=0, below=1)
+        number("width", width, above=0, below=1)
+        search = Search(self.area_tolerance)
+        problem, found = find_turn(self.problem, _walls(wall), area, self.settings, search, width)
+        return Turn(State(replace(self, wall=problem.wall), found))
+
+
+_LAW_OF_A_WORK = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
+
+
+def _walls(wall: WallOfWork) -> WallOfWork:
+    """The same function, refused where it returns no law."""
+
+    def law_of(work: float) -> Wall:
+        made = wall(work)
+        if getattr(made, "law", None) is None:
+            raise ArgumentError("wall", wall, _LAW_OF_A_WORK)
+        return made
+
+    return law_of
 
 
 def _chosen(**given: Any) -> tuple[str, Any]:

@@ -109,7 +109,7 @@ def first_work(problem: ContactProblem) -> float:
     """Where the search begins: half of the energy of full contact, less where the range is as large as the heights."""
     energy = problem.elastic_energy(np.zeros(problem.grid.shape))
     height = float(problem.heights.std())
-    return energy / 2 / (1 + problem.wall.effective_range / height) if energy > 0 else 0.0
+    return energy / 2 / (1 + problem.wall.effective_range / height)
 
 
 def find_turn(
@@ -139,12 +139,8 @@ def find_turn(
     """
     solver = solver or solver_of(problem, settings)
     bracket = _Bracket(float(np.log1p(width)), problem.grid.size)
-    work = first_work(problem)
-    if not work > 0:  # a flat wall is sticky at any work
-        state = find_area(problem, area, settings, search, (), "start", solver)
-        return problem, replace(state, outcome=Outcome.NO_TURN)
     place = _Place(problem, wall_of, area, settings, search, solver, bracket)
-    together = place.together(*place.coarsely(work))
+    together = place.together(*place.coarsely(first_work(problem)))
     if bracket.closed:
         return _found(bracket, area)
     # The searches begin where the trials ended.

@@ -63,6 +63,25 @@ def _jumps(events: Sequence[PathEvent]) -> Sheet:
     return Sheet.of("Jumps and turns, with both sides of each", columns, rows)
 
 
+def turn_sheet(result: Result) -> Sheet:
+    """The turn at each area of a result of :func:`continuum.turn`, with its bracket."""
+    columns = (
+        Column("A_rep/A0"), Column("w at the turn", "E* a0", ".4g"), Column("below", "E* a0", ".5g"),
+        Column("above", "E* a0", ".5g"), Column("N_rep/A0", "E*", ".3e"), Column("N/A0", "E*", ".1e"),
+        Column("A_att/A0"), Column("FFT pairs", "", ".0f"), Column("status"),
+    )  # fmt: skip
+    brackets = dict(result.events)
+    rows = []
+    for i, p in enumerate(result.points):
+        ends = (brackets[i].before.value, brackets[i].after.value) if i in brackets else (np.nan, np.nan)
+        jump = ", the load jumps over zero" if i in brackets and brackets[i].kind == "jump-in" else ""
+        pairs = p.fft_pairs + p.search_pairs
+        rows.append(
+            (p.area_rep, p.work_of_adhesion, *ends, p.load_rep, p.load, p.area_att, pairs, words(p.status) + jump)
+        )
+    return Sheet.of("From which work of adhesion on the surface is sticky", columns, rows)
+
+
 def analysis_sheets(analysis: Analysis) -> list[Sheet]:
     """What was measured on a run: each point, and the run as a whole."""
     sheets = [_loads(analysis), _geometry(analysis)]

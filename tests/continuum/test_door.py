@@ -44,6 +44,9 @@ CALLS: Calls = {
         },
     ),
     "Contact.path, area": (CONTACT.path, {"area": [0.1]}),
+    "Contact.turn": (
+        CONTACT.turn, {"wall": lambda work: c.attraction_on_core("spline", work, 0.4, 5.0), "area": 0.1, "width": 0.1}
+    ),
     "CubicLayer": (c.CubicLayer, {"depth": 4.0, "constants": (1.03, 0.515, 0.515), "mean": "clamped", "axis": 0.0}),
     "Exponential": (c.Exponential, {"surface_energy": 0.01, "decay_length": 0.3, "core_stiffness": 2.0}),
     "Grid": (c.Grid, {"shape": (4, 5), "lengths": (4.0, 5.0)}),
@@ -72,6 +75,10 @@ CALLS: Calls = {
     ),
     "TabulatedSubstrate.stiffness": (c.TabulatedSubstrate(STIFFNESS, (16.0, 16.0), "here").stiffness, {"grid": GRID}),
     "TabulatedWall": (c.TabulatedWall, {"gap": GAP, "traction": np.append(np.linspace(0.5, -0.01, 8), 0.0)}),
+    "attraction_on_core": (
+        c.attraction_on_core,
+        {"shape": "spline", "adhesion_length": 0.01, "effective_range": 0.4, "core_stiffness": 5.0, "core_depth": 2.0},
+    ),
     "moments": (c.moments, {"grid": GRID, "heights": HEIGHTS}),
     "sine": (c.sine, {"grid": GRID, "amplitude": 0.1, "waves": (1, 0)}),
     "sphere": (c.sphere, {"grid": GRID, "radius": 20.0}),
@@ -85,6 +92,13 @@ FILES: Calls = {
         {
             "file": "small.toml", "output": "out", "force": False, "device": None, "settings": None, "progress": None,
             "warn": None,
+        },
+    ),
+    "turn": (
+        c.turn,
+        {
+            "file": "small.toml", "output": "out", "area": [0.1], "width": 0.1, "force": False, "settings": None,
+            "progress": None, "warn": None,
         },
     ),
     "sweep": (
@@ -106,7 +120,7 @@ FILES: Calls = {
     ),
 }  # fmt: skip
 # Made by the functions, and by nobody else.  What `predict` is given has tests of its own.
-RESULTS = {"Analysis", "LoadingPath", "Prediction", "Result", "State"}
+RESULTS = {"Analysis", "LoadingPath", "Prediction", "Result", "State", "Turn"}
 APART = {"HardWall", "examples", "predict"}
 ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 OF_FILES = [(call, name) for call, (_, good) in FILES.items() for name in good]
