@@ -1,14 +1,16 @@
-"""docs/law.md: its numbers are those of the record, and the fit finds a law that is known."""
+"""docs/law.md: its numbers are those of the record, the fit finds a law that is known, and the judgement can fail."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pandas import DataFrame
 
-from tests.studies import law
+from tests.studies import judgement, law
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -29,3 +31,42 @@ def test_a_law_that_is_known_is_found(shape: str, rng: np.random.Generator) -> N
     np.testing.assert_allclose(made.factors, [1.3, 0.9, 1 / (1.3 * 0.9)], rtol=3 * 0.1 / np.sqrt(20))
     assert made.scatter == pytest.approx(np.exp(0.1), rel=0.03)
     assert made.power_of_energy == pytest.approx(1, abs=0.1)
+
+
+def _as_the_law_says(power: float = 1.0, of_hurst: float = 0.0, level: float = 1.0) -> DataFrame:
+    """Turns of invented surfaces: U goes as the moment, and w as U to a power, with a bias that grows with H."""
+    rng, rows = np.random.default_rng(3), []
+    laws = {shape: law.fit(law.turns(shape)) for shape in judgement.SHAPES}
+    for seed, hurst, shape, delta in product(range(11, 17), (0.2, 0.4, 0.6, 0.8, 0.9), laws, (0.5, 1.6)):
+        factor = np.exp(0.1 * np.sin(seed))  # of the surface
+        moments = {f"moment_{p:g}": 0.0156 * np.exp((p - 2 * hurst) * p) for p in judgement.EVERY}
+        energy = moments["moment_1"] / 4
+        work = level * factor * energy * (energy / 0.006) ** (power - 1) * float(laws[shape](delta))
+        work *= np.exp(of_hurst * (hurst - 0.58) + 0.02 * rng.normal())
+        rows.append({"n": 512, "shape": shape, "hurst": hurst, "lambda_s": 4.0, "lambda_L": 64.0, "seed": seed,
+                     "area": 0.01, "height": 0.125, "slope": 0.1 - 0.05 * hurst, "curvature": 0.06 - 0.03 * hurst,
+                     "range": 0.125 * delta, "work": work, **moments})  # fmt: skip
+    return judgement.with_ratios(DataFrame(rows))
+
+
+def test_turns_of_the_law_are_judged_to_hold_and_others_are_not() -> None:
+    def verdicts(rows: DataFrame) -> dict[str, str]:
+        return {name.partition(":")[0]: what for name, _, what in judgement.judged(rows)}
+
+    sound = verdicts(_as_the_law_says())
+    assert sound["no λ_L/λ_s for itself"] == "not tested"
+    assert {sound[name] for name in sound if "λ_s" not in name and "range" not in name} == {"held"}
+    assert verdicts(_as_the_law_says(power=1.3))["the exponent of U is 1"] == "refuted"
+    assert verdicts(_as_the_law_says(power=0.7))["p = 1 has the least scatter"] != "held"
+    assert verdicts(_as_the_law_says(of_hurst=0.6))["no H for itself"] == "refuted"
+    assert verdicts(_as_the_law_says(of_hurst=1.0))["one F for all H and λ_s"] != "held"
+    assert verdicts(_as_the_law_says(level=1.5))["the half, D and m"] == "refuted"
+    few = _as_the_law_says()
+    assert set(verdicts(few[few.seed < 14]).values()) == {"not tested"}
+
+
+def test_the_interval_over_surfaces_is_that_of_student() -> None:
+    rng = np.random.default_rng(1)
+    means = [judgement.Mean.of(rng.normal(0.1, 0.2, 4)) for _ in range(2000)]
+    inside = np.mean([mean.low < np.exp(0.1) < mean.high for mean in means])
+    assert abs(inside - 0.95) < 4 * np.sqrt(0.05 * 0.95 / 2000)  # four standard errors

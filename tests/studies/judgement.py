@@ -1,0 +1,277 @@
+"""The law of stickiness judged: turns of surfaces that made nothing of it, against what docs/law.md said before.
+
+``python -m tests.studies.judgement results/law-reduced results/law --into docs/measured`` prints what became of each
+statement, and writes ``law.csv`` (all turns) and ``law.png``.  Without folders it reads that file.
+
+One table of bounds, as they stood in docs/law.md before the first run.  Means are over surfaces (seeds), with 95 %
+intervals from Student's t; the logarithm of w is what scatters.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from pandas import DataFrame, concat, read_csv
+from scipy.optimize import least_squares
+from scipy.stats import t
+
+from continuum.model.surfaces import SelfAffineSurface
+from continuum.paper.points import ENOUGH, sweep_points
+from continuum.show import plot
+from continuum.sweeps.collect import collect
+from tests.studies.law import PLATEAU, Real, fit, turns
+
+MEASURED = Path(__file__).parents[2] / "docs" / "measured"
+POWERS = (0, 1, 2, 3, 4)
+BETWEEN = (0.5, 0.75, 1.25, 1.5)
+"""Moments that nothing was said of, to see how sharply p = 1 is told."""
+EVERY = tuple(sorted((*POWERS, *BETWEEN)))
+SCALES = {"h_rms": "height", "δh = h'²/h''": "change", "λ_s h'": "wave", "U/E*": "energy"}
+SHAPES = ("spline", "exponential")
+SCATTER, TOO_MUCH = 1.15, 1.25
+BIAS, TOO_BIASED = 1.07, 1.15
+LEVEL = 1.15
+BETTER = 0.02
+EXPONENT = 0.1
+SURFACES, COUNT = 6, 10
+
+
+def turns_of(folder: Path) -> DataFrame:
+    """The turns of a sweep with ``[loading] turn``, a row each, with the moments of their surfaces; lengths in a0."""
+    table = collect(folder)
+    points = sweep_points(table).query("valid")
+    moments = {}
+    for key in table.keys:
+        surface, grid = SelfAffineSurface.model_validate(table.given(key, "surface")), table.grid(key)
+        made = (grid, surface)
+        if made not in moments:
+            power = np.abs(grid.forward(surface.build(grid))) ** 2 * grid.mode_weights
+            power[0, 0] = 0.0
+            q = np.where(grid.wavenumber > 0, grid.wavenumber, 1.0)
+            moments[made] = [float((q**p * power).sum()) for p in EVERY]
+        moments[key] = moments[made]
+    each = np.array([moments[table.keys[i]] for i in points.system])
+    return DataFrame({
+        "n": np.sqrt(points.area).round().astype(int), "shape": points["sweep.wall.shape"], "hurst": points.hurst,
+        "lambda_s": points.lambda_s, "lambda_L": points.lambda_L, "seed": points.seed.astype(int),
+        "area": points.target, "height": points.rms_height, "slope": points.rms_slope,
+        "curvature": points.rms_curvature, "range": points.effective_range,
+        # The state is within the bracket of 2 %; ln(load_att/load_rep) rises as ln w.
+        "work": points.work_of_adhesion * points.load_rep / points.load_att,
+        **{f"moment_{p:g}": each[:, i] for i, p in enumerate(EVERY)},
+    })  # fmt: skip
+
+
+def with_ratios(found: DataFrame) -> DataFrame:
+    """What the statements are about: Δ, w over U, over U F, and lengths that could measure the range."""
+    laws = {shape: fit(turns(shape)) for shape in SHAPES}
+    energy = found.moment_1 / 4
+    law = np.array([laws[shape](r) for shape, r in zip(found["shape"], found.range / found.height, strict=True)])
+    return found.assign(
+        width=found.lambda_L / found.lambda_s, delta=(found.range / found.height).round(2), energy=energy,
+        change=found.slope**2 / found.curvature, wave=found.lambda_s * found.slope,
+        over_energy=found.work / energy, left=np.log(found.work / (energy * law)),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over surfaces of a logarithm, as a factor, with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    surfaces: int
+
+    @classmethod
+    def of(cls, each: Real) -> Mean:
+        """Of one logarithm for each surface."""
+        mean, n = float(np.mean(each)), len(each)
+        half = float(t.ppf(0.975, n - 1) * np.std(each, ddof=1) / np.sqrt(n)) if n > 1 else np.inf
+        return cls(float(np.exp(mean)), float(np.exp(mean - half)), float(np.exp(mean + half)), n)
+
+    def __str__(self) -> str:
+        return f"{self.value:.2f} ({self.low:.2f} to {self.high:.2f})"
+
+    def excludes(self, factor: float) -> bool:
+        """Whether the interval lies wholly beyond a factor, up or down."""
+        return self.low > factor or self.high < 1 / factor
+
+
+def scatter(left: Real, seeds: Real) -> float:
+    """Factor of the root-mean-square of what is left over with one factor for each surface."""
+    rest = np.array(left, dtype=float)
+    for seed in np.unique(seeds):
+        rest[seeds == seed] -= rest[seeds == seed].mean()
+    return float(np.exp(np.sqrt(np.mean(rest**2))))
+
+
+def refitted(rows: DataFrame, work: Real, reach: Real) -> float:
+    """Scatter of ln of a reduced work about its own F of a reduced range: level, D and m for each shape, one factor for
+    each surface."""
+    seeds, of_seed = np.unique(rows.seed, return_inverse=True)
+    of_shape = np.array([SHAPES.index(shape) for shape in rows["shape"]])
+
+    def rest(free: Real) -> Real:
+        law = free[: 3 * len(SHAPES)].reshape(len(SHAPES), 3)[of_shape]
+        factors = free[3 * len(SHAPES) :]
+        ratio = np.exp(np.clip(law[:, 2], -3, 3) * (np.log(reach) - law[:, 1]))
+        found: Real = np.log(work) - law[:, 0] + np.log1p(ratio) - (factors - factors.mean())[of_seed]
+        return found
+
+    start = np.array([*(np.mean(np.log(work)), np.mean(np.log(reach)), 1.0) * len(SHAPES), *np.zeros(seeds.size)])
+    best = least_squares(rest, start)
+    return float(np.exp(np.sqrt(np.mean(best.fun**2))))
+
+
+def biases(rows: DataFrame, column: str) -> dict[float, Mean]:
+    """Mean of w/(U F) at each value of a column over that of all, surface by surface."""
+    every = rows.groupby("seed").left.mean()
+    return {
+        float(value): Mean.of((part.groupby("seed").left.mean() - every).dropna().to_numpy())
+        for value, part in rows.groupby(column)
+        if len(part) >= COUNT
+    }
+
+
+def exponent(rows: DataFrame) -> Mean:
+    """Exponent of U λ_L/h² in w λ_L/h² at one range and shape, surface by surface; mean and interval are no factors."""
+    each = []
+    for _, part in rows.groupby("seed"):
+        scale = np.log(part.lambda_L / part.height**2)
+        x, y = np.log(part.energy) + scale, np.log(part.work) + scale
+        group = part.groupby(["shape", "delta"]).ngroup()
+        x, y = x - x.groupby(group).transform("mean"), y - y.groupby(group).transform("mean")
+        each.append(float((x * y).sum() / (x * x).sum()))
+    values = np.array(each)
+    half = float(t.ppf(0.975, len(each) - 1) * values.std(ddof=1) / np.sqrt(len(each)))
+    return Mean(float(values.mean()), float(values.mean() - half), float(values.mean() + half), len(each))
+
+
+def word(held: bool, refuted: bool, rows: DataFrame) -> str:
+    """What became of a statement."""
+    if rows.seed.nunique() < SURFACES or len(rows) < COUNT:
+        return "not tested"
+    return "held" if held else "refuted" if refuted else "held with a remark"
+
+
+Statement = tuple[str, str, str]
+
+
+def judged(rows: DataFrame) -> list[Statement]:
+    """Each statement of docs/law.md: what it says, what was found, and what became of it."""
+    found: list[Statement] = []
+    all_of_them = scatter(rows.left.to_numpy(), rows.seed.to_numpy())
+    shapes = {s: scatter(p.left.to_numpy(), p.seed.to_numpy()) for s, p in rows.groupby("shape")}
+    said = f"{all_of_them:.3f}; " + ", ".join(f"{shape} {value:.3f}" for shape, value in shapes.items())
+    worst = max(shapes.values())
+    found.append(("one F for all H and λ_s: scatter", said, word(worst <= SCATTER, worst > TOO_MUCH, rows)))
+
+    for name, column in (("H", "hurst"), ("λ_L/λ_s", "width")):
+        means = biases(rows, column)
+        if len(means) < 2:
+            found.append((f"no {name} for itself", "one value only", "not tested"))
+            continue
+        held = all(1 / BIAS <= m.value <= BIAS for m in means.values())
+        refuted = any(not 1 / TOO_BIASED <= m.value <= TOO_BIASED and m.excludes(BIAS) for m in means.values())
+        said = ", ".join(f"{value:g}: {mean}" for value, mean in means.items())
+        found.append((f"no {name} for itself: w/(U F) over its mean", said, word(held, refuted, rows)))
+
+    levels = {
+        (shape, delta): Mean.of(part.groupby("seed").left.mean().to_numpy())
+        for (shape, delta), part in rows.groupby(["shape", "delta"])
+    }
+    held = all(1 / LEVEL <= m.value <= LEVEL for m in levels.values())
+    said = ", ".join(f"{shape} {delta:g}: {mean}" for (shape, delta), mean in levels.items())
+    refuted = any(m.excludes(LEVEL) for m in levels.values())
+    found.append(("the half, D and m: w/(U F)", said, word(held, refuted, rows)))
+
+    every = by_moment(rows)
+    scales = {p: every[p] for p in POWERS}
+    best, one = min(scales, key=lambda p: scales[p]), scales[1]
+    said = ", ".join(f"{p:g}: {value:.3f}" for p, value in every.items())
+    refuted = scales[best] < one - BETTER
+    found.append(("p = 1 has the least scatter", said, word(best == 1, refuted, rows)))
+
+    power = exponent(rows)
+    said = f"{power.value:.3f} ({power.low:.3f} to {power.high:.3f})"
+    held = power.low <= 1 <= power.high and power.high - power.low <= 2 * EXPONENT
+    refuted = power.low > 1 + EXPONENT or power.high < 1 - EXPONENT
+    found.append(("the exponent of U is 1", said, word(held, refuted, rows)))
+
+    lengths = {
+        name: refitted(rows, (rows.work / rows.energy).to_numpy(), (rows.range / rows[column]).to_numpy())
+        for name, column in SCALES.items()
+    }
+    least = min(lengths, key=lambda name: lengths[name])
+    said = ", ".join(f"{name}: {value:.3f}" for name, value in lengths.items())
+    refuted = lengths[least] < lengths["h_rms"] - BETTER
+    found.append(("h_rms measures the range: scatter", said, word(least == "h_rms", refuted, rows)))
+    return found
+
+
+def by_moment(rows: DataFrame) -> dict[float, float]:
+    """Scatter of w over each moment Σ q^p |h|², in units of λ_L and h_rms, about its own F."""
+    reach = (rows.range / rows.height).to_numpy()
+    return {
+        p: refitted(rows, (rows.work * rows.lambda_L ** (1 - p) / rows[f"moment_{p:g}"]).to_numpy(), reach)
+        for p in EVERY
+    }
+
+
+def tables(rows: DataFrame) -> str:
+    """The tables of docs/law.md: one for each area and size."""
+    text = []
+    for (area, n), part in rows.groupby(["area", "n"]):
+        text += [f"{area:.0%} of the area, {n}²: {len(part)} turns, {part.seed.nunique()} surfaces", ""]
+        text += ["| statement | found | |", "|---|---|---|"]
+        text += [f"| {name} | {said} | **{what}** |" for name, said, what in judged(part)] + [""]
+    return "\n".join(text)
+
+
+@plot.styled
+def figure(rows: DataFrame) -> Figure:
+    """w/U against the range, and the scatter about each moment of the spectrum."""
+    laws = {shape: fit(turns(shape)) for shape in SHAPES}
+    drawn, (left, right) = plot.new_axes(7.0, 3.2, columns=2)
+    x = np.geomspace(0.05, 3, 100)
+    shown = rows[(rows.area == rows.area.min()) & (rows.n == rows.n.max())]
+    for shape, mark, line in zip(SHAPES, "os", ("-", "--"), strict=True):
+        left.plot(x, laws[shape](x), "k" + line, label=f"{shape}, as stated before")
+        for i, (hurst, part) in enumerate(shown[shown["shape"] == shape].groupby("hurst")):
+            shift = 1 + 0.04 * (i - 2)  # points of one range beside one another
+            left.plot(part.delta * shift, part.over_energy, mark, ms=3, alpha=0.6, color=f"C{i}",
+                      label=f"H = {hurst:g}" if shape == "spline" else None)  # fmt: skip
+    left.set(xscale="log", yscale="log", xlabel=r"range of the attraction $\Delta r/h_\mathrm{rms}$",
+             ylabel="work of adhesion at the turn, $w/U$")  # fmt: skip
+    left.legend(fontsize=6)
+    for i, ((area, n), part) in enumerate(rows.groupby(["area", "n"])):
+        found = by_moment(part)
+        right.plot(list(found), list(found.values()), "o-", color=f"C{i}", label=f"{area:.0%} of {n}²")
+    right.set(xlabel=r"moment $p$ of $\Sigma\, q^p |h_q|^2$", ylabel="scatter of $w$ over it, a factor")
+    right.legend(fontsize=6)
+    return drawn
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", nargs="*", type=Path, help="of the sweeps; none: docs/measured/law.csv")
+    parser.add_argument("--into", type=Path, help="folder of law.csv and law.png")
+    given = parser.parse_args(arguments)
+    stored = MEASURED / "law.csv"
+    raw = concat([turns_of(folder) for folder in given.folders]) if given.folders else read_csv(stored)
+    rows = with_ratios(raw)
+    if given.into:
+        raw.to_csv(given.into / "law.csv", index=False, float_format="%.6g", lineterminator="\n")
+        figure(rows).savefig(given.into / "law.png", dpi=200)
+    sys.stdout.write(f"Only states with A_rep of {ENOUGH:g} λ_s² or more; F(0) = {PLATEAU}.\n\n{tables(rows)}\n")
+
+
+if __name__ == "__main__":
+    main()
