@@ -46,6 +46,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from continuum.files.hdf5 import StoreError
     from continuum.files.toml import ConfigError
+    from continuum.front.certify import Certificate, certify
     from continuum.front.commands import analyse, check, plot, run, turn
     from continuum.front.contact import Contact
     from continuum.front.predict import predict
@@ -78,6 +79,7 @@ _WHERE = {
     "front.states": ("LoadingPath", "State"),
     "front.commands": ("analyse", "check", "plot", "run", "turn"),
     "front.turns": ("Turn",),
+    "front.certify": ("Certificate", "certify"),
     "front.predict": ("predict",),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm"),
     "sweeps.collect": ("sweep_status", "sweep_verify"),
@@ -106,6 +108,7 @@ _MODULES = {name: module for module, names in _WHERE.items() for name in names}
 
 __all__ = [
     "Analysis",
+    "Certificate",
     "ConfigError",
     "Contact",
     "CubicLayer",
@@ -129,6 +132,7 @@ __all__ = [
     "Turn",
     "analyse",
     "attraction_on_core",
+    "certify",
     "check",
     "examples",
     "moments",

@@ -24,6 +24,10 @@ with the states at both ends.""",
 `plot RESULT` draws a run.  `plot FIGURE DIR` draws, from the files of a sweep alone, figure1 - figure4, figure-s1 - \
 figure-s3, a further figure, `verdicts`, `page` (all) or `dispute` (theories beside).""",
     "analyse": "measure the stored points of runs: patches, perimeter, κ, gap profile, pull-off",
+    "certify": """do stored states satisfy the equations, by other means than the solver's?
+
+Residual, area, load and curvature of the energy are evaluated from heights and gap by other transforms, sums and \
+derivatives, and compared with what is stored: for a run, or for a sample of the systems of a sweep.""",
     "predict": """is my surface sticky? every criterion on a measured topography
 
 Roughness of a measured topography, or of two that face each other, the verdict of every criterion of stickiness \

@@ -16,6 +16,7 @@ from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
 from continuum.files.toml import value_of
+from continuum.front import certify as certificates
 from continuum.front import commands as front
 from continuum.front import predict as predictions
 from continuum.front import sweeps
@@ -113,6 +114,17 @@ def _ended(result: Result) -> int:
         print(f"step {i}, {point.control} {point.target:g}: {point.meaning}")
     print(f"result   {result.path}")
     return NOT_CONVERGED if failed else OK
+
+
+@like(certificates.certify)
+def certify(path: Path, **given: Any) -> int:
+    with progress(1, path.stem) as report:
+        found = certificates.certify(
+            path, progress=lambda done, total: report(done, f"{done} of {total} files"), **given
+        )
+    show(found.sheet())
+    warn(found.faults)
+    return OK if found.ok else NOT_CONVERGED
 
 
 @like(sweeps.sweep)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -37,6 +37,12 @@ class RunSetup:
     def grid(self) -> Grid:
         """The grid of the problem."""
         return self.problem.grid
+
+    def at_work(self, work: float) -> ContactProblem:
+        """The problem of a point: where turns are looked for, each has a work of adhesion of its own."""
+        if self.config.loading.turn is None:
+            return self.problem
+        return replace(self.problem, wall=self.config.wall.at_work(work))
 
 
 def build(config: RunConfig) -> RunSetup:

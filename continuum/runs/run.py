@@ -79,7 +79,7 @@ def follow_run(
         resumed, since = len(record.points), time.perf_counter()
         written = since
         solver = solver_of(system.problem, system.settings)
-        for problem, state in _states(system, record, solver):
+        for problem, state in states_of(system, record, solver):
             record.append(problem, state, solver)
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
             done = len(record.points)
@@ -97,7 +97,7 @@ def _nothing(config: RunConfig) -> Record:
     return Record(config.output.fields)
 
 
-def _states(system: RunSetup, record: Record, solver: Solver) -> Iterator[tuple[ContactProblem, PathState]]:
+def states_of(system: RunSetup, record: Record, solver: Solver) -> Iterator[tuple[ContactProblem, PathState]]:
     """The points of the path that are still to be done, each with its contact."""
     loading, done = system.config.loading, len(record.points)
     if loading.turn is not None:

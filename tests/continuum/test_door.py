@@ -85,6 +85,7 @@ CALLS: Calls = {
 }  # fmt: skip
 FILES: Calls = {
     "analyse": (c.analyse, {"result": "nothing.h5"}),
+    "certify": (c.certify, {"path": "nothing.h5", "sample": 1, "seed": 0, "progress": None}),
     "plot": (c.plot, {"result": "nothing.h5", "folder": None}),
     "check": (c.check, {"file": "small.toml", "settings": None}),
     "run": (
@@ -120,7 +121,7 @@ FILES: Calls = {
     ),
 }  # fmt: skip
 # Made by the functions, and by nobody else.  What `predict` is given has tests of its own.
-RESULTS = {"Analysis", "LoadingPath", "Prediction", "Result", "State", "Turn"}
+RESULTS = {"Analysis", "Certificate", "LoadingPath", "Prediction", "Result", "State", "Turn"}
 APART = {"HardWall", "examples", "predict"}
 ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 OF_FILES = [(call, name) for call, (_, good) in FILES.items() for name in good]

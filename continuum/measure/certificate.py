@@ -1,0 +1,122 @@
+"""A state certified: what its gap says of it, by other means than those it was found by.
+
+The solver's transforms, compiled laws, tiles and sums take no part.  Here are SciPy's complex transforms over the whole
+spectrum, the traction as the derivative of the law's energy by differences, and NumPy's sums, all from heights and gap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from continuum.model.fourier import Complex, Real
+from continuum.model.problem import ContactProblem
+
+STEP = 1e-5
+"""Of the differences, in a0: rounding leaves 1e-12 of the traction, a kink of the law about as much as that of its
+area on the map."""
+DIRECTIONS = 6
+"""Random displacements along which a minimum is looked at."""
+SINGLE = 2.0**-24
+"""Largest rounding of a number that was stored in single precision, relative to it."""
+
+
+@dataclass(frozen=True)
+class StateCheck:
+    """A state as its heights and gap say; lengths in a0, tractions in E*, areas as fractions of A0."""
+
+    area_rep: float
+    uncertain_area: float
+    """Points whose gap is as near to the end of repulsion as the gap was rounded."""
+    load: float
+    """Mean traction of the wall; under a hard wall the mean of what the surface carries, NaN in full contact."""
+    residual: float
+    """Root-mean-square of what elasticity and wall leave; under a hard wall of what breaks its three conditions."""
+    rounding: float
+    """Residual that the rounding of the gap makes."""
+    curvature: float
+    """Smallest second derivative of the energy along random displacements, in E*/a0; NaN under a hard wall."""
+
+
+def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int = 0) -> StateCheck:
+    """Evaluate a state anew.
+
+    Parameters
+    ----------
+    problem : its contact.
+    gap : shape ``grid.shape``, in a0.
+    rounded : whether the gap was stored in single precision.
+    seed : of the random displacements.
+    """
+    wall, stiffness = problem.wall, _whole(problem)
+    coarse = SINGLE * float(np.abs(gap).max()) if rounded else 0.0
+    # Rounding is uniform within ± coarse, and the response is that of each wave.
+    noise = coarse / np.sqrt(3) * float(np.sqrt(np.mean(stiffness**2)))
+    elastic = fft.ifft2(stiffness * fft.fft2(problem.heights - gap)).real
+    inside = gap < wall.zero_gap
+    unsure = float(np.mean(np.abs(gap - wall.zero_gap) <= coarse))
+    if wall.law is None:
+        load, residual = _hard(gap, -elastic, coarse)
+        return StateCheck(float(np.mean(gap <= coarse)), unsure, load, residual, noise, np.nan)
+    traction = _traction(problem, gap)
+    off = elastic + traction
+    off -= off.mean()  # the base, or a given pressure, holds the mean
+    curvature = min(_curvatures(problem, stiffness, gap, seed))
+    return StateCheck(
+        float(np.mean(inside)), unsure, float(traction.mean()), float(np.sqrt(np.mean(off**2))), noise, curvature
+    )
+
+
+def _whole(problem: ContactProblem) -> Real:
+    """K over the whole spectrum, without its mean, from the half that a real field needs."""
+    nx, ny = problem.grid.shape
+    half = np.array(problem.stiffness_q)
+    half[0, 0] = 0.0
+    found = np.empty((nx, ny))
+    found[:, : half.shape[1]] = half
+    rows = (-np.arange(nx)) % nx
+    for column in range(half.shape[1], ny):
+        found[:, column] = half[rows, ny - column]
+    return found
+
+
+def _traction(problem: ContactProblem, gap: Real) -> Real:
+    """-d energy/d gap, by central differences of fourth order."""
+    energy = problem.wall.energy
+    near = (energy(gap + STEP) - energy(gap - STEP)) / (2 * STEP)
+    far = (energy(gap + 2 * STEP) - energy(gap - 2 * STEP)) / (4 * STEP)
+    found: Real = -(4 * near - far) / 3
+    return found
+
+
+def _curvatures(problem: ContactProblem, stiffness: Real, gap: Real, seed: int) -> list[float]:
+    """Second derivatives of the energy along random displacements of unit root-mean-square, from rough to smooth."""
+    rng, found = np.random.default_rng(seed), []
+    softness = np.where(stiffness > 0, 1 / np.where(stiffness > 0, stiffness, 1.0), 0.0)
+    for power in np.linspace(0.0, 4.0, DIRECTIONS):
+        along_q: Complex = fft.fft2(rng.normal(size=gap.shape)) * softness**power
+        along = fft.ifft2(along_q).real
+        along /= np.sqrt(np.mean(along**2))
+        elastic = fft.ifft2(stiffness * fft.fft2(along)).real
+        change = STEP * along
+        law = (_traction(problem, gap - change) - _traction(problem, gap + change)) / (2 * STEP)
+        found.append(float(np.mean(along * (elastic + law))))
+    return found
+
+
+def _hard(gap: Real, pressure: Real, coarse: float) -> tuple[float, float]:
+    """Load, and how far a state is from the three conditions of a hard wall: no overlap, no tension, no action at a
+    distance.  Elasticity tells the pressure but for its mean, which is such that it vanishes beside the contact.
+    """
+    touching = gap <= coarse
+    if not touching.any():
+        return 0.0, float(np.sqrt(np.mean(pressure**2)))
+    beside = pressure[~touching]
+    # In full contact any mean is one, from the least that holds no tension on.
+    pressure = pressure - (beside.mean() if beside.size else pressure.min())
+    broken = np.where(touching, np.minimum(pressure, 0.0), pressure)
+    overlap = np.minimum(gap + coarse, 0.0)
+    load = float(pressure.mean()) if beside.size else np.nan
+    return load, float(np.sqrt(np.mean(broken**2) + np.mean(overlap**2)))
