@@ -61,6 +61,10 @@ Settings = Annotated[
 ]  # fmt: skip
 Gigabytes = Annotated[float | None, Parameter(help="GB of this machine that may be used (default: all)")]
 Shard = Annotated[tuple[int, int], Parameter(converter=_shard, n_tokens=1, help="part I/N of the systems, as 2/8")]
+Modules = Annotated[list[str] | None, Parameter(name="--module", help="a module that is loaded before the work, as "
+                    "gcc/13.2; may be repeated")]  # fmt: skip
+Lines = Annotated[list[str] | None, Parameter(name="--line", help="a line of your own after these, as 'source "
+                  "~/venv/bin/activate'; may be repeated")]  # fmt: skip
 Kind = Literal["run"]
 
 
@@ -133,7 +137,7 @@ def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None,
     with EstimatedProgress(Path(file).stem) as report:
         done = sweeps.sweep(
             file, settings=dict(settings or ()), memory=None if memory is None else 1e9 * memory, shard=shard, **given,
-            begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
+            warn=warn, begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
             progress=lambda ended, n, total: report.end(ended.task.path, result_line(ended), new=not ended.found),
         )  # fmt: skip
     print(f"{done.folder}: {done.done} systems done, {done.found} were there, {len(done.failed)} failed")
@@ -145,8 +149,11 @@ def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None,
 
 @like(sweeps.sweep_slurm)
 def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Parameter(name="--array")] = None,
-                **given: Any) -> int:  # fmt: skip
-    print(sweeps.sweep_slurm(settings=dict(settings or ()), shards=shards, **given), end="")
+                memory: Annotated[float | None, Parameter(help="GB of each process (default: what the largest system "
+                "needs)")] = None, modules: Modules = None, lines: Lines = None, **given: Any) -> int:  # fmt: skip
+    bytes_each = None if memory is None else 1e9 * memory
+    print(sweeps.sweep_slurm(settings=dict(settings or ()), shards=shards, memory=bytes_each, modules=modules or (),
+                             lines=lines or (), **given), end="")  # fmt: skip
     return OK
 
 

@@ -163,6 +163,15 @@ def text_of(value: Any) -> str:
     return {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
 
 
+def document(data: Mapping[str, Any]) -> str:
+    """An input file of these tables: a line for each key, tables inside of them in one line."""
+    lines = [f"{name} = {text_of(value)}" for name, value in data.items() if not isinstance(value, Mapping)]
+    for name, table in data.items():
+        if isinstance(table, Mapping):
+            lines += ["", f"[{name}]", *(f"{key} = {text_of(value)}" for key, value in table.items())]
+    return "\n".join([*lines, ""])
+
+
 def _toml(value: Any) -> str:
     """A value as in the file, shortened."""
     try:

@@ -7,7 +7,7 @@ days later, by another process or on another machine.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,16 +15,16 @@ from pathlib import Path
 from typing import Any
 
 import continuum.sweeps.collect
-from continuum.arguments import count, file_name, flag, function, number, pair
+from continuum.arguments import choice, count, file_name, flag, function, number, pair
 from continuum.files.inputs import settings_of
 from continuum.files.output import LockedError, folder, save
 from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.memory import physical_memory
 from continuum.show.sheet import Column, Sheet
-from continuum.solve.backend import back_end
+from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.sweeps.axes import Sweep
-from continuum.sweeps.cluster import require_scheduler, slurm_script
+from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
 from continuum.sweeps.collect import PointTable, write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
 from continuum.sweeps.folder import Folder, names
@@ -74,6 +74,7 @@ def sweep(
     scheduler_file: str | Path | None = None,
     begun: Callable[[list[SystemTask]], None] | None = None,
     progress: After | None = None,
+    warn: Callable[[Sequence[str]], None] | None = None,
 ) -> SweepRun:
     """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
 
@@ -95,6 +96,7 @@ def sweep(
     scheduler_file : file of a Dask cluster that does the work instead of processes of this machine.
     begun : called with the systems of this call, before the first.
     progress : see :data:`After`.
+    warn : called with what is other than in the sweep that the folder has, before the first system.
 
     Raises
     ------
@@ -106,6 +108,7 @@ def sweep(
     """
     function("progress", progress)
     function("begun", begun)
+    function("warn", warn)
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     described = Sweep.read(file_name("file", file), given, reduced=flag("reduced", reduced))
     # All that can be wrong is found before anything is written.
@@ -122,7 +125,7 @@ def sweep(
     root = file_name("output", output) / described.name
     part, parts = pair("shard", shard)
     count("shard[0]", part, most=count("shard[1]", parts))
-    tasks = begin(described, root, retry=flag("retry", retry), shard=(part, parts), threads=threads)
+    tasks = begin(described, root, retry=flag("retry", retry), shard=(part, parts), threads=threads, warn=warn)
     if begun is not None:
         begun(tasks)
     there = names(Folder(root).points)
@@ -201,7 +204,14 @@ def sweep_slurm(
     nodes: int = 1,
     time: str = "12:00:00",
     workers: int = 16,
+    threads: int = 1,
+    memory: float | None = None,
+    device: str | None = None,
     shards: int | None = None,
+    partition: str | None = None,
+    account: str | None = None,
+    modules: Sequence[str] = (),
+    lines: Sequence[str] = (),
 ) -> str:
     """A job script for ``sbatch`` that does a sweep: a cluster in one allocation, or an array of jobs.
 
@@ -214,7 +224,13 @@ def sweep_slurm(
     nodes : nodes of the allocation.
     time : time of the allocation, as SLURM writes it.
     workers : processes on each node.
+    threads : threads of the solver of each system.
+    memory : bytes that each process may use; what the largest system needs if None.
+    device : what the solver runs on, instead of the input's ``[solver] device``; with cuda each process takes a GPU.
     shards : number of jobs of an array instead of one cluster.
+    partition, account : as SLURM names them.
+    modules : modules that are loaded before the work, as gcc/13.2.
+    lines : lines of your own, after these, as "source ~/venv/bin/activate".
 
     Raises
     ------
@@ -224,11 +240,17 @@ def sweep_slurm(
         If an argument is not allowed.
     """
     given, path = settings_of(settings), file_name("file", file)
+    if device is not None:
+        choice("device", device, BACK_ENDS)
+        given["solver.device"] = device
     described = Sweep.read(path, given, reduced=flag("reduced", reduced))
-    memory = max(cost_of(config).memory for _, config in described.systems())
+    configs = [config for _, config in described.systems()]
+    needed = max(cost_of(config).memory for config in configs)
+    allocation = Allocation(
+        nodes, time, workers, needed if memory is None else number("memory", memory, above=0), threads, shards,
+        any(config.solver.device != "cpu" for config in configs), partition, account, modules, lines,
+    )  # fmt: skip
     root = file_name("output", output)
     words = ["continuum", "sweep", "run", str(path), "--output", str(root), *(["--reduced"] if reduced else [])]
     words += [word for name, value in given.items() for word in ("--set", f"{name}={text_of(value)}")]
-    return slurm_script(
-        shlex.join(words), nodes=nodes, time=time, workers=workers, memory=memory, name=described.name, shards=shards
-    )
+    return slurm_script(shlex.join(words), allocation, described.name)

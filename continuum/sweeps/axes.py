@@ -19,7 +19,7 @@ from pydantic import Field
 
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document, identity
-from continuum.files.toml import ConfigError, Source, find, text_of
+from continuum.files.toml import ConfigError, Source, document, find, text_of
 from continuum.runs.config import RunConfig
 from continuum.runs.ranges import MOST, expand_range
 from continuum.sweeps.conditions import condition, dotted, holds
@@ -180,6 +180,22 @@ class Sweep:
     """Without the table [sweep]: the input of a run, but for what the axes give."""
     axes: tuple[Axis, ...]
     keep: tuple[str, ...]
+    changed: bool = False
+    """Whether values are not those of the file."""
+
+    @property
+    def text(self) -> str:
+        """The input of this sweep: the file, or where values were given elsewhere one that has them."""
+        if not self.changed:
+            return self.source.text
+        zipped = [dict(zip(axis.keys, zip(*axis.values, strict=True), strict=True)) for axis in self.axes]
+        said = (
+            f"# {self.source.path.name}, with the values that were given beside it, of [sweep.reduced] or by --set.\n"
+        )
+        axes = {key: values for each in zipped if len(each) == 1 for key, values in each.items()}
+        together = [each for each in zipped if len(each) > 1]
+        sweep = {"keep": self.keep, "axes": axes, "zipped": together}
+        return said + document({**self.base.data, "sweep": {name: value for name, value in sweep.items() if value}})
 
     @classmethod
     def read(cls, path: str | Path, settings: Mapping[str, Any] | None = None, *, reduced: bool = False) -> Sweep:
@@ -222,7 +238,7 @@ class Sweep:
                 raise ConfigError(source, [Fault(("sweep",), f"values for the axis {axis} as it is, not for {key}")])
         base = replace(source, data=data)
         name = f"{source.path.stem}-reduced" if reduced else source.path.stem
-        return cls(name, source, base.changed(plain) if plain else base, axes, found.keep)
+        return cls(name, source, base.changed(plain) if plain else base, axes, found.keep, bool(changes))
 
     def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changing fastest.

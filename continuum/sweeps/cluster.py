@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,6 +17,11 @@ _PROCESS = 2.5e8
 """Bytes of a worker before it does anything."""
 _TIME = re.compile(r"\d+(:\d\d?){0,2}|\d+-\d\d?(:\d\d?){0,2}")
 """Minutes, minutes:seconds, hours:minutes:seconds, days-hours and so on: what SLURM takes for a time."""
+_NAME, _MODULE, _LINE = (
+    re.compile(r"[\w.,+-]+", re.ASCII),
+    re.compile(r"[\w./+-]+", re.ASCII),
+    re.compile(r"[^\n\r\0]*"),
+)
 _WAIT = 60
 """Seconds in which a scheduler has to answer."""
 
@@ -69,43 +75,103 @@ def require_scheduler(scheduler_file: Path) -> None:
         raise ClusterError(msg)
 
 
-def slurm_script(
-    command: str, *, nodes: int, time: str, workers: int, memory: float, name: str, shards: int | None = None
-) -> str:
+@dataclass(frozen=True)
+class Allocation:
+    """What a job asks of SLURM.
+
+    Parameters
+    ----------
+    nodes, time : of the allocation, as SLURM has them.
+    workers : processes a node.
+    threads : of each process.
+    memory : that a process needs, in bytes.
+    shards : jobs of an array instead of one cluster, each on one node.
+    gpus : whether each process takes a GPU.
+    partition, account : as SLURM names them.
+    modules : that are loaded before the work.
+    lines : of your own, after these.
+
+    Raises ArgumentError if a number is none of processes, nodes or jobs, or SLURM would not take a time or a name.
+    """
+
+    nodes: int
+    time: str
+    workers: int
+    memory: float
+    threads: int = 1
+    shards: int | None = None
+    gpus: bool = False
+    partition: str | None = None
+    account: str | None = None
+    modules: Sequence[str] = ()
+    lines: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("nodes", "workers", "threads"):
+            count(name, getattr(self, name))
+        if self.shards is not None:
+            count("shards", self.shards)
+        if not isinstance(self.time, str) or not _TIME.fullmatch(self.time):
+            allowed = 'a text such as "12:00:00", "90" (minutes) or "2-12" (days and hours)'
+            raise ArgumentError("time", self.time, allowed)
+        if self.gpus and self.shards is None:
+            raise ArgumentError("shards", None, "a number of jobs: processes of one cluster do not share out its GPUs")
+        # Names are not quoted in the script, and cannot carry a command.
+        for name in ("partition", "account"):
+            value = getattr(self, name)
+            if value is not None and not (isinstance(value, str) and _NAME.fullmatch(value)):
+                raise ArgumentError(name, value, "a name of letters, digits and any of . , _ + -")
+        for name, pattern, allowed in (
+            ("modules", _MODULE, "names of modules, as gcc/13.2"),
+            ("lines", _LINE, "lines of text"),
+        ):
+            values = getattr(self, name)
+            if isinstance(values, str) or not isinstance(values, Sequence):
+                raise ArgumentError(name, values, f"a list: {allowed}")
+            for value in values:
+                if not (isinstance(value, str) and pattern.fullmatch(value)):
+                    raise ArgumentError(name, value, allowed)
+
+    @property
+    def head(self) -> list[str]:
+        """Lines for SLURM, but for the names of the job."""
+        megabytes = math.ceil(self.workers * (self.memory + _PROCESS) / 2**20) + 1024
+        return [
+            f"#SBATCH --nodes={1 if self.shards else self.nodes}",
+            "#SBATCH --ntasks-per-node=1",
+            f"#SBATCH --cpus-per-task={self.workers * self.threads}",
+            f"#SBATCH --mem={megabytes}M",
+            f"#SBATCH --time={self.time}",
+            *([f"#SBATCH --gres=gpu:{self.workers}"] if self.gpus else []),
+            *([f"#SBATCH --partition={self.partition}"] if self.partition else []),
+            *([f"#SBATCH --account={self.account}"] if self.account else []),
+            *([f"#SBATCH --array=1-{self.shards}"] if self.shards else []),
+        ]
+
+
+def slurm_script(command: str, allocation: Allocation, name: str) -> str:
     """A job for ``sbatch``: a cluster inside one allocation, or one job of an array for each shard.
 
     Parameters
     ----------
     command : ``continuum sweep run FILE ...``, quoted; told here where its cluster, or what its shard is.
-    nodes, time : of the allocation, as SLURM has them.
-    workers : processes a node, one thread each.
-    memory : that a process needs, in bytes.
+    allocation : what the job asks for.
     name : of the job.
-    shards : jobs of an array instead, each on one node.
-
-    Raises ArgumentError if a number is none of processes, nodes or jobs, or SLURM would not take the time.
     """
-    count("nodes", nodes)
-    count("workers", workers)
-    if shards is not None:
-        count("shards", shards)
-    if not isinstance(time, str) or not _TIME.fullmatch(time):
-        raise ArgumentError("time", time, 'a text such as "12:00:00", "90" (minutes) or "2-12" (days and hours)')
+    shards, workers, threads = allocation.shards, allocation.workers, allocation.threads
     name = re.sub(r"[^\w.+-]", "-", name, flags=re.ASCII)  # it is not quoted in the script
     head = [
         "#!/bin/bash",
         f"#SBATCH --job-name={name}",
-        f"#SBATCH --nodes={1 if shards else nodes}",
-        "#SBATCH --ntasks-per-node=1",
-        f"#SBATCH --cpus-per-task={workers}",
-        f"#SBATCH --mem={math.ceil(workers * (memory + _PROCESS) / 2**20) + 1024}M",
-        f"#SBATCH --time={time}",
+        *allocation.head,
         f"#SBATCH --output={name}-%{'A-%a' if shards else 'j'}.log",
-        *([f"#SBATCH --array=1-{shards}"] if shards else []),
         "# The same job, submitted again, goes on where this one was stopped.",
         "set -eu",
-        "export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1",
+        f"export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS={threads}",
+        *(f"module load {module}" for module in allocation.modules),
+        *allocation.lines,
     ]
+    command += f" --threads {threads}" if threads > 1 else ""
     if shards:
         return "\n".join([*head, f"exec {command} --workers {workers} --shard $SLURM_ARRAY_TASK_ID/{shards}", ""])
     body = [

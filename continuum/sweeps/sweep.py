@@ -6,7 +6,7 @@ Nothing is known anywhere but in the folder of the sweep: processes may die, and
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -62,7 +62,13 @@ class SystemTask(Task):
 
 
 def begin(
-    sweep: Sweep, root: str | Path, *, retry: bool = False, shard: tuple[int, int] = (1, 1), threads: int = 1
+    sweep: Sweep,
+    root: str | Path,
+    *,
+    retry: bool = False,
+    shard: tuple[int, int] = (1, 1),
+    threads: int = 1,
+    warn: Callable[[Sequence[str]], None] | None = None,
 ) -> list[SystemTask]:
     """Make the folder of a sweep and list its systems; returns those to do, done or not.
 
@@ -71,6 +77,7 @@ def begin(
     retry : try what failed again, too.
     shard : which part of how many; the parts take about equally long.
     threads : of the solver of each system.
+    warn : called with what is other than in the sweep that the folder has, if anything is.
 
     Raises ConfigError if a system is no input of a run; OutputError if the folder cannot be written to, or holds
     another sweep or files of the user's own.
@@ -79,9 +86,11 @@ def begin(
     listing, tasks = _listed(sweep, folder)
     output.distinct(folder.description, [sweep.source.path])
     folder.require_free_of_others()
-    _require_same_sweep(folder, listing)
+    changes = _require_same_sweep(folder, listing)
     folder.make()
-    _save_once(folder.description, sweep.source.text)
+    if changes and warn is not None:
+        warn(changes)
+    _save_once(folder.description, sweep.text)
     _save_once(folder.listing, _json(listing))
     failed = names(folder.failed)
     if retry:
@@ -151,16 +160,16 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
     return SweepListing(sweep.name, sweep.axes, common, systems), tasks
 
 
-def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
+def _require_same_sweep(folder: Folder, listing: SweepListing) -> list[str]:
     """Refuse a folder that holds results of another sweep; what is known of systems that are dropped is kept.
 
-    Two sweeps are one that has changed if they have a system in common.
+    Two sweeps are one that has changed if they have a system in common.  Returns what is other than before, in words.
     """
     try:
-        before = {system.key for system in systems_of(folder.root).systems}
+        earlier = systems_of(folder.root)
     except SweepError:
-        return
-    now = {system.key for system in listing.systems}
+        return []
+    before, now = ({system.key for system in one.systems} for one in (earlier, listing))
     if folder.begun and not before & now:
         raise OutputError(
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
@@ -168,6 +177,25 @@ def _require_same_sweep(folder: Folder, listing: SweepListing) -> None:
         )
     if before - now:
         folder.keep_earlier()
+    if before == now:
+        return []
+    counts = f"{len(now - before)} systems are new, {len(before & now)} are the same"
+    if before - now:
+        counts += f", {len(before - now)} are no longer listed: their files stay, and their input is in earlier/"
+    return [f"{folder.root}: is another sweep than it was: {counts}", *_differences(earlier, listing)]
+
+
+def _differences(before: SweepListing, now: SweepListing) -> list[str]:
+    """Each key whose values are other than before."""
+    values = [
+        {
+            **one.common,
+            **{k: list(v) for axis in one.axes for k, v in zip(axis.keys, zip(*axis.values, strict=True), strict=True)},
+        }
+        for one in (before, now)
+    ]
+    old, new = ({key: json.loads(json.dumps(value)) for key, value in one.items()} for one in values)
+    return [f"{key}: {old.get(key)}, now {new.get(key)}" for key in {**old, **new} if old.get(key) != new.get(key)]
 
 
 def _json(listing: SweepListing) -> str:

@@ -116,7 +116,8 @@ FILES: Calls = {
         c.sweep_slurm,
         {
             "file": "sweep.toml", "output": "out", "settings": None, "reduced": False, "nodes": 1, "time": "1:00:00",
-            "workers": 2, "shards": None,
+            "workers": 2, "shards": None, "threads": 1, "memory": None, "device": None, "partition": "a",
+            "account": "b", "modules": ["gcc"], "lines": ["true"],
         },
     ),
 }  # fmt: skip

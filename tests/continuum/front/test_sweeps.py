@@ -102,6 +102,15 @@ def test_an_argument_without_meaning_is_refused_before_anything_is_written(
         (c.sweep_slurm, {"nodes": 0}, "nodes"),
         (c.sweep_slurm, {"workers": -1}, "workers"),
         (c.sweep_slurm, {"shards": 0}, "shards"),
+        (c.sweep_slurm, {"threads": 0}, "threads"),
+        (c.sweep_slurm, {"memory": -1.0}, "memory"),
+        (c.sweep_slurm, {"device": "abacus"}, "device"),
+        (c.sweep_slurm, {"device": "cuda"}, "shards"),
+        (c.sweep_slurm, {"partition": "a; rm -rf ~"}, "partition"),
+        (c.sweep_slurm, {"account": "a\n#SBATCH --exclusive"}, "account"),
+        (c.sweep_slurm, {"modules": ["gcc; rm -rf ~"]}, "modules"),
+        (c.sweep_slurm, {"modules": "gcc"}, "modules"),
+        (c.sweep_slurm, {"lines": ["a\nb"]}, "lines"),
         (c.check, {"settings": "surface.seed=1"}, "settings"),
         (c.check, {"settings": {"surface.seed": object()}}, "surface.seed = <object"),
         (c.run, {"settings": {"surface.seed": {1, 2}}}, r"surface.seed = \{1, 2\}"),
@@ -136,3 +145,45 @@ def test_the_name_of_a_file_cannot_add_to_the_script_of_a_job(many: Path) -> Non
     script = c.sweep_slurm(odd)
     assert "#SBATCH --job-name=two-words-rm--rf--\n" in script
     assert script.count("rm -rf ~") == 1, "in the quoted name of the file only"
+
+
+def test_a_job_asks_for_what_it_is_told_to_ask_for(many: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "--array", "4", "--workers", "2", "--threads", "3", "--memory", "2", "--partition", "short", "--account", "p_7",
+        "--module", "gcc/13.2", "--module", "python", "--line", "source ~/venv/bin/activate",
+    ]  # fmt: skip
+    assert main(["sweep", "slurm", str(many), *words]) == 0
+    script = capsys.readouterr().out.splitlines()
+    for line in ("cpus-per-task=6", "partition=short", "account=p_7", "array=1-4", "nodes=1"):
+        assert f"#SBATCH --{line}" in script
+    memory = next(int(line[14:-1]) for line in script if line.startswith("#SBATCH --mem="))
+    assert 2 * 2e9 < memory * 2**20 < 2 * 2e9 + 2 * 1e9 + 2 * 2**30  # and what Python and a shell need
+    at = script.index("module load gcc/13.2")
+    assert script[at : at + 3] == ["module load gcc/13.2", "module load python", "source ~/venv/bin/activate"]
+    assert script[-1].endswith("--threads 3 --workers 2 --shard $SLURM_ARRAY_TASK_ID/4")
+    on_gpus = c.sweep_slurm(many, device="cuda", shards=2, workers=4)
+    assert "#SBATCH --gres=gpu:4\n" in on_gpus
+    assert "solver.device=" in on_gpus
+
+
+def test_a_folder_says_what_was_run_in_it_and_what_is_other_than_before(
+    many: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = ["-o", str(tmp_path / "out")]
+    assert main(["sweep", "run", "-q", str(many), *out]) == 0
+    root = next((tmp_path / "out").iterdir())
+    assert (root / "sweep.toml").read_text() == many.read_text()
+    assert "another sweep than it was" not in capsys.readouterr().err
+    seeds = c.sweep_status(root).listing.axes[0].values
+    given = f"surface.seed=[{seeds[0][0]}, 17]"
+    assert main(["sweep", "run", "-q", str(many), *out, "--set", given]) == 0
+    said = capsys.readouterr().err
+    assert "1 systems are new, 1 are the same" in said
+    assert "surface.seed: " in said
+    assert "17]" in said
+    # What stands there is an input of just these systems.
+    again = (root / "sweep.toml").rename(many)
+    listed = (root / "systems.json").read_text()
+    assert main(["sweep", "run", str(again), *out]) == 0
+    assert "0 systems done, 2 were there" in capsys.readouterr().out
+    assert (root / "systems.json").read_text() == listed
