@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import partial
+from contextlib import ExitStack
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -84,18 +85,22 @@ def deck(
     *,
     output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
     run: Annotated[bool, Parameter(help="run it at once and print what it found")] = False,
+    force: Annotated[bool, Parameter(help="remove finished steps of another deck in that directory")] = False,
     lmp_command: str | None = None,
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
     _check_lmp_command(lmp_command)
-    made = decks.deck(file)
+    with ExitStack() as bars:
+        # A bar only where there is something to wait for.
+        bar = cache(lambda total: bars.enter_context(progress(total, "crystal at its temperature, once and for all")))
+        made = decks.deck(file, progress=lambda done, total: bar(total)(done, ""))
     if not made.stock and (not run or lmp_command is not None):
         raise InputError(
             f"{file}: LAMMPS has no formula for the heights of this wall above where the atoms are "
             '(follows = "atom"): no stock LAMMPS can run the deck; run it in this process (--run, without '
             '--lmp-command), or let the wall follow the sites (follows = "site")'
         )
-    directory = made.write(output or Path("decks") / Path(file).stem)
+    directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if run:
         steps = 1 if made.protocol is None else made.protocol.steps

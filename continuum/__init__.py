@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from continuum.front.states import LoadingPath, State
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm
     from continuum.model.grid import Grid
-    from continuum.model.substrates import CubicLayer, HalfSpace, Layer, TabulatedSubstrate
+    from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalfSpace, TabulatedSubstrate
     from continuum.model.surface import SelfAffine, moments
     from continuum.model.surfaces import sine, sphere
     from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, TabulatedWall
@@ -77,7 +77,7 @@ _WHERE = {
     "model.surface": ("SelfAffine", "moments"),
     "model.surfaces": ("sine", "sphere"),
     "model.walls": ("Exponential", "HardWall", "InversePowers", "LennardJonesSpline", "TabulatedWall"),
-    "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "TabulatedSubstrate"),
+    "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "LayeredHalfSpace", "TabulatedSubstrate"),
     "files.tables": ("ConfigError",),
     "files.store": ("StoreError",),
     "runs.analysis": ("Analysis",),
@@ -99,6 +99,7 @@ __all__ = [
     "HardWall",
     "InversePowers",
     "Layer",
+    "LayeredHalfSpace",
     "LennardJonesSpline",
     "LoadingPath",
     "NotConvergedError",

@@ -93,7 +93,7 @@ class SeparationsTable(ProtocolTable):
 
     kind: Literal["separations"]
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
-    """height of the wall's mean plane above the surface at rest, in a0, in the order of the visits"""
+    """height of the plane h = 0 of the wall above the surface at rest, in a0, in the order of the visits"""
     retract: bool = False
     """whether to go back through the same values"""
 
@@ -152,7 +152,7 @@ class DeckConfig(Document):
     """where the height above an atom is taken: above its lattice site, as in the paper, or where it is; then the force
     is lateral, too.  Heights that are no sphere, cylinder, punch or sum of a few waves then run in this process only"""
     separation: float | None = None
-    """height of the wall's mean plane above the surface at rest, in a0: one equilibrium"""
+    """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None
     """several steps, instead of separation"""
     solver: AtomsSolverTable = AtomsSolverTable()

@@ -43,6 +43,10 @@ class TimeWindows(NamedTuple):
     seed: int
     velocity: float
     """Of the wall, in (E* a0³/m)^(1/2)."""
+    hold: int
+    """First windows, in which the slab comes to rest."""
+    dwell: int
+    """Windows after these, before the wall moves."""
 
 
 class Steps(NamedTuple):
@@ -151,9 +155,11 @@ class _MotionTable(ProtocolTable):
     window: Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
     """time over which load and areas are averaged, in a0 (m/(E* a0³))^(1/2)"""
     hold: Annotated[int, Field(ge=1, le=LARGEST)] = 1
-    """windows before the wall moves"""
+    """windows before all others, in which the thermostat holds all layers that move: the slab comes to rest"""
+    dwell: Annotated[int, Field(ge=0, le=LARGEST)] = 0
+    """windows after these in which the wall rests: they are averaged, and contacts age in them"""
     thermostat_layers: Annotated[int, Field(ge=1)] = 2
-    """layers above the frozen base that a Langevin thermostat holds at the temperature; all others are free"""
+    """layers above the frozen base that a Langevin thermostat holds at the temperature once the slab is at rest"""
     damping: Annotated[float, Field(ge=0.1, le=1e4)] = 2.0
     """time constant of the thermostat, in the unit of window"""
     seed: Annotated[int, Field(ge=1, le=1_000_000)] = 1
@@ -186,7 +192,8 @@ class _MotionTable(ProtocolTable):
 
     def _windows(self, turns: list[tuple[float, float]], velocity: float, along: Literal["x", "y"]) -> TimeWindows:
         """Legs between points (separation, offset), each in whole windows of about the duration wanted."""
-        places, duration = [turns[0]] * (self.hold + 1), [self.window] * self.hold
+        rest = self.hold + self.dwell
+        places, duration = [turns[0]] * (rest + 1), [self.window] * rest
         for (d0, o0), (d1, o1) in pairwise(turns):
             time = float(np.hypot(d1 - d0, o1 - o0)) / velocity
             count = max(1, round(time / self.window))
@@ -195,7 +202,7 @@ class _MotionTable(ProtocolTable):
         separations, offsets = zip(*places, strict=True)
         return TimeWindows(
             separations, offsets, along, tuple(duration), self.temperature, self.thermostat_layers, self.damping,
-            self.seed, velocity,
+            self.seed, velocity, self.hold, self.dwell,
         )  # fmt: skip
 
 
@@ -204,15 +211,18 @@ class VelocityTable(_MotionTable):
 
     kind: Literal["velocity"]
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)]
-    """where the wall starts and where it turns, in a0; a single one for a wall at rest"""
+    """where the wall starts and where it turns, in a0; a single one for a wall at rest, with dwell"""
     velocity: Positive = 0.01
     """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
 
     @constraint
     def _moves(self) -> Iterator[Fault]:
         way = float(np.abs(np.diff(self.separations)).sum())
+        if len(self.separations) == 1 and not self.dwell:
+            allowed = "two or more, or dwell of at least 1: windows of hold are in no mean"
+            yield Fault(("separations",), allowed)
         if any(a == b for a, b in pairwise(self.separations)):
-            yield Fault(("separations",), "another one each time", "a wall at rest: hold")
+            yield Fault(("separations",), "another one each time", "a wall at rest: dwell")
         elif way / self.velocity / self.window > LARGEST:
             yield Fault(("window",), f"at most {LARGEST} windows on the way along the separations at this velocity")
         elif self.velocity <= FASTEST and any(
@@ -230,7 +240,7 @@ class SlidingTable(_MotionTable):
     kind: Literal["sliding"]
     slides: ClassVar[bool] = True
     separation: float
-    """height of the wall's mean plane above the surface at rest, in a0"""
+    """height of the plane h = 0 of the wall above the surface at rest, in a0"""
     distance: Positive
     """that it slides, in a0"""
     velocity: Positive

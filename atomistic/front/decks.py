@@ -31,6 +31,7 @@ def deck(
     protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
     """A LAMMPS deck: of a contact of your own, or of an input file, which says all else itself.
 
@@ -46,6 +47,8 @@ def deck(
     follows : where the height above an atom is taken: above its lattice site ("site", the default), or where it is
         ("atom"), and then the force is lateral, too.  Between the sites the heights are the sum of their waves where
         these are few, else a spline, which no stock LAMMPS knows; or a shape with a formula, whose heights they are.
+    progress : called while a crystal is measured at a temperature, about a minute, with how many runs are done and how
+        many there are; not at all if that is known.
 
     Raises
     ------
@@ -55,12 +58,13 @@ def deck(
         If an argument or the input is at fault, the parts do not fit one another, or the lattice has no equilibrium
         there to start from.
     """
+    function("progress", progress)
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
         others = {"model": model, **steps, "depth": depth, "follows": follows}
         _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
         config = contact if isinstance(contact, DeckConfig) else load(file_name("contact", contact), DeckConfig)
-        return deck_of(config)
+        return deck_of(config, progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
         check_potential("model", model)
@@ -72,7 +76,7 @@ def deck(
         shape = shape_of(contact.problem.heights) if follows == "atom" else None
     elif follows is not None:
         shape = check_shape("follows", follows)
-    return deck_under(contact.problem, model, _steps(**steps), depth, shape)
+    return deck_under(contact.problem, model, _steps(**steps), depth, shape, progress)
 
 
 def _require_nothing_else(contact: object, names: list[str]) -> None:

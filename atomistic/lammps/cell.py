@@ -78,7 +78,20 @@ class Cell(LammpsHandle):
         """Energy of all atoms, and forces, shape (n, 3), at given positions."""
         return self._forces_at(positions)
 
+    @property
+    def pressure_unit(self) -> float:
+        """LAMMPS' unit of energy per volume, in its unit of pressure."""
+        return float(self._lammps.extract_global("nktv2p"))
+
+    def fix(self, name: str, element: int) -> float:
+        """Element of the vector that a fix has averaged."""
+        return float(self._lammps.extract_fix(name, 0, 1, element))
+
+    def per_atom(self, name: str) -> Real:
+        """What a fix has averaged of each atom, in the order of the atoms."""
+        return np.array(self._lammps.gather(f"f_{name}", 1, 1), dtype=np.float64)
+
     def stress(self) -> Real:
         """Stress xx, yy, zz of the last evaluation, tension positive, in units of energy per volume."""
         pressure = self._lammps.extract_compute("pressure", 0, 1)
-        return -np.array(pressure[:3], dtype=np.float64) / float(self._lammps.extract_global("nktv2p"))
+        return -np.array(pressure[:3], dtype=np.float64) / self.pressure_unit

@@ -12,7 +12,7 @@ from atomistic.crystal.interatomic import Model, check_model
 from atomistic.lammps.law import native_law
 from atomistic.lammps.protocol import Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
-from continuum.arguments import ArgumentError, count, file_name, instance, number
+from continuum.arguments import ArgumentError, count, file_name, flag, instance, number
 from continuum.arguments import field as field_of
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -38,6 +38,9 @@ class Deck:
     shape : the wall as a function of the position, which the force of the wall on an atom then follows, sideways too;
         its heights at the sites are ``heights``.  A function of the lattice site if None, the paper's choice.
     notes : where the heights come from, line by line; they are written beside the deck, into no script.
+    source : text of the input that it is of, written beside the deck; none if empty.
+    stiffness : K_q of the slab, shape ``slab.grid.shape_q``, in E*/a0, of the continuum that is put beside a run; an
+        isotropic half-space if None.
 
     Raises
     ------
@@ -59,6 +62,8 @@ class Deck:
     protocol: Protocol | None = None
     shape: Shape | None = None
     notes: tuple[str, ...] = ()
+    stiffness: Real | None = field(default=None, repr=False)
+    source: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         slab, model = instance("slab", self.slab, Slab), check_model("model", self.model)
@@ -72,17 +77,22 @@ class Deck:
         self._set_arrays()
         self._check_numbers()
 
-    def write(self, directory: str | Path) -> Path:
+    def write(self, directory: str | Path, *, force: bool = False) -> Path:
         """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
+
+        Parameters
+        ----------
+        force : remove finished steps of another deck there; those that this deck reaches by the same steps stay.
 
         Raises
         ------
         ArgumentError, OutputError
-            If that is no name of a directory, it holds anything but an earlier deck, or cannot be written to.
+            If that is no name of a directory, it holds anything but an earlier deck, or finished steps of another one,
+            or cannot be written to.
         """
         from atomistic.lammps.directory import write_deck
 
-        return write_deck(file_name("directory", directory), self)
+        return write_deck(file_name("directory", directory), self, force=flag("force", force))
 
     def _set_arrays(self) -> None:
         slab = self.slab
@@ -90,6 +100,8 @@ class Deck:
         _set_array(self, "heights", self.heights, slab.shape)
         start = np.zeros((*sites, 3)) if self.displacements is None else self.displacements
         _set_array(self, "displacements", start, (*sites, 3))
+        if self.stiffness is not None:
+            _set_array(self, "stiffness", self.stiffness, slab.grid.shape_q)
         _set_array(self, "rise", np.zeros(slab.layers) if self.rise is None else self.rise, (slab.layers,))
         for name in ("displacements", "rise"):
             moved = getattr(self, name)
@@ -104,6 +116,7 @@ class Deck:
         count("evaluations", self.evaluations)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
+        instance("source", self.source, str)
         protocol = self.protocol
         if protocol is None:
             return

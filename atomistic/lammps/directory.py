@@ -27,6 +27,7 @@ import continuum
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.potentials import POTENTIAL
 from atomistic.lammps.deck import Deck
+from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, steps_to_keep
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
@@ -41,13 +42,17 @@ from continuum.model.walls import Wall
 FORMAT = "stickiness deck 4"
 """What a ``deck.json`` says of itself."""
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
-INPUTS = (*SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json")
+INPUTS = (
+    *SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy",
+    "input.toml",
+)  # fmt: skip
 """Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
-OUTPUTS = re.compile(r"(result(\.\d+)?\.json)|((surface|state)(\.\d+)?\.dump)|(log(\.\d+)?\.lammps)")
-"""Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
-PARTS = ("state.part", "result.part")
-"""What a killed run may leave."""
+
+LEAST_VERSION = 20240207, "7 February 2024"
+"""First LAMMPS that runs a deck: variables then know ternary(x,y,z)."""
+_TOO_OLD = f"this_deck_needs_LAMMPS_of_{LEAST_VERSION[1].replace(' ', '_')}_or_later"
+"""An unknown command, with which LAMMPS ends; `quit` would end a Python that it runs in, too."""
 
 _TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, at rest"
 """First line of ``slab.data``."""
@@ -97,7 +102,10 @@ def render(deck: Deck) -> dict[str, str]:
         "timestep": formatted(model.timestep * time_unit(model)),
         "real_units": _real_units(deck),
         "atoms": f"{deck.slab.size:d}",
+        "input": "input.toml    the input that this deck is of\n" if deck.source else "",
         "version": continuum.__version__,
+        "least": LEAST_VERSION[1],
+        "least_version": f'if "$(version) < {LEAST_VERSION[0]}" then "{_TOO_OLD}"',
         "model": textwrap.fill(model.reference, 118),
         "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
@@ -160,19 +168,21 @@ def _real_units(deck: Deck) -> str:
     )
 
 
-def write_deck(directory: Path, deck: Deck) -> Path:
+def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
     """Write a deck into a directory, which is made if needed; returns it.
 
-    An earlier deck there is replaced, and its outputs are removed, so that no result outlives its input; but the steps
-    that are finished stay if it is the same deck, whose run then goes on.  ``in.contact`` is written last: without it
-    a directory is no deck.
+    An earlier deck there is replaced.  Its finished steps stay where the new deck reaches them by the same steps, so
+    that a protocol which was made longer goes on; others, which would outlive their input, are removed if ``force``.
+    ``in.contact`` is written last: without it a directory is no deck.
 
-    Raises OutputError if the directory holds anything else, or a run is under way there: it is left as it was; or it
-    cannot be written to.
+    Raises OutputError if the directory holds anything else, finished steps of another deck without ``force``, or a run
+    is under way there: it is left as it was; or it cannot be written to.
     """
     directory = Path(directory)
     texts = render(deck)
-    texts["deck.json"] = _description(deck, texts)
+    keys = step_keys(deck, texts)
+    texts["deck.json"] = _description(deck, texts, keys)
+    keep = 0
     if directory.exists():
         if not directory.is_dir():
             raise OutputError(f"{directory}: is no folder, and is left alone; choose another one for the deck")
@@ -185,11 +195,12 @@ def write_deck(directory: Path, deck: Deck) -> Path:
         if foreign:
             names = ", ".join(foreign[:5])
             raise OutputError(f"{directory} holds files that are not of a deck ({names}): choose another directory")
-        if deck.protocol is not None and _same(directory, texts["deck.json"]):
+        if _same(directory, texts["deck.json"]):
             return directory
+        keep = steps_to_keep(directory, keys, force=force)
     folder(directory)
     with hold(directory):
-        remove_outputs(directory)
+        remove_outputs(directory, keep)
         (directory / "in.contact").unlink(missing_ok=True)
         for entry in list(directory.iterdir()):
             if _POTENTIALS.fullmatch(entry.name) or (entry.name in INPUTS and entry.name not in texts):
@@ -198,16 +209,14 @@ def write_deck(directory: Path, deck: Deck) -> Path:
             save(directory / name, content)
         with whole(directory / "slab.data") as file:
             _write_data(file, deck)
+        if deck.stiffness is not None:
+            with whole(directory / "stiffness.npy") as file:
+                np.save(file, deck.stiffness)
+        if deck.source:
+            save(directory / "input.toml", deck.source)
         for name in reversed(texts):  # in.contact last
             save(directory / name, texts[name])
     return directory
-
-
-def remove_outputs(directory: Path) -> None:
-    """Remove what runs of a deck have left."""
-    for entry in Path(directory).iterdir():
-        if OUTPUTS.fullmatch(entry.name) or entry.name in PARTS:
-            entry.unlink(missing_ok=True)
 
 
 def _same(directory: Path, description: str) -> bool:
@@ -218,7 +227,7 @@ def _same(directory: Path, description: str) -> bool:
     return there and (directory / "in.contact").is_file()
 
 
-def _description(deck: Deck, texts: Mapping[str, str]) -> str:
+def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
     """``deck.json``: what the deck is, for programs; its identity is a hash of all that LAMMPS reads."""
     digest = hashlib.sha256("".join(texts[name] for name in sorted(texts)).encode())
     for content in deck.model.files.values():
@@ -226,16 +235,20 @@ def _description(deck: Deck, texts: Mapping[str, str]) -> str:
     for array in (deck.heights, deck.start, deck.rest):
         digest.update(array.tobytes())
     wall, real, protocol = deck.wall, deck.model.real_units, deck.protocol
+    heights = deck.heights
     numbers: dict[str, object] = asdict(wall) if is_dataclass(wall) and not wall.knots else {}
     description = {
         "format": FORMAT,
         "identity": digest.hexdigest(),
         "steps": 0 if protocol is None else protocol.steps,
+        "step_keys": keys,
+        **({} if protocol is None else protocol.about()),
         "wall": {"law": type(wall).__name__, **numbers},
         "element": deck.model.element,
         "model": deck.model.reference,
         "stock": deck.stock,
         "surface": float(deck.rest[0, 0, 0, 2]),
+        "heights": hashlib.sha256(heights.tobytes()).hexdigest(),
         "notes": list(deck.notes),
         "length": deck.model.length,
         "real_units": None if real is None else asdict(real),

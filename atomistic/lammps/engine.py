@@ -26,14 +26,14 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from atomistic.lammps.directory import read_slab, remove_outputs
+from atomistic.lammps.directory import read_slab
+from atomistic.lammps.earlier import finished_steps, remove_outputs
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
     DeckDescription,
     DeckError,
     DeckResult,
     LammpsError,
-    finished_steps,
     read_description,
     read_result,
     tail,

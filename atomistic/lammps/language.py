@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 def formatted(value: float) -> str:
     """A number with all its digits: it reads back as the same float."""
-    return f"{float(value):.17g}"
+    return repr(float(value)).removesuffix(".0")
 
 
-def listing(values: Sequence[float]) -> str:
-    """Numbers of an index variable, one on each line."""
-    return " &\n                ".join(map(formatted, values))
+def listing(values: Sequence[float] | Sequence[str]) -> str:
+    """Numbers or words of an index variable, one on each line."""
+    texts = (value if isinstance(value, str) else formatted(value) for value in values)
+    return " &\n                ".join(texts)
 
 
 def atom_variable(name: str, formula: str) -> str:

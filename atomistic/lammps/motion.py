@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil
 from typing import Literal
 
@@ -37,7 +39,7 @@ SAMPLED = 10
 """Time steps from one sample of the wall's numbers to the next."""
 _PER_PERIOD = 30
 """Time steps of the shortest period: velocity Verlet errs by (π/30)² = 1 % in the kinetic energy of that mode."""
-_BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
+BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
 """LAMMPS' own, in its units."""
 
 
@@ -48,17 +50,33 @@ def time_unit(model: Model) -> float:
     return float(np.sqrt(mvv2e * model.mass * model.length**2 / model.energy))
 
 
-def largest_timestep(model: Model, wall: Wall) -> float:
+def vibration_timestep(model: Model, beside: float = 0.0) -> float:
     """A time step for the stiffest vibration, in a0 (m/(E* a0³))^(1/2).
 
-    ω² = 8 k/m of springs with the elastic constants of the crystal, k = √2 C44 a0 or C11 a0/√2, and the stiffness of
-    the wall where it pushes with E*, as much as any contact does.
+    ω² = 8 k/m of springs with the elastic constants of the crystal, k = √2 C44 a0 or C11 a0/√2, and a stiffness
+    ``beside`` it, in E* a0.
     """
     c11, _, c44 = model.elastic_constants
     springs = 8 * max(np.sqrt(2) * c44, c11 / np.sqrt(2))
+    return float(2 * np.pi / np.sqrt(springs + beside) / _PER_PERIOD)
+
+
+def largest_timestep(model: Model, wall: Wall) -> float:
+    """A time step for the stiffest vibration under a wall that pushes with E*, as much as any contact does.
+
+    In a0 (m/(E* a0³))^(1/2).
+    """
     gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 2.0), 2001)
     law = wall.evaluate(gap)
-    return float(2 * np.pi / np.sqrt(springs + max(0.0, law.stiffness[law.traction <= 1].max())) / _PER_PERIOD)
+    return vibration_timestep(model, max(0.0, float(law.stiffness[law.traction <= 1].max())))
+
+
+def swing(model: Model, depth: float) -> float:
+    """Angular frequency of the slowest vibration of a slab, up and down as a whole, in (E* a0³/m)^(1/2)/a0.
+
+    A quarter of its wave is as long as the slab is deep: ω = π c/(2 depth), with c² = C11 over the density √2 m/a0³.
+    """
+    return float(np.pi * np.sqrt(model.elastic_constants[0] / np.sqrt(2)) / (2 * depth))
 
 
 def thermal_energy(kelvin: float, real: Units | None) -> float:
@@ -87,6 +105,8 @@ class Motion(Protocol):
     seed : of the first velocities and of the thermostat.
     timestep : at most.
     along : direction of the offsets.
+    hold : number of first windows in which the thermostat holds all layers that move, so that the slab comes to rest.
+    hold_damping : its time constant there; that of ``damping`` if None.
 
     Raises ValueError if a number is not allowed, or there is not one more separation and offset than windows.
     """
@@ -101,6 +121,8 @@ class Motion(Protocol):
     seed: int
     timestep: float
     along: Literal["x", "y"] = "x"
+    hold: int = 0
+    hold_damping: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("separations", "offsets", "durations"):
@@ -114,6 +136,8 @@ class Motion(Protocol):
             value = getattr(self, name)
             if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "temperature"))):
                 raise ValueError(f"the {name} of a motion is a positive finite number, got {value}")
+        if not (self.hold >= 0 and (self.hold_damping is None or 0 < self.hold_damping < np.inf)):
+            raise ValueError(f"a motion holds no negative number of windows, with a positive damping, got {self.hold}")
         if min(self.durations) <= 0 or self.layers < 1 or not 1 <= self.seed <= 1_000_000:
             msg = "a motion has windows of positive duration, at least one warm layer, and a seed of 1 to 1000000"
             raise ValueError(msg)
@@ -121,6 +145,12 @@ class Motion(Protocol):
     @property
     def steps(self) -> int:
         return len(self.durations)
+
+    @property
+    def dwell(self) -> int:
+        """Number of windows after those of ``hold`` in which the wall rests."""
+        ends = list(pairwise(zip(self.separations, self.offsets, strict=True)))[self.hold :]
+        return next((i for i, (begin, end) in enumerate(ends) if begin != end), len(ends))
 
     @property
     def slides(self) -> bool:
@@ -135,8 +165,19 @@ class Motion(Protocol):
     def timesteps(self) -> tuple[float, ...]:
         return tuple(time / (BLOCKS * block) for time, block in zip(self.durations, self.block, strict=True))
 
+    def _damping(self, window: int) -> float:
+        return self.hold_damping if window < self.hold and self.hold_damping is not None else self.damping
+
+    def each_step(self) -> Sequence[tuple[object, ...]]:
+        places = pairwise(zip(self.separations, self.offsets, strict=True))
+        damped = ((i < self.hold, self._damping(i)) for i in range(self.steps))
+        return list(zip(places, self.durations, self.block, damped, strict=True))
+
+    def about(self) -> Mapping[str, float]:
+        return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell}
+
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
-        unit, boltzmann = time_unit(model), _BOLTZMANN[model.units]
+        unit, boltzmann = time_unit(model), BOLTZMANN[model.units]
         temperature = self.temperature * model.energy / boltzmann
         count = len(AVERAGES)
         moments, means, averages = [], [], []
@@ -166,8 +207,10 @@ class Motion(Protocol):
             "reduced_temperature": f"{self.temperature:.6g}",
             "seed": f"{self.seed:d}",
             "layers": f"{self.layers:d}",
+            "hold": f"{self.hold:d}",
+            "thermostatted": listing(["mobile" if i < self.hold else "warm" for i in range(self.steps)]),
             "first_warm": f"{(mobile - self.layers) * surface_atoms + 1:d}",
-            "damping": formatted(unit * self.damping),
+            "dampings": listing([unit * self._damping(i) for i in range(self.steps)]),
             "boltzmann": formatted(boltzmann),
             "sampled": f"{SAMPLED:d}",
             "window_blocks": f"{BLOCKS:d}",

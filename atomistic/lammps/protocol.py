@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -27,6 +28,14 @@ class Protocol:
     @property
     def steps(self) -> int:
         return len(self.separations)
+
+    def each_step(self) -> Sequence[tuple[object, ...]]:
+        """The numbers of each step by which it differs from another one of the same protocol."""
+        return [(separation,) for separation in self.separations]
+
+    def about(self) -> Mapping[str, float]:
+        """What ``deck.json`` says of it beside the number of steps."""
+        return {}
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         """What its scripts hold beside the numbers of all decks, for so many mobile layers of so many atoms."""
@@ -88,6 +97,9 @@ class MeanPressures(Protocol):
             raise ValueError("a mean pressure is met to a fraction of itself: it cannot be zero")
         if not (np.isfinite(self.stiffness) and self.stiffness > 0):
             raise ValueError(f"the stiffness of a slab is a positive finite number, got {self.stiffness}")
+
+    def each_step(self) -> Sequence[tuple[object, ...]]:
+        return [(*numbers, self.stiffness) for numbers in zip(self.pressures, self.separations, strict=True)]
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         del model, mobile

@@ -16,6 +16,7 @@ import numpy as np
 
 from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import FORMAT, read_slab
+from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.protocol import LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
 from continuum.model.fourier import Real
@@ -179,6 +180,16 @@ class DeckDescription:
     """Size of a0 in LAMMPS' unit."""
     real_units: Units | None
     """Size of a0 and E*, if the crystal has one."""
+    step_keys: tuple[str, ...] = ()
+    """Hash of each step and of all that comes before it."""
+    heights: str = ""
+    """SHA-256 of the heights of the wall above each surface atom, as 64 bit numbers along y first."""
+    temperature: float = 0.0
+    """k_B T of a motion, in E* a0³; zero of equilibria."""
+    hold: int = 0
+    """First windows of a motion, in which a thermostat holds all layers: they are in no mean."""
+    dwell: int = 0
+    """Windows after these in which the wall rests."""
 
 
 def read_description(directory: Path) -> DeckDescription:
@@ -199,12 +210,6 @@ def read_description(directory: Path) -> DeckDescription:
         return DeckDescription(notes=notes, real_units=None if real is None else Units(**real), **numbers)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise DeckError(f"{path} is damaged, or of another version ({error}): write the deck anew") from error
-
-
-def finished_steps(directory: Path) -> tuple[int, ...]:
-    """Numbers of the steps whose result is there, in order; (0,) for a single equilibrium."""
-    found = (re.fullmatch(r"result(?:\.(\d+))?\.json", entry.name) for entry in Path(directory).iterdir())
-    return tuple(sorted(int(name[1] or 0) for name in found if name))
 
 
 def read_result(directory: Path, step: int | None = None) -> DeckResult:

@@ -9,17 +9,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import read_heights, read_wall
+from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.result import (
     DeckDescription,
     DeckError,
     DeckResult,
     DeckStatus,
-    finished_steps,
     read_description,
     read_result,
 )
-from continuum.arguments import file_name, flag
+from atomistic.relax.windows import WindowMean
+from continuum.arguments import choice, file_name, flag
+from continuum.arguments import field as map_of
 from continuum.files import store
 from continuum.files.output import folder
 from continuum.files.provenance import provenance
@@ -27,7 +30,7 @@ from continuum.files.store import Dataset
 from continuum.measure.contact import contact_map, quantity, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import HalfSpace
+from continuum.model.substrates import HalfSpace, Substrate, TabulatedSubstrate
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.path import loading
@@ -66,6 +69,7 @@ class DeckStep:
     lateral_y_error: float = quantity("E*", "standard error of the force along y")
     area_rep_error: float = quantity("1", "standard error of A_rep/A0")
     area_att_error: float = quantity("1", "standard error of A_att/A0")
+    mean_gap_error: float = quantity("a0", "standard error of the mean gap")
     temperature_error: float = quantity("E* a0^3", "standard error of k_B T")
     smallest_gap: float = quantity("a0", "smallest gap")
     largest_force: float = quantity("E* a0^2", "largest force left on an atom")
@@ -110,7 +114,7 @@ class DeckStep:
 
 @dataclass(frozen=True)
 class ContinuumStep:
-    """The continuum at the mean gap of a step: the same wall on an isotropic half-space of nu = 1/2."""
+    """The continuum at the mean gap of a step: the same wall on the slab's own linear response at rest."""
 
     load: float
     """N/A0, in E*."""
@@ -135,6 +139,8 @@ class DeckRun:
     gaps: Real = field(repr=False)
     """Shape (steps, nx, ny), in a0."""
     last: DeckResult = field(repr=False)
+    stiffness: Real | None = field(default=None, repr=False)
+    """K_q of the slab at rest, in E*/a0, of the continuum beside it; an isotropic half-space of nu = 1/2 if None."""
 
     @property
     def expected(self) -> int:
@@ -147,6 +153,33 @@ class DeckRun:
         return len(self.steps) == self.expected
 
     @property
+    def averaged(self) -> tuple[DeckStep, ...]:
+        """Windows of one state of a motion: those in which the wall slides, else those in which it rests after hold."""
+        hold, dwell = self.description.hold, self.description.dwell
+        if self.slides:
+            return self.steps[hold + dwell :]
+        return self.steps[hold : hold + dwell]
+
+    @property
+    def slides(self) -> str:
+        """Along which axis the wall slides, "x" or "y"; empty if it does not."""
+        return next((name for name in "xy" if any(getattr(step, f"offset_{name}") for step in self.steps)), "")
+
+    def mean(self, name: str) -> WindowMean:
+        """Mean of a quantity of :class:`DeckStep` that has a standard error, over the windows :attr:`averaged`.
+
+        Raises
+        ------
+        ArgumentError, DeckError
+            If there is no such quantity, or no such window.
+        """
+        names = [column.name.removesuffix("_error") for column in fields(DeckStep) if column.name.endswith("_error")]
+        choice("name", name, names)
+        if not self.averaged:
+            raise DeckError(f"{self.directory}: no window of a wall that rests (dwell) or slides is finished")
+        return WindowMean.of(*(np.array([getattr(step, n) for step in self.averaged]) for n in (name, f"{name}_error")))
+
+    @property
     def converged(self) -> bool:
         """Whether each step that is there is an equilibrium, or a window of a motion that was averaged."""
         return all(DeckStatus[step.status].ok for step in self.steps)
@@ -154,7 +187,7 @@ class DeckRun:
     @property
     def incomparable(self) -> str:
         """Why no continuum can be put beside it, in a sentence; empty if one can."""
-        if any(step.offset_x or step.offset_y for step in self.steps):
+        if self.slides:
             return "The wall slides, which the continuum does not: there is nothing to put beside it."
         return ""
 
@@ -197,7 +230,10 @@ class DeckRun:
     @cached_property
     def _continuum(self) -> tuple[ContinuumStep, ...]:
         slab, heights = self.last.slab, self.heights
-        problem = ContactProblem(slab.grid, self.wall, heights, HalfSpace("clamped"))
+        substrate: Substrate = HalfSpace()
+        if self.stiffness is not None:
+            substrate = TabulatedSubstrate(self.stiffness, slab.grid.lengths, "the slab's own linear response")
+        problem = ContactProblem(slab.grid, self.wall, heights, substrate)
         settings = Settings(1e-9 * (moments(slab.grid, heights).rms_slope or 1.0))
         states = loading.follow(problem, "mean-gap", [step.mean_gap for step in self.steps], settings)
         found = []
@@ -270,4 +306,17 @@ def read_run(directory: Path) -> DeckRun:
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         msg = f"the wall of {directory} cannot be read: {error}; write the deck anew"
         raise DeckError(msg) from error
-    return DeckRun(directory, description, wall, heights, tuple(steps), np.array(gaps), last)
+    return DeckRun(
+        directory, description, wall, heights, tuple(steps), np.array(gaps), last, _stiffness(directory, last.slab)
+    )  # fmt: skip
+
+
+def _stiffness(directory: Path, slab: Slab) -> Real | None:
+    """K_q that a deck has brought, if it has.  Raises DeckError if the file is damaged."""
+    path = directory / "stiffness.npy"
+    if not path.is_file():
+        return None
+    try:
+        return map_of("stiffness", np.load(path), slab.grid.shape_q)
+    except (OSError, ValueError, EOFError) as error:
+        raise DeckError(f"{path} is damaged ({error}): write the deck anew") from error

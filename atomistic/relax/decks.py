@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from functools import singledispatch
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -16,14 +17,17 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.law import native_law
-from atomistic.lammps.motion import Motion, largest_timestep, thermal_energy
+from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
 from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus, distortion
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
+from atomistic.relax.description import described
 from atomistic.relax.limits import require_steps
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
-from atomistic.response.material import model_of
+from atomistic.response.cache import default_folder
+from atomistic.response.material import CrystalModel, model_of
+from atomistic.response.thermal import Progress, warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError
@@ -88,7 +92,7 @@ def parts_of(config: DeckConfig) -> DeckParts:
     return DeckParts(slab, model, wall, heights, notes)
 
 
-def deck_of(config: DeckConfig) -> Deck:
+def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     """The deck of an input, starting from the lattice solution.
 
     Raises
@@ -101,8 +105,10 @@ def deck_of(config: DeckConfig) -> Deck:
     parts = parts_of(config)
     shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)
     specimen = Specimen.of_slab(parts.slab, parts.model)
-    made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape)
-    return replace(made, notes=parts.notes + shape_notes(shape))
+    made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape, progress)
+    notes = described(config, parts.slab, parts.model, parts.wall, parts.heights)
+    notes += parts.notes + shape_notes(shape) + made.notes
+    return replace(made, notes=notes, source="" if config.source is None else config.source.text)
 
 
 def _wall(config: DeckConfig) -> Wall:
@@ -141,15 +147,22 @@ def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) 
 
 
 def _started(
-    specimen: Specimen, wall: Wall, heights: Real, steps: Steps, solver: AtomsSolverTable, shape: Shape | None
+    specimen: Specimen,
+    wall: Wall,
+    heights: Real,
+    steps: Steps,
+    solver: AtomsSolverTable,
+    shape: Shape | None,
+    progress: Progress | None,
 ) -> Deck:
     """A deck that starts from the lattice solution of its first step."""
-    slab, response = specimen.slab, specimen.response
+    slab, response, model, rise = specimen.slab, specimen.response, specimen.model, specimen.response.rise
     slope = moments(slab.grid, heights).rms_slope
     scale = slope or 1.0  # a flat wall
     problem = ContactProblem(slab.grid, wall, heights, response)
     settings = solver.build(scale)
     protocol: Protocol | None
+    notes: tuple[str, ...] = ()
     if steps.control == "mean-pressure":
         states = list(loading.follow(problem, "mean-pressure", steps.values, settings))
         gap = states[0].solution.require().gap
@@ -160,26 +173,69 @@ def _started(
         separations = steps.values
         protocol = None if steps.single else Separations(separations)
         if steps.windows is not None:
-            protocol = _motion(steps.windows, specimen.model, wall)
+            model, rise, notes = _warm(specimen, steps.windows, progress)
+            protocol = _motion(steps.windows, specimen.model, model, slab, wall)
+            notes += _hold_notes(protocol, model, slab)
     start = lattice_start(response, wall, gap)
     if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
         raise NotConvergedError(msg)
     tolerance = solver.force_tolerance * scale
-    model = specimen.model
     return Deck(
-        slab, model, wall, heights, separations[0], start, tolerance, rise=response.rise, protocol=protocol,
-        shape=shape,
+        slab, model, wall, heights, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
+        notes=notes, stiffness=response.stiffness_q,
     )  # fmt: skip
 
 
-def _motion(windows: TimeWindows, model: Model, wall: Wall) -> Motion:
-    temperature = windows.temperature
-    if isinstance(temperature, str):
-        temperature = thermal_energy(kelvin(temperature), model.real_units)
+def _thermal_energy(windows: TimeWindows, model: Model) -> float:
+    """k_B T, in E* a0³ of a model."""
+    given = windows.temperature
+    return thermal_energy(kelvin(given), model.real_units) if isinstance(given, str) else given
+
+
+def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
+    """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
+
+    A crystal of springs, whose bonds are harmonic, is left as it is at rest.
+    """
+    model, slab = specimen.model, specimen.slab
+    temperature = _thermal_energy(windows, model)
+    if temperature == 0 or not isinstance(model, CrystalModel):
+        return model, specimen.response.rise, ()
+    warm = warm_crystal(model, temperature, slab.mobile, default_folder(), progress)
+    found = warm.of(model)
+    unit = "Å" if model.units == "metal" else "σ"
+    kelvins = "" if model.real_units is None else f" ({temperature / thermal_energy(1.0, model.real_units):.4g} K)"
+    return found, warm.rise_of(slab), (
+        f"Temperature: k_B T = {temperature:.6g} E* a0^3{kelvins}, of the crystal at rest.",
+        f"Lattice constant at this temperature: {found.length * 2**0.5:.6g} {unit}, at rest "
+        f"{model.length * 2**0.5:.6g} {unit}: {100 * (warm.stretch - 1):.3f}({100 * warm.stretch_error:.3f}) % more, "
+        f"measured where a pressure of {warm.pressure:.1e} E* was left.  Cell, frozen base and a0 are those of this "
+        "temperature; E* is that at rest.",
+        f"Surface at this temperature: {warm.rise[0]:+.4f}({warm.rise_error:.4f}) a0 above its lattice sites, from "
+        "where separations count.",
+    )  # fmt: skip
+
+
+def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
+    """How long the slab is damped before its means are taken, beside its slowest vibration."""
+    time, period = sum(motion.durations[: motion.hold]), 2 * np.pi / swing(model, slab.depth)
+    said = (
+        f"In {motion.hold} windows of hold the thermostat holds all layers, for {time:.3g} a0 (m/(E* a0³))^(1/2), "
+        f"{time / period:.2g} periods of the slowest vibration of the slab"
+    )
+    if time < period:
+        return (f"{said}: too short for it to come to rest; give hold = {ceil(period / time * motion.hold)} at least.",)
+    return (f"{said}.",)
+
+
+def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
+    """The motion of atoms of a model, which at rest is another."""
+    temperature = _thermal_energy(windows, rest) * rest.energy / model.energy
     return Motion(
         windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
-        windows.damping, windows.seed, largest_timestep(model, wall), windows.along,
+        windows.damping, windows.seed, largest_timestep(model, wall), windows.along, windows.hold,
+        max(windows.damping, 1 / (2 * swing(model, slab.depth))),  # no other damps the slab's swing more
     )  # fmt: skip
 
 
@@ -189,6 +245,7 @@ def deck_under(
     steps: Steps,
     depth: float | None = None,
     shape: Shape | None = None,
+    progress: Progress | None = None,
 ) -> Deck:
     """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
 
@@ -199,6 +256,7 @@ def deck_under(
     steps : what is done.
     depth : of the slab, in a0; as deep as it is wide if None.
     shape : the wall as a function of the position; of the site if None.
+    progress : called as a crystal is measured at a temperature, with how many runs are done and how many there are.
 
     Raises
     ------
@@ -218,4 +276,5 @@ def deck_under(
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
     specimen = Specimen.of_slab(slab, measured)
-    return replace(_started(specimen, wall, heights, steps, AtomsSolverTable(), shape), notes=shape_notes(shape))
+    made = _started(specimen, wall, heights, steps, AtomsSolverTable(), shape, progress)
+    return replace(made, notes=shape_notes(shape) + made.notes)

@@ -77,12 +77,12 @@ def relax(
     LammpsError
         If LAMMPS fails.
     """
-    write_deck(directory, deck)
+    write_deck(directory, deck, force=True)
     if response is None:
         return run(directory)
     with Session(directory) as session:
         better = iterate(deck, session, response)
-    write_deck(directory, replace(deck, displacements=better.displacements))
+    write_deck(directory, replace(deck, displacements=better.displacements), force=True)
     result = run(directory)
     return replace(result, evaluations=result.evaluations + better.evaluations)
 

@@ -35,6 +35,7 @@ jumps in their second derivative: at 1e-5 a crystal sits between knots but for o
 
 _SQUARE = np.array([1.0, 1.0, np.sqrt(2)])
 _FCC = np.array([[0, 0, 0], [0.5, 0.5, 0.5]])
+_CUBE = np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0.5, 0.5]])
 # Other structures that a potential may prefer: box in units of its first edge, atoms in fractions.
 _OTHERS: dict[str, tuple[Real, Real]] = {
     "bcc": (np.ones(3), np.array([[0, 0, 0], [0.5, 0.5, 0.5]])),
@@ -43,6 +44,7 @@ _OTHERS: dict[str, tuple[Real, Real]] = {
         np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 5 / 6, 0.5], [0, 1 / 3, 0.5]]),
     ),
     "simple cubic": (np.ones(3), np.zeros((1, 3))),
+    "diamond": (np.ones(3), np.concatenate([_CUBE, _CUBE + 0.25])),
 }
 _PREFERRED = 2e-3
 """Part of the cohesive energy by which another structure must lie lower to count as the crystal.
@@ -204,7 +206,10 @@ def measure_crystal(potential: Potential) -> Crystal:
         raise PotentialError(msg)
     volume = potential.guess or (0.5 * potential.cutoff) ** 3
     with _Strained(potential, _SQUARE, _FCC) as fcc:
-        a0 = fcc.equilibrium(volume)
+        try:
+            a0 = fcc.equilibrium(volume)
+        except PotentialError as error:
+            raise PotentialError(f"{error}{_preferred(potential, volume)}") from None
         energy = fcc.energy(a0 * _SQUARE)
         along, across = (fcc.stiffness(a0 * _SQUARE, axis) for axis in (0, 2))
     # Along <110>: (C11 + C12)/2 + C44 and (C11 + C12)/2 - C44.
@@ -232,6 +237,19 @@ def _require_fcc(potential: Potential, crystal: Crystal) -> None:
             f"{crystal.energy:.6g}; the substrate here is an fcc crystal: {potential.reference}"
         )
         raise PotentialError(msg)
+
+
+def _preferred(potential: Potential, volume: float) -> str:
+    """Which other structure a potential without an fcc crystal has, in words; empty if it is bound in none."""
+    energies = {}
+    for name, (box, atoms) in _OTHERS.items():
+        with _Strained(potential, box, atoms) as other:
+            # A lattice constant that is meant for diamond, of eight atoms, gives twice its volume per atom.
+            energies[name] = min(other.lowest(volume), other.lowest(volume / 2))
+    best = min(energies, key=lambda name: energies[name])
+    if not energies[best] < 0:
+        return ""
+    return f"; {best} is bound with {energies[best]:.6g} per atom, and the substrate here is an fcc crystal"
 
 
 class _Strained(Cell):

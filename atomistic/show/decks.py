@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from atomistic.lammps.directory import wall_mesh
+from atomistic.lammps.motion import thermal_energy
 from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
@@ -34,7 +35,7 @@ def deck_run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark
 
 
 def _steps(run: DeckRun) -> Sheet:
-    real, along, moves = run.description.real_units, _along(run), bool(run.last.averages)
+    real, along, moves = run.description.real_units, run.slides, bool(run.last.averages)
     columns = {f"offset {along} (a0)": f"offset_{along}"} if along else {"separation (a0)": "separation"}
     columns |= {"mean gap (a0)": "mean_gap", "N/A0 (E*)": "load"}
     if moves:
@@ -47,8 +48,9 @@ def _steps(run: DeckRun) -> Sheet:
     columns |= {"A_att/A0": "area_att"} | (
         {"k_B T (E* a0³)": "temperature"} if moves else {"evaluations": "evaluations"}
     )
+    hold = run.description.hold
     rows: list[list[Entry]] = [
-        [i, *(getattr(step, name) for name in columns.values()), words(step.status)]
+        [i, *(getattr(step, name) for name in columns.values()), words(step.status) if i > hold else "coming to rest"]
         for i, step in enumerate(run.steps, 1)
     ]
     heads = ["step", *columns, "status"]
@@ -58,18 +60,38 @@ def _steps(run: DeckRun) -> Sheet:
             for row, step in zip(rows, run.steps, strict=True):
                 row.append(getattr(step, name) * real.si("pressure") / scipy.constants.giga)
     missing = run.expected - len(run.steps)
-    note = f"{missing} of {run.expected} steps are not done: the same command goes on with them" if missing else ""
-    if along:
-        moving = [step for step in run.steps if getattr(step, f"offset_{along}")]
-        mean = np.mean([getattr(step, f"lateral_{along}") for step in moving])
-        error = np.sqrt(np.sum([getattr(step, f"lateral_{along}_error") ** 2 for step in moving])) / len(moving)
-        note = f"Mean friction over A0 while it slides: {mean:.4g} ± {error:.1g} E*.  {note}".strip()
-    return Sheet.of(f"{run.directory.name}: steps", tuple(map(Column, heads)), [tuple(row) for row in rows], note)
+    notes = [f"{missing} of {run.expected} steps are not done: the same command goes on with them"] if missing else []
+    notes = [*_means(run), *notes]
+    title = f"{run.directory.name}: steps"
+    return Sheet.of(title, tuple(map(Column, heads)), [tuple(row) for row in rows], "\n".join(notes))
 
 
-def _along(run: DeckRun) -> str:
-    """Along which axis the wall slides, if it does."""
-    return next((name for name in "xy" if any(getattr(step, f"offset_{name}") for step in run.steps)), "")
+def _means(run: DeckRun) -> list[str]:
+    """Means over the windows in which the wall slides or rests, a line each, and what speaks against them."""
+    if not run.averaged:
+        return []
+    named = {"friction over A0": (f"lateral_{run.slides}", " E*")} if run.slides else {}
+    named |= {"N/A0": ("load", " E*"), "A_rep/A0": ("area_rep", "")}
+    lines = [f"Means over the {len(run.averaged)} windows in which the wall {'slides' if run.slides else 'rests'}:"]
+    for words_of, (name, unit) in named.items():
+        found = run.mean(name)
+        lines.append(f"  {words_of}: {found.mean:.4g} ± {found.error:.1g}{unit}.  {found.doubts}".rstrip())
+    if run.slides and (load := run.mean("load")).mean > 3 * load.error:
+        lines.append(f"  Friction over load: {run.mean(f'lateral_{run.slides}').mean / load.mean:.3g}.")
+    return lines
+
+
+def _temperatures(run: DeckRun) -> str:
+    """At which temperature the atoms are, beside a continuum that is at rest."""
+    description = run.description
+    if not description.temperature:
+        return "Atoms and continuum are at rest, at 0 K."
+    real = description.real_units
+    kelvin = "" if real is None else f" ({description.temperature / thermal_energy(1.0, real):.4g} K)"
+    return (
+        f"The atoms are at k_B T = {description.temperature:.4g} E* a0³{kelvin}, the continuum at rest at 0 K; "
+        "gaps count from the surface of each at its own temperature."
+    )
 
 
 def _last(run: DeckRun) -> Sheet:
@@ -99,14 +121,17 @@ def _last(run: DeckRun) -> Sheet:
 
 
 def _compared(run: DeckRun, beside: tuple[ContinuumStep, ...]) -> Sheet:
-    names = ("step", "mean gap (a0)", "N/A0, atoms (E*)", "N/A0, continuum (E*)", "A_rep/A0, atoms",
-             "A_rep/A0, continuum", "same contact", "continuum")  # fmt: skip
+    names = ("step", "mean gap (a0)", "N/A0, atoms (E*)", "N/A0, continuum (E*)", "difference/(N_rep + N_att)",
+             "A_rep/A0, atoms", "A_rep/A0, continuum", "same contact", "continuum")  # fmt: skip
     rows: list[tuple[Entry, ...]] = [
-        (i, step.mean_gap, step.load, other.load, step.area_rep, other.area_rep, other.same,
+        (i, step.mean_gap, step.load, other.load,
+         (other.load - step.load) / gross if (gross := step.load_rep + step.load_att) else None,
+         step.area_rep, other.area_rep, other.same,
          "converged" if other.converged else "not converged")
         for i, (step, other) in enumerate(zip(run.steps, beside, strict=True), 1)
     ]  # fmt: skip
-    note = "The continuum is an isotropic half-space of nu = 1/2 under the same wall, at the mean gap of the atoms."
+    own = "an isotropic half-space of nu = 1/2" if run.stiffness is None else "the slab's own linear response at rest"
+    note = f"The continuum is {own} under the same wall, at the mean gap of the atoms.\n{_temperatures(run)}"
     return Sheet.of("Beside the continuum", tuple(map(Column, names)), rows, note)
 
 
@@ -127,7 +152,7 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
 def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
     """Load and areas against separation, in the order of the steps, and the contact where A_rep is largest."""
     figure, (load, area, contact) = new_axes(PAGE, 2.9, 1, 3)
-    along = _along(run)
+    along = run.slides
     x = np.array([getattr(step, f"offset_{along}" if along else "separation") for step in run.steps])
     real = run.description.real_units
     scale = 1.0 if real is None else real.si("pressure") / scipy.constants.giga

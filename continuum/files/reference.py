@@ -151,7 +151,19 @@ def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
     if isinstance(value, Table):
         return _of_table(f"[{place}]", place, value)
     tables = tables_in(field.annotation)
-    return [f"# [{place}]: {' '.join((table.__doc__ or '').split())}" for table in tables] + [""] if tables else []
+    return [line for table in tables for line in _not_given(place, table)] + [""] if tables else []
+
+
+def _not_given(place: str, table: type[Table]) -> Iterator[str]:
+    """A table that an example lacks: its meaning and, where there are several kinds of it, its keys."""
+    meaning, name = " ".join((table.__doc__ or "").split()), f"[{place}]"
+    yield from _commented(meaning if meaning.startswith(name) else f"{name}: {meaning}")
+    if not table.kind_key:
+        return
+    for own, field in table.model_fields.items():
+        key = _entry(own, field)
+        said = f"{own} = {key.default or key.type}" + (f"  # {key.meaning}" if key.meaning else "")
+        yield from textwrap.wrap(said, _WIDTH, initial_indent="#   ", subsequent_indent="#       ")
 
 
 def _of_table(head: str, place: str, table: Table) -> list[str]:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from pandas import DataFrame, Series
+from scipy.stats import t
 
 from continuum.files import output
 from continuum.measure.curve import adhesion
@@ -163,9 +164,10 @@ THEORIES = (
 
 
 def _mean(values: Sequence[float]) -> str:
-    """Mean and standard error over surfaces."""
+    """Mean over surfaces and its 95 % interval, by Student's t."""
     found = np.array(values)
-    error = f" ± {found.std(ddof=1) / np.sqrt(found.size):.2f}" if found.size > 1 else ""
+    half = t.ppf(0.975, found.size - 1) * found.std(ddof=1) / np.sqrt(found.size) if found.size > 1 else 0.0
+    error = f" ± {half:.2f}" if found.size > 1 else ""
     return f"{found.mean():+.2f}{error}"
 
 
@@ -191,9 +193,9 @@ def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
         }
         exponents.append((
             *name, len(series), _between(used.lambda_s, "g"),
-            # Δr/g0: the rim is thin below 0.1 (Monti, Sanner and Pastewka 2021).
             _between([CRITERIA["range-over-gap"](contact).value for contact in used.contact]),
             _between([CRITERIA["generalised-tabor"](contact).value for contact in used.contact]),
+            f"{sum(CRITERIA['pastewka-robbins'](contact).valid for contact in used.contact)} of {len(used)}",
             f"**{_mean(fits)}**",
             *(f"{mean:+.2f} ({theory.limit(float(hurst)):+.2f})" for theory, mean in said.items()),
         ))  # fmt: skip
@@ -203,7 +205,16 @@ def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
         raise FigureError("no surface of this sweep has its turn at three λ_s: too few systems are done")
     names = [theory.name for theory in THEORIES]
     head = ["Δr/h_rms", *(["turned back at (h_rms)"] if peaked else []), "law", "H"]
-    measured = [*head, "surfaces", "λ_s (a0)", "Δr/g0", "μ_T", "measured", *(f"{name} (limit)" for name in names)]
+    measured = [
+        *head,
+        "surfaces",
+        "λ_s (a0)",
+        "Δr/g0",
+        "μ_T",
+        "turns in the range of Eq. (6)",
+        "measured, 95 %",
+        *(f"{name} (limit)" for name in names),
+    ]
     return (
         Sheet.of("Exponents of λ_s", measured, exponents),
         Sheet.of("Work at the turn over that of each theory", [*head, "turns", *names], works),

@@ -55,13 +55,14 @@ def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     quarter, small = max(n // 4, 16), min(max(int(80 / spacing), 16), n // 2)
     whole = first[0].contact_map(first[1])
     i, j = _window(whole == REPULSIVE, quarter)
-    figure, axes = plot.new_axes(3.0 * (len(chosen) + 1), 6.0, 2, len(chosen) + 1, squeeze=False)
+    columns = max(len(chosen) + 1, 3)  # the second row takes three
+    figure, axes = plot.new_axes(3.0 * columns, 6.0, 2, columns, squeeze=False)
     plot.contact_image(axes[0, 0], whole, first[0].grid.lengths)
     axes[0, 0].add_patch(Rectangle((i * spacing, j * spacing), quarter * spacing, quarter * spacing,
                                    fill=False, edgecolor="#0072b2", linewidth=1.2))  # fmt: skip
     axes[0, 0].set_title("whole; the square is enlarged")
     rows = []
-    for axis, (result, step) in zip(axes[0, 1:], chosen, strict=True):
+    for axis, (result, step) in zip(axes[0, 1:], chosen, strict=False):
         kinds = result.contact_map(step)
         plot.contact_image(axis, kinds[i : i + quarter, j : j + quarter], (quarter * spacing, quarter * spacing))
         length, point = float(result.attributes["work_of_adhesion"]), result.points[step]
@@ -71,10 +72,10 @@ def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     k, m = _window(kinds == REPULSIVE, small)
     plot.contact_image(axes[1, 0], kinds[k : k + small, m : m + small], (small * spacing, small * spacing))
     axes[1, 0].set_title(f"{small * spacing:g} $a_0$ of the strongest adhesion")
-    for axis in (*axes[0], axes[1, 0]):
+    for axis in (*axes[0, : len(chosen) + 1], axes[1, 0]):
         axis.set_xlabel("$a_0$")
     _cut(axes[1, 1], axes[1, 2], last, k, m, small)
-    for axis in axes[1, 2:]:
+    for axis in (*axes[1, 2:], *axes[0, len(chosen) + 1 :]):
         axis.set_axis_off()
     names = (("repulsive", plot.REPULSIVE_COLOUR), ("attracted", plot.ATTRACTED_COLOUR))
     handles = [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in names]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from continuum.files import output
-from continuum.paper.claims import claim_verdicts, verdict_sheet
+from continuum.paper.claims import Claim, Finding, claim_verdicts, verdict_sheet
 from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.points import FigureError, SweepData
+from continuum.show.sheet import Sheet
 from continuum.sweeps.collect import PointTable, collect
 
 NAMES = (*FIGURES, "verdicts", "page", "dispute")
@@ -61,10 +63,14 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     if len(set(names)) < len(names):
         msg = f"folders of different names, whose figures do not overwrite one another, not {', '.join(names)}"
         raise FigureError(msg)
-    written, parts = list[Path](), ["# The paper's figures and claims, from stored sweeps\n"]
-    for folder, data in zip(names, sweeps, strict=True):
+    verdicts = [claim_verdicts(data.points) for data in sweeps]
+    written, parts = (
+        list[Path](),
+        ["# The paper's figures and claims, from stored sweeps\n", _matrix(names, verdicts), ""],
+    )
+    for folder, data, found in zip(names, sweeps, verdicts, strict=True):
         parts += [f"## Sweep `{folder}`\n", _provenance(data.table), _sizes(data)]
-        looked = [each for each in claim_verdicts(data.points) if each[1].word != "not looked at"]
+        looked = [each for each in found if each[1].points]
         parts += ["", verdict_sheet(looked).markdown(), ""]
         for name in _meant(data):
             try:
@@ -75,6 +81,20 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
             written += save_drawing(drawing, stem)
             parts += [f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
     return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
+
+
+def _matrix(names: Sequence[str], verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:
+    """Claims by sweeps: each cell is a verdict, and leads to the sweep."""
+
+    def cell(folder: str, finding: Finding) -> str:
+        place = f"sweep-{re.sub(r'[^a-z0-9-]', '', folder.lower())}"
+        return f"[{finding.word}](#{place})" if finding.points else "-"
+
+    rows = [
+        (claim.text, *(cell(name, found[i][1]) for name, found in zip(names, verdicts, strict=True)))
+        for i, (claim, _) in enumerate(verdicts[0])
+    ]
+    return Sheet.of("All verdicts", ("claim of the paper", *names), rows).markdown()
 
 
 def _meant(data: SweepData) -> Iterator[str]:

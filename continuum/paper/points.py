@@ -44,6 +44,7 @@ def sweep_points(table: PointTable) -> DataFrame:
 
     * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``: the input;
     * ``sweep.KEY``: what the input has on an axis of the sweep, as text;
+    * ``surface``: a number for each rough surface, whatever its wall;
     * ``system``, ``length`` (l_a), ``area`` (A0 in a0²), ``approach`` (not on the way back);
     * ``valid``: the contact has enough asperities, A_rep >= 10 λ_s²;
     * ``reference``: κ is read here, the approaching point of each system of smallest valid area from about 1 % on;
@@ -60,6 +61,8 @@ def sweep_points(table: PointTable) -> DataFrame:
     points["system"] = table.system
     points["length"] = points.work_of_adhesion.round(12)
     points["area"] = np.array([table.grid(system).area for system in table.keys])[table.system]
+    own = ["hurst", "slope", "lambda_s", "lambda_L", "seed", "area"]
+    points["surface"] = points.groupby(own, dropna=False, sort=False).ngroup()
     points["approach"] = points.retracting == 0
     points["valid"] = points.area_rep * points.area >= ENOUGH * points.lambda_s**2
     able = points.query("valid and approach and area_rep > 0.009")

@@ -45,9 +45,15 @@ def _faults(prediction: Prediction) -> str:
 
 
 def prediction_sentence(prediction: Prediction) -> str:
-    """Faults of the maps, the verdict, the paper's criterion, and what the solver says if it was asked."""
+    """Faults of the maps, what the solver says if it was asked, the verdict of the theories, and the paper's."""
     estimate, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
-    text = f"{_faults(prediction)}{verdict.answer[0].upper()}{verdict.answer[1:]}"
+    text, answer = _faults(prediction), verdict.answer
+    if simulation := prediction.simulation:
+        solved = "sticky" if simulation.sticky else "not sticky"
+        text += f"{_begun(solved)}, solved on the map.  "
+        text += f"{'Theories' if answer in (solved, 'undecided') else 'But theories'}: {answer}"
+    else:
+        text += _begun(answer)
     chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
     text += f" ({': '.join(filter(None, (chance, '; '.join(verdict.why))))})"
     if verdict.turn is not None:
@@ -60,12 +66,11 @@ def prediction_sentence(prediction: Prediction) -> str:
     text += f"{high:.2g} (10 and 90 %){doubt}"
     if prediction.mended is not None:
         text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g}"
-    simulation = prediction.simulation
-    if simulation is None:
-        return text
-    solved = "sticky" if simulation.sticky else "not sticky"
-    same = verdict.answer in (solved, "undecided")
-    return f"{text}.  Solved on the map: {solved}{'' if same else ', which is not the same'}"
+    return text
+
+
+def _begun(text: str) -> str:
+    return text[0].upper() + text[1:]
 
 
 def _excluded(prediction: Prediction) -> str:

@@ -289,12 +289,12 @@ _CRITERIA = (
     ),
     # Says whether the range matters, and nothing of stickiness.
     Criterion(
-        "generalised-tabor", "generalised Tabor number", "μ_T", "Müser 2016, R = 1/h''", _ASPERITY,
+        "generalised-tabor", "generalised Tabor number", "μ_T", "Müser 2016, 1/R the rms of ∂²h/∂x²", _ASPERITY,
         lambda c: rough.generalised_tabor(c.rms_curvature, c.adhesion_length, c.range),
     ),
     # Δr over the gap beside a patch.
     Criterion(
-        "range-over-gap", "range over gap", "Δr/g0", "Monti, Sanner and Pastewka 2021: below 0.1 a thin rim", _MOMENTS,
+        "range-over-gap", "range over gap", "Δr/g0", "paper, Eq. (S-1) one patch outside the edge", _MOMENTS,
         lambda c: c.range / paper.gap_scale(c.rms_slope, c.rms_curvature),
     ),
     # The tail of a theory that finds no tension is not a push: a pull-off is shown as at least zero.

@@ -81,7 +81,16 @@ class PointTable:
 
     @cached_property
     def _settings(self) -> dict[str, Mapping[str, Any]]:
-        return {system.key: system.settings for system in self.listing.systems}
+        return {system.key: self._with_tables(system.settings) for system in self.listing.systems}
+
+    def _with_tables(self, settings: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Settings and, where an axis gives a whole table, its keys, which replace those that all systems share."""
+        found = dict(settings)
+        for table, values in settings.items():
+            if isinstance(values, Mapping):
+                found |= {name: None for name in self.listing.common if name.startswith(f"{table}.")}
+                found |= {f"{table}.{name}": value for name, value in values.items()}
+        return found
 
     def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
         """Name and unit of each column, and the rows of the tidy table."""

@@ -101,11 +101,7 @@ def height_change(rms_slope: float, rms_curvature: float) -> float:
 
 
 def gap_scale(rms_slope: float, rms_curvature: float) -> float:
-    """Gap one patch width outside the edge of a contact, g0 = (16/3) h'²/h'': Eq. (S-1) at x = d_rep = 4h'/h''.
-
-    Monti, Sanner and Pastewka, Tribol. Lett. 69, 80 (2021), find that the attraction is a thin rim, as the paper takes
-    it, only for ranges below about 0.1 g0.
-    """
+    """Gap one patch width outside the edge of a contact, g0 = (16/3) h'²/h'': Eq. (S-1) at x = d_rep = 4h'/h''."""
     return 16 / 3 * height_change(rms_slope, rms_curvature)
 
 

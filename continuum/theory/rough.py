@@ -188,8 +188,15 @@ def bearing_area_limit(ratio: float) -> float:
 
 
 def generalised_tabor(rms_curvature: float, adhesion_length: float, range: float) -> float:
-    """R^(1/3) l_a^(2/3)/Δr with R = 1/h'': below about 1 the attraction of asperities is long-ranged.
+    """R^(1/3) l_a^(2/3)/Δr, below about 1 the attraction of asperities is long-ranged.
 
-    Müser, Tribol. Int. 100, 41 (2016), in the form of the Adhesion package's example of rough surfaces.
+    Müser, Tribol. Int. 100, 41 (2016).  1/R is the root mean square of the curvature along one direction, as the 60 nm
+    of the contact-mechanics challenge are: of an isotropic surface <(∂²h/∂x²)²> = 3/8 <(∇²h)²>, the mean of cos⁴.
+
+    Parameters
+    ----------
+    rms_curvature : h'', of the Laplacian.
+    adhesion_length, range : l_a and Δr.
     """
-    return float(np.cbrt(adhesion_length**2 / rms_curvature) / range)
+    radius = np.sqrt(8 / 3) / rms_curvature
+    return float(np.cbrt(radius * adhesion_length**2) / range)

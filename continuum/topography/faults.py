@@ -176,7 +176,8 @@ def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) ->
     """Faults of each stage, on the map that those before it leave, and the map mended."""
     faults: list[MapFault] = []
     for stage in stages:
-        found = [fault for artefact in stage if (fault := artefact(topography, seen))]
+        known = {fault.kind for fault in faults}
+        found = [one for artefact in stage if (one := artefact(topography, seen)) and one.kind not in known]
         topography, faults = _mended(topography, found), faults + found
     return faults, topography
 
@@ -351,6 +352,7 @@ Stage = tuple[Artefact, ...]
 LEVELLING: tuple[Stage, ...] = (_scars, _spikes), (_tilt,), (_line_noise, _outlier_lines), (_bow,)
 """Artefacts of the instrument that lines and single points show: called with the map and its :class:`Marks`."""
 ROUGHENING: tuple[Stage, ...] = (
+    (_not_gaussian,),  # asked again below: a cut-off rounds the cusps between spheres, and noise is as steep everywhere
     (_noise, _blunt_tip),
     (
         _anisotropy,

@@ -28,9 +28,9 @@ Calls = dict[str, tuple[Callable[..., object], Mapping[str, Any]]]
 DECK = {
     "slab": SLAB, "model": SPRINGS, "wall": CONTACT.wall, "heights": np.zeros((4, 5)), "separation": 1.2,
     "displacements": None, "tolerance": 1e-9, "evaluations": 100, "rise": None, "protocol": None, "shape": None,
-    "notes": (),
+    "notes": (), "stiffness": None, "source": "",
 }  # fmt: skip
-MOTION = {"temperature": 1e-4, "window": 10.0, "hold": 1, "thermostat_layers": 2, "damping": 2.0, "seed": 1}
+MOTION = {"temperature": 1e-4, "window": 10.0, "hold": 1, "dwell": 0, "thermostat_layers": 2, "damping": 2.0, "seed": 1}
 VELOCITY = {"kind": "velocity", "separations": [1.2, 1.0], "velocity": 0.01, **MOTION}
 SLIDING = {"kind": "sliding", "separation": 1.2, "distance": 2.0, "velocity": 0.01, "along": "x", **MOTION}
 QUICK = "inputs/validate/quick.toml"

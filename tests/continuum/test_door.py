@@ -54,6 +54,10 @@ CALLS: Calls = {
     "InversePowers, length": (partial(c.InversePowers, (9, 3)), {"adhesion_length": 0.01}),
     "Layer": (c.Layer, {"depth": 4.0, "poisson": 0.3, "mean": "free"}),
     "Layer.stiffness": (c.Layer(4.0, 0.3, "free").stiffness, {"grid": GRID}),
+    "LayeredHalfSpace": (
+        c.LayeredHalfSpace, {"layers": [(1.0, 1.0, 0.3), (2.0, 0.5, 0.5)], "base": (0.1, 0.4), "mean": "free"}
+    ),
+    "LayeredHalfSpace.stiffness": (c.LayeredHalfSpace([(1.0, 1.0, 0.3)], (0.1, 0.4)).stiffness, {"grid": GRID}),
     "LennardJonesSpline": (c.LennardJonesSpline, {"range": 0.3, "minimum_stiffness": 0.5, "core": 0.7}),
     "LennardJonesSpline, length": (c.LennardJonesSpline, {"adhesion_length": 0.01}),
     "LennardJonesSpline.evaluate": (c.LennardJonesSpline(0.3).evaluate, {"gap": GAP}),

@@ -20,11 +20,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import mannwhitneyu
 
 from continuum.files import output
 from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
-from continuum.show.sheet import Sheet
+from continuum.show.sheet import Column, Sheet
 from continuum.sticky.criteria import CRITERIA, RoughContact
 from continuum.sticky.record import Surface, recorded
 from continuum.sticky.verdict import judge_contact
@@ -99,6 +100,39 @@ def record_sheet() -> Sheet:
     return Sheet.of(f"{len(turns)} turns, {len(others)} states", heads, rows)
 
 
+def discrimination_sheet() -> Sheet:
+    """Each criterion on the states as a test: what it finds of the sticky ones, and how well its margin orders them.
+
+    Right on so many says little of states of which three quarters are not sticky: *always no* is right on these.  The
+    area under the ROC curve is the probability that of a sticky state and one that is not the sticky one has the larger
+    margin: 1/2 says nothing.  *Near the turn*: w within a factor of three of half the energy of full contact.
+    """
+    _, others = _kinds()
+    sticky = np.array([bool(surface.sticky) for surface in others])
+    half = CRITERIA["half-conformal-energy"]
+    near = np.abs([np.log(half(surface.contact).margin or np.nan) for surface in others]) < np.log(3)
+    rows = []
+    for criterion in (one for one in CRITERIA.values() if one.margin and one.sufficient):
+        found = [criterion(surface.contact) for surface in others]
+        margins = np.array([estimate.margin for estimate in found], dtype=float)
+        heard, says = np.array([estimate.valid for estimate in found]), margins > 1
+        counts = [
+            f"{int((says == truth)[chosen & (sticky == truth)].sum())} of {int((chosen & (sticky == truth)).sum())}"
+            for chosen in (np.ones_like(heard), heard) for truth in (True, False)
+        ]  # fmt: skip
+        rows.append((criterion.name, *counts, _area_under_roc(margins, sticky),
+                     _area_under_roc(margins[near], sticky[near])))  # fmt: skip
+    heads = ("criterion", "sticky found", "not sticky found", "sticky found, in its range",
+             "not sticky found, in its range", Column("area under ROC", "", ".4f"),
+             Column(f"of the {near.sum()} near the turn", "", ".3f"))  # fmt: skip
+    return Sheet.of("sensitivity and specificity", heads, rows)
+
+
+def _area_under_roc(margins: np.ndarray, sticky: np.ndarray) -> float:
+    pairs = float(sticky.sum() * (~sticky).sum())
+    return float(mannwhitneyu(margins[sticky], margins[~sticky]).statistic) / pairs
+
+
 def vote_sheet() -> Sheet:
     """What the vote says of surfaces that the record has not seen, beside what they do."""
     turns, others = _kinds()
@@ -161,9 +195,8 @@ def main() -> None:
     parser.add_argument("--record", type=Path, default=Path("continuum/sticky/record.csv"))
     given = parser.parse_args()
     if not given.folders:
-        sys.stdout.write(
-            "\n\n".join(sheet.markdown() for sheet in (record_sheet(), vote_sheet(), calibration_sheet())) + "\n"
-        )
+        sheets = record_sheet(), discrimination_sheet(), vote_sheet(), calibration_sheet()
+        sys.stdout.write("\n\n".join(sheet.markdown() for sheet in sheets) + "\n")
         return
     rows = added(csv.DictReader(given.record.read_text().splitlines()), map(collect, given.folders))
     out = io.StringIO()

@@ -1,13 +1,19 @@
+import hashlib
+import json
+import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import atomistic as a
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import INPUTS, read_slab, render, write_deck
+from atomistic.lammps.directory import INPUTS, read_heights, read_slab, render, write_deck
+from atomistic.lammps.engine import run_in_process, script
 from atomistic.lammps.law import read_wall_table
+from atomistic.lammps.result import LammpsError
 from continuum.errors import OutputError
 from continuum.model.walls import HardWall, LennardJonesSpline
 
@@ -44,7 +50,7 @@ def test_the_data_file_holds_every_number_to_its_last_digit(tmp_path):
 def test_the_script_is_complete_and_holds_the_numbers_of_the_deck():
     deck = make_deck(tolerance=3e-12, evaluations=77)
     texts = render(deck)
-    assert {*texts, "slab.data", "deck.json", "in.motion"} == set(INPUTS)
+    assert {*texts, "slab.data", "deck.json", "in.motion", "stiffness.npy", "input.toml"} == set(INPUTS)
     assert not [name for name, text in texts.items() if "@{" in text or "np.float64" in text]
     assert f"variable        separation index {deck.separation:.17g} " in texts["in.contact"]
     assert float(texts["in.slab"].split("variable        tolerance index ")[1].split()[0]) == 3e-12
@@ -83,7 +89,7 @@ def test_the_slab_is_read_back(tmp_path):
 def test_a_deck_replaces_a_deck_and_its_outputs_but_nothing_else(tmp_path):
     directory = write_deck(tmp_path / "new" / "deck", make_deck())
     (directory / "result.json").write_text("{}")
-    write_deck(directory, make_deck(separation=2.0))
+    write_deck(directory, make_deck(separation=2.0), force=True)
     assert not (directory / "result.json").exists()
     assert "separation index 2 " in (directory / "in.contact").read_text()
 
@@ -133,3 +139,35 @@ def test_a_deck_keeps_its_own_arrays():
     assert (deck.heights == 0).all()
     with pytest.raises(ValueError, match="read-only"):
         deck.heights[0, 0] = 1
+
+
+def test_a_lammps_that_is_too_old_is_told_which_one_is_needed(tmp_path, monkeypatch):
+    monkeypatch.setattr("atomistic.lammps.directory.LEAST_VERSION", (99990101, "the year 9999"))
+    directory = write_deck(tmp_path / "deck", make_deck())
+    done = subprocess.run(
+        [script("lmp"), "-in", "in.contact"], cwd=directory, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "this_deck_needs_LAMMPS_of_7_February_2024_or_later" in done.stdout
+    assert not list(directory.glob("result*"))
+    with pytest.raises(LammpsError, match="needs_LAMMPS_of"):
+        run_in_process(directory)
+
+
+def test_a_deck_of_an_input_says_what_it_is(tmp_path):
+    text = (
+        'separation = 1.3\n[interatomic]\nkind = "eam"\nfile = "Cu_mishin1.eam.alloy"\n[slab]\nn = 10\ndepth = 4.0\n'
+        '[surface]\nkind = "sphere"\nradius = 50.0\n[wall]\nlaw = "lennard-jones-spline"\nadhesion_length = 0.005\n'
+    )
+    (tmp_path / "own.toml").write_text(text)
+    directory = a.deck(tmp_path / "own.toml").write(tmp_path / "deck")
+    assert (directory / "input.toml").read_text() == text
+    readme = " ".join((directory / "README.txt").read_text().split())
+    assert "Surface: kind = sphere, radius = 50.0" in readme
+    real = a.run_deck(directory).description.real_units
+    assert f"({real.to_si(0.005, 'energy_per_area') * 1e3:.4g} mJ/m²)" in readme
+    assert "E* = 135.2 GPa" in readme
+    heights = read_heights(directory / "slab.data")
+    digest = hashlib.sha256(heights.tobytes()).hexdigest()
+    assert f"SHA-256 {digest[:16]}" in readme
+    assert json.loads((directory / "deck.json").read_text())["heights"] == digest

@@ -104,7 +104,7 @@ def test_the_total_energy_belongs_to_the_forces(tmp_path, name):
 
     def energy(step: float) -> float:
         moved = replace(deck, displacements=deck.start + step * along)
-        return run_in_process(write_deck(tmp_path, moved)).total_energy
+        return run_in_process(write_deck(tmp_path, moved, force=True)).total_energy
 
     # Fourth order: (2h)⁴/30 of the fifth derivative, here 1e4, against rounding 1e-15/h.
     h = 1e-4
@@ -185,7 +185,7 @@ def test_the_separation_can_be_set_on_the_command_line(tmp_path):
     result = run_command(directory, command=f"{engine.script('lmp')} -var separation 0.97")
     assert result.separation == 0.97
     result.require()
-    expected = run_in_process(write_deck(tmp_path, relaxing(separation=0.97))).require()
+    expected = run_in_process(write_deck(tmp_path, relaxing(separation=0.97), force=True)).require()
     assert result.force == pytest.approx(expected.force, rel=1e-8)
 
 

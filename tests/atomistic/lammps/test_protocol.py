@@ -15,12 +15,13 @@ import atomistic as a
 import continuum as c
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck
-from atomistic.lammps.directory import write_deck
+from atomistic.lammps.directory import render, write_deck
+from atomistic.lammps.earlier import finished_steps, step_keys
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.protocol import MeanPressures, Separations
-from atomistic.lammps.result import DeckResult, DeckStatus, finished_steps, read_result
+from atomistic.lammps.result import DeckResult, DeckStatus, read_result
 from atomistic.relax.specimen import Specimen
-from continuum.errors import InputError
+from continuum.errors import InputError, OutputError
 from continuum.model.problem import ContactProblem
 from continuum.path import loading
 from continuum.solve.solution import Settings
@@ -118,18 +119,67 @@ def test_a_killed_run_goes_on_from_its_last_step_to_the_same_numbers(tmp_path):
         assert (killed / name).read_bytes() == (whole / name).read_bytes()
 
 
-def test_the_same_deck_keeps_its_steps_and_another_one_does_not(tmp_path):
+def test_the_same_deck_keeps_its_steps_and_another_one_removes_none_unasked(tmp_path):
     deck = a.deck(rough(), separations=[1.3, 1.2], depth=4)
     directory = write_deck(tmp_path / "deck", deck)
     run_in_process(directory)
+    before = {path.name: path.read_bytes() for path in directory.iterdir()}
     write_deck(directory, deck)
-    assert finished_steps(directory) == (1, 2)
+    other = replace(deck, heights=deck.heights + 1e-15)
+    with pytest.raises(OutputError, match="2 finished steps of another deck"):
+        write_deck(directory, other)
+    with pytest.raises(OutputError, match="--force"):
+        a.deck(rough(), separation=1.3, depth=4).write(directory)
+    assert {path.name: path.read_bytes() for path in directory.iterdir()} == before
     (directory / "in.contact").unlink()  # a writer that was killed
     write_deck(directory, deck)
+    assert finished_steps(directory) == (1, 2)
+    other.write(directory, force=True)
     assert finished_steps(directory) == ()
+    assert not list(directory.glob("*.dump"))
+
+
+def test_a_staircase_that_is_made_longer_goes_on(tmp_path):
+    short, long, turned = (
+        a.deck(rough(), separations=s, depth=4) for s in ([1.3, 1.2], [1.3, 1.2, 1.1, 1.5], [1.3, 1.25])
+    )
+    directory = write_deck(tmp_path / "deck", short)
     run_in_process(directory)
-    write_deck(directory, replace(deck, heights=deck.heights + 1e-15))
-    assert finished_steps(directory) == ()
+    times = [(directory / f"result.{step}.json").stat().st_mtime_ns for step in (1, 2)]
+    write_deck(directory, long)
+    assert finished_steps(directory) == (1, 2)
+    run_in_process(directory)
+    assert [(directory / f"result.{step}.json").stat().st_mtime_ns for step in (1, 2)] == times
+    whole = write_deck(tmp_path / "whole", long)
+    run_in_process(whole)
+    # The box ends above the wall at its highest, and so atoms are sorted in other bins: sums differ by rounding.
+    assert [each.force for each in results(directory)] == pytest.approx(
+        [each.force for each in results(whole)], rel=1e-6
+    )
+    # A shorter one would leave results that it does not know of.
+    with pytest.raises(OutputError, match="2 finished steps"):
+        write_deck(directory, short)
+    # One that turns elsewhere keeps what comes before.
+    with pytest.raises(OutputError, match="3 finished steps"):
+        write_deck(directory, turned)
+    write_deck(directory, turned, force=True)
+    assert finished_steps(directory) == (1,)
+    run_in_process(directory)
+    assert [result.separation for result in results(directory)] == [1.3, 1.25]
+
+
+@pytest.mark.parametrize(
+    "changes", [{"seed": 2}, {"temperature": 2e-4}, {"damping": 3.0}, {"hold": 2}, {"velocity": 0.02}]
+)
+def test_a_motion_that_differs_in_any_number_shares_no_step(changes):
+    table = {"kind": "velocity", "separations": [1.3, 1.2], "temperature": 1e-4, "velocity": 0.01, "window": 10.0}
+    keys = []
+    for each in (table, table | changes, table | {"separations": [1.3, 1.2, 1.3]}):
+        deck = a.deck(rough(), protocol=each, depth=4)
+        keys.append(step_keys(deck, render(deck)))
+    assert keys[0][1:] != keys[1][1:]
+    assert not set(keys[0][1:]) & set(keys[1][1:])
+    assert keys[2][: len(keys[0])] == keys[0]
 
 
 def test_an_approach_and_its_way_back_are_one_branch_where_nothing_jumps(tmp_path):

@@ -109,7 +109,9 @@ def test_the_wall_in_lammps_is_its_formula_and_its_force_the_gradient_of_its_ene
     along /= np.linalg.norm(along)
 
     def energy(step: float) -> float:
-        return run_in_process(write_deck(tmp_path, replace(deck, displacements=deck.start + step * along))).total_energy
+        return run_in_process(
+            write_deck(tmp_path, replace(deck, displacements=deck.start + step * along), force=True)
+        ).total_energy
 
     # Fourth order: h⁴/30 of the fifth derivative, 1e5 below the core's gap of 0.8, against rounding of 1e-14/h.
     h = 1e-4
@@ -119,7 +121,7 @@ def test_the_wall_in_lammps_is_its_formula_and_its_force_the_gradient_of_its_ene
 
 def relaxed(tmp_path: Path, shape: Shape | None, heights, separation: float = 0.97, **changes) -> DeckResult:
     deck = Deck(Slab((8, 7), mobile=4), Springs(), WALL, heights, separation, tolerance=1e-11, shape=shape)
-    return run_in_process(write_deck(tmp_path / "deck", replace(deck, **changes))).require()
+    return run_in_process(write_deck(tmp_path / "deck", replace(deck, **changes), force=True)).require()
 
 
 @pytest.mark.parametrize("name", ["sphere", "array"])
@@ -179,7 +181,7 @@ def test_few_waves_are_native_and_an_array_of_them_agrees_within_the_error_that_
     off = [np.abs(a - b).max() for a, b in zip(spline.evaluate(x, y), native.evaluate(x, y), strict=True)]
     assert off[0] < 1.5 * by_height
     assert max(off[1:]) < 1.5 * by_slope
-    results = [run_in_process(write_deck(tmp_path, displaced(one))) for one in (native, spline)]
+    results = [run_in_process(write_deck(tmp_path, displaced(one), force=True)) for one in (native, spline)]
     stiffness = np.abs(WALL.evaluate(results[0].gap).stiffness)
     assert (np.abs(results[1].traction - results[0].traction) <= 1.5 * by_height * stiffness.max()).all()
     rough = c.SelfAffine(0.8, 0.1, 3, 16).synthesise(c.Grid.square(16), np.random.default_rng(1))

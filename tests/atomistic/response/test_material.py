@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import LennardJones, Springs
+from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.response.material import Crystal, CrystalModel, measure_crystal, model_of
 from continuum.model.cubic import CubicConstants
@@ -138,6 +139,15 @@ def test_a_file_that_names_another_lattice_constant_finds_no_crystal():
     far = dataclasses.replace(eam("Ni_u3.eam"), guess=4 * 3.52**3 / 4)
     with pytest.raises(PotentialError, match="no fcc crystal at zero pressure"):
         measure_crystal(far)
+
+
+def test_silicon_is_refused_by_the_name_of_its_structure():
+    contents = PairStyle.read_files([find_potential("Si.sw")])
+    silicon = PairStyle("sw", "Si", 28.0855, 3.77, 5.43, (), (("*", "*", "Si.sw", "Si"),), contents)
+    # Stillinger and Weber's crystal has -4.3366 eV per atom (Phys. Rev. B 31, 5262, 1985).
+    with pytest.raises(PotentialError, match=r"diamond is bound with -4\.336\d* per atom.*fcc") as refused:
+        measure_crystal(silicon)
+    assert "Si.sw" in str(refused.value)
 
 
 def test_springs_are_not_measured_on_two_atoms():

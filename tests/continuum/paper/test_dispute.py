@@ -97,7 +97,7 @@ def test_the_theory_that_contacts_follow_is_found(theory: Theory, back: bool) ->
     column = [c.name for c in works.columns].index(theory.name)
     assert all(row[column] == "1 (x1.00)" for row in works.rows)
     names = [c.name for c in exponents.columns]
-    measured, said = names.index("measured"), names.index(f"{theory.name} (limit)")
+    measured, said = names.index("measured, 95 %"), names.index(f"{theory.name} (limit)")
     for row in exponents.rows:
         assert str(row[measured]).strip("*").split()[0] == str(row[said]).split()[0]
 

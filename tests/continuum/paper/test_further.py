@@ -76,6 +76,7 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     drawing = FIGURES["gap-profile"].make(data)
     shown = columns(drawing.sheet)
     assert [axis.get_title() for axis in drawing.figure.axes] == ["hard wall", "wall with a law"]
+    assert set(data.points.law) == {"hard", "lennard-jones-spline"}
     for i, key in enumerate(data.table.keys):
         (point,) = analyse_run(Folder(data.root).point(key)).points
         assert point.fields is not None
@@ -90,3 +91,12 @@ def test_gap_profiles_of_a_sweep_without_gaps_say_what_is_missing(tmp_path: Path
     data = swept(tmp_path, SMALL.replace("fields = true", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
     with pytest.raises(FigureError, match="fields = true"):
         FIGURES["gap-profile"].make(data)
+
+
+def test_contact_maps_of_one_adhesion_length(tmp_path: Path) -> None:
+    """The second row needs three columns, one of them for its key, however few adhesion lengths there are."""
+    data = swept(tmp_path, SMALL + '[sweep.axes]\n"surface.seed" = [1]\n')
+    drawing = FIGURES["figure1"].make(data)
+    (area,) = columns(drawing.sheet)["A_rep/A0"]
+    assert area in data.table["area_rep"]
+    assert len([axis for axis in drawing.figure.axes if axis.axison]) == 4

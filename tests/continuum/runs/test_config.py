@@ -55,6 +55,22 @@ def faults(path: Path) -> str:
             "substrate.c12 = 2",
             "not stable",
         ),
+        (
+            'response = "half-space"',
+            'response = "layered-half-space"\nlayers = [{thickness = 2, contact_modulus = 70, poisson = 0.3}]\n'
+            "base = {contact_modulus = 200, poisson = 0.3}",
+            20,
+            "substrate.layers",
+            "in E*: one is 1, or some are above and some below, not all from 70 to 200",
+        ),
+        (
+            'response = "half-space"',
+            'response = "layered-half-space"\nlayers = [{thickness = 2, contact_modulus = 1, poisson = 0.6}]\n'
+            "base = {contact_modulus = 2, poisson = 0.3}",
+            20,
+            "substrate.layers[0].poisson = 0.6",
+            "less than or equal to 0.5",
+        ),
         ('mean = "clamped"', "", 18, "substrate.mean", "required"),
         ('mean = "clamped"', 'mean = "clampd"', 20, 'substrate.mean = "clampd"', '"clamped", "free"'),
         ("targets = [1.6, 1.4,\n           1.2]", "targets = [1.6,\n 1.8]", 24, "loading.targets", "decreasing"),

@@ -10,6 +10,8 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.stats import norm
 
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
 from continuum.theory import paper, rough, smooth
 from continuum.theory.rough import GreenwoodWilliamson
 from continuum.theory.smooth import DMT, JKR, AdhesiveWave, Hertz, MaugisDugdale, Westergaard
@@ -306,6 +308,26 @@ def test_the_gap_beside_a_patch_is_that_of_the_paper_s_profile() -> None:
 
 
 def test_the_generalised_tabor_number_is_tabor_s_of_a_summit() -> None:
-    # R = 1/h'', one of two principal curvatures of h''/2 each being that of a sphere of 2/h'': a factor of 2^(1/3).
-    tabor = smooth.tabor_parameter(2 / 0.05, 0.003, 0.2)
-    assert rough.generalised_tabor(0.05, 0.003, 0.2) == pytest.approx(tabor / np.cbrt(2))
+    # Of a summit whose curvature along every direction is 1/R.
+    grid = Grid.square(128)
+    power = SelfAffine(0.8, 0.1, 8, 64).power_q(grid)
+    along_x = np.sqrt(np.sum(grid.wavevectors[0] ** 4 * power * grid.mode_weights))
+    laplacian = np.sqrt(np.sum(grid.wavenumber**4 * power * grid.mode_weights))
+    tabor = smooth.tabor_parameter(1 / along_x, 0.003, 0.2)
+    # Square grids are as isotropic as their waves: 0.4 % of the fourth power of cos.
+    assert rough.generalised_tabor(laplacian, 0.003, 0.2) == pytest.approx(tabor, rel=2e-3)
+    # The published radius of the contact-mechanics challenge, 60 nm, whose 1/h'' is 36.8 nm (Müser and others, 2017).
+    assert np.sqrt(8 / 3) * 36.8 == pytest.approx(60, rel=2e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 2.0, 10.0])
+def test_at_its_own_onset_eq_6_has_a_tabor_number_that_its_thin_rim_fixes(ratio: float) -> None:
+    """Δr = δh/ratio: a rim that is thin makes contacts that adhesion deforms, whatever slope and curvature."""
+    for slope, curvature in ((0.1, 0.05), (0.03, 0.4)):
+        height = paper.height_change(slope, curvature)
+        range_ = height / ratio
+        work = 0.01 * paper.onset(slope, height, 0.01, range_)
+        assert paper.onset(slope, height, work, range_) == pytest.approx(1)
+        constant = np.cbrt(np.sqrt(8 / 3) / (2 * np.pi * np.cbrt(3 / 16) ** 2) ** 2)
+        assert rough.generalised_tabor(curvature, work, range_) == pytest.approx(constant * ratio ** (7 / 9))
+        assert constant == pytest.approx(0.728, abs=1e-3)

@@ -1,0 +1,70 @@
+"""Means over the time windows of a motion, and whether these are of one state: their drift and their scatter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from atomistic.lammps.motion import BLOCKS
+from continuum.model.fourier import Real
+
+RARE = 0.01
+"""Probability below which windows of one state do not differ as much as they do."""
+
+
+@dataclass(frozen=True)
+class WindowMean:
+    """Mean of a quantity over time windows, in its unit."""
+
+    mean: float
+    error: float
+    """Standard error: from the blocks within the windows, or from the scatter of the windows, whichever is larger."""
+    count: int
+    """Number of windows."""
+    drift: float
+    """From the first window to the last, of the straight line through them; zero of fewer than three."""
+    drifts: bool
+    """Whether windows of one state drift as far with a probability below :data:`RARE`."""
+    scatter: float
+    """Of the windows about their mean, over their own standard errors; 1 is expected."""
+    scatters: bool
+    """Whether windows of one state scatter as much with a probability below :data:`RARE`."""
+
+    @classmethod
+    def of(cls, values: Real, errors: Real) -> WindowMean:
+        """Mean of windows of equal duration.
+
+        Parameters
+        ----------
+        values, errors : mean of each window and its standard error, shape (windows,), each from :data:`BLOCKS` blocks
+            about their straight line.
+        """
+        values, errors = np.asarray(values, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+        count, within = len(values), float(np.mean(errors**2))
+        mean, error = float(np.mean(values)), float(np.sqrt(within / count))
+        if count < 2 or np.ptp(values) == 0:
+            return cls(mean, error, count, 0.0, False, 1.0, False)
+        among = float(np.var(values, ddof=1))
+        # Two estimates of one variance, with count - 1 degrees of freedom, and with BLOCKS - 2 in each window.
+        rare = within == 0 or float(stats.f.sf(among / within, count - 1, (BLOCKS - 2) * count)) < RARE
+        drift, drifts = 0.0, False
+        if count > 2:
+            line = stats.linregress(np.arange(count), values)
+            drift, drifts = float(line.slope * (count - 1)), bool(line.pvalue < RARE)
+        scatter = float(np.sqrt(among / within)) if within else np.inf
+        return cls(mean, max(error, float(np.sqrt(among / count))), count, drift, drifts, scatter, rare)
+
+    @property
+    def doubts(self) -> str:
+        """What speaks against one state, in sentences; empty if nothing does."""
+        found = []
+        if self.drifts:
+            found.append(f"It drifts by {self.drift:.2g} from the first window to the last: not yet at rest.")
+        if self.scatters:
+            found.append(
+                f"Windows scatter by {self.scatter:.1f} times their standard errors: what is correlated lasts longer "
+                "than a tenth of a window, so that longer windows are needed."
+            )
+        return " ".join(found)

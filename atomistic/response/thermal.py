@@ -1,0 +1,213 @@
+"""A crystal that is warm: its lattice constant at zero pressure, and where the layers of its surface then are.
+
+Both are means over time of atoms that LAMMPS moves in this process, under a Langevin thermostat.  Potential and
+elastic constants stay those of the crystal at rest; what changes is where the atoms are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from atomistic.crystal.crystal import Slab
+from atomistic.crystal.interatomic import Model
+from atomistic.lammps.cell import Cell
+from atomistic.lammps.motion import BOLTZMANN, time_unit, vibration_timestep
+from atomistic.response.material import CrystalModel
+from continuum.errors import OutputError
+from continuum.files import output
+from continuum.model.fourier import Real
+
+VERSION = 1
+"""Raised whenever what is measured changes."""
+_CELLS = 4
+"""Cubic cells along each side of the bulk: 256 atoms."""
+_BLOCKS, _BULK_STEPS, _SURFACE_STEPS = 10, 1500, 2000
+"""Blocks of a mean, from whose scatter its error comes, and time steps of each."""
+_SETTLING = 2000
+"""Time steps before a mean: the thermostat has then forgotten the start."""
+_DAMPING = 40
+"""Time constant of the thermostat, in time steps: little more than the period of the fastest vibration."""
+_LAYERS = 16
+"""Layers of the slab that move, at most; in a deeper one those between surface and base are as those in the middle."""
+_WIDTH = 8
+"""Surface atoms of the slab along x and y, at least."""
+_SEED = 12345
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class WarmCrystal:
+    """Where the atoms of a crystal are at a temperature, in a0 of that temperature where no other unit is said."""
+
+    temperature: float
+    """k_B T, in E* a0³ of the crystal at rest."""
+    stretch: float
+    """Lattice constant over that at rest."""
+    stretch_error: float
+    """Its standard error."""
+    pressure: float
+    """What the last run found left, in E*, positive in compression; the stretch has been corrected for it."""
+    rise: tuple[float, ...]
+    """Of each layer of a slab above its lattice site, from the surface down to the frozen base."""
+    rise_error: float
+    """Standard error of that of the surface."""
+
+    def of(self, model: CrystalModel) -> CrystalModel:
+        """The model with the lattice constant of this temperature; its elastic constants stay those at rest."""
+        return _stretched(model, self.stretch)
+
+    def rise_of(self, slab: Slab) -> Real:
+        """Rise of each layer of a slab, shape (layers,), in a0."""
+        half = len(self.rise) // 2
+        deep = np.full(slab.mobile - len(self.rise), np.mean(self.rise[half - 1 : half + 1]))
+        return np.concatenate([self.rise[:half], deep, self.rise[half:], np.zeros(slab.frozen)])
+
+
+def warm_crystal(
+    model: CrystalModel, temperature: float, mobile: int, folder: Path, progress: Progress | None = None
+) -> WarmCrystal:
+    """A crystal at a temperature: read if a folder holds it, else measured and stored there.
+
+    Parameters
+    ----------
+    model : the crystal at rest.
+    temperature : k_B T, in its E* a0³.
+    mobile : number of layers that move of the slab at hand.
+    folder : of the files; made if needed, done without if it cannot be.
+    progress : called after each run of a measurement with how many are done and how many there are.
+
+    Raises
+    ------
+    LammpsError
+        If LAMMPS fails.
+    """
+    layers = min(mobile, _LAYERS)
+    content = {
+        "version": VERSION,
+        "model": dict(model.identity),
+        "temperature": float(f"{temperature:.12g}"),
+        "layers": layers,
+    }
+    key = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    path = Path(folder) / f"warm-{key[:32]}.json"
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        return WarmCrystal(**(found | {"rise": tuple(found["rise"])}))
+    except (OSError, ValueError, TypeError, KeyError):
+        pass  # missing, or damaged: measured anew
+    warm = measure_warm_crystal(model, temperature, layers, progress)
+    try:
+        output.folder(path.parent)
+        output.save(path, json.dumps(asdict(warm), indent=2) + "\n")
+    except OutputError:
+        pass  # the next one measures again
+    return warm
+
+
+def measure_warm_crystal(
+    model: CrystalModel, temperature: float, layers: int = _LAYERS, progress: Progress | None = None
+) -> WarmCrystal:
+    """Lattice constant of a periodic crystal under no pressure, then the layers of a slab of it on a frozen base.
+
+    The lattice constant is found by three runs, the secant of the first two, and what pressure the last one has left.
+    The pressure is that of the virial and of an ideal gas, N k_B T/V, whose mean is exact.
+
+    Parameters
+    ----------
+    model : the crystal at rest.
+    temperature : k_B T, in its E* a0³.
+    layers : number of layers that move of the slab.
+    progress : called after each of the four runs with how many are done and how many there are.
+
+    Raises
+    ------
+    LammpsError
+        If LAMMPS fails.
+    """
+    c11, c12, _ = model.elastic_constants
+    stretch, stiffness = 1.0, c11 + 2 * c12  # -dp/d ln(a), at rest
+    pressure, error = _pressure(model, temperature, stretch, _BLOCKS // 2)
+    tell = progress or (lambda done, total: None)
+    tell(1, 4)
+    for done, blocks in enumerate((_BLOCKS // 2, _BLOCKS), 2):
+        before, step = pressure, pressure / stiffness
+        stretch *= 1 + step
+        pressure, error = _pressure(model, temperature, stretch, blocks)
+        tell(done, 4)
+        # Warm, it is softer, and the more so the more it is stretched; where the step was a small one noise decides.
+        if before > 10 * error:
+            stiffness = (before - pressure) / step
+    stretch *= 1 + pressure / stiffness
+    rise, rise_error = _rise(_stretched(model, stretch), temperature * stretch**-3, layers)
+    tell(4, 4)
+    return WarmCrystal(temperature, stretch, error / stiffness, pressure, rise, rise_error)
+
+
+def _stretched(model: CrystalModel, stretch: float) -> CrystalModel:
+    """The model with another lattice constant."""
+    crystal = replace(model.crystal, lattice_constant=model.crystal.lattice_constant * stretch)
+    return replace(model, crystal=crystal)
+
+
+def _pressure(model: CrystalModel, temperature: float, stretch: float, blocks: int) -> tuple[float, float]:
+    """Mean pressure of a periodic crystal, in E*, and its standard error."""
+    edge = np.sqrt(2) * model.length * stretch
+    corners = np.stack(np.meshgrid(*3 * [np.arange(_CELLS)], indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    sites = corners + np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0.5, 0.5]])
+    positions = edge * sites.reshape(-1, 3)
+    gas = len(positions) * temperature / (_CELLS**3 * np.sqrt(8) * stretch**3)  # in E*: V in a0³ at rest
+    with Cell(model, positions, np.full(3, edge * _CELLS)) as cell:
+        _warm_up(cell, model, temperature, "all")
+        cell.command(
+            f"fix mean all ave/time 10 {_BULK_STEPS // 10} {_BULK_STEPS} c_pressure[1] c_pressure[2] c_pressure[3]",
+        )
+        found = []
+        for _ in range(blocks):
+            cell.command(f"run {_BULK_STEPS} post no")
+            found.append(np.mean([cell.fix("mean", i) for i in range(3)]))
+        virial = np.array(found) / cell.pressure_unit * model.length**3 / model.energy
+    return float(virial.mean() + gas), float(virial.std(ddof=1) / np.sqrt(blocks))
+
+
+def _rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[float, ...], float]:
+    """Mean rise of each mobile layer of a slab above its sites, in a0 of the model, and the error of the first."""
+    width = max(_WIDTH, int(2 * model.force_range / model.length) + 1)
+    slab = Slab((width, width), layers, model.coupled_layers)
+    per_layer = width * width
+    sites = slab.positions.reshape(-1, 3)
+    periods = np.array([width, width, 1.0]) * model.length
+    with Cell(model, sites * model.length, periods, surface=True) as cell:
+        cell.command(f"group mobile id <= {slab.mobile * per_layer}", "group base subtract all mobile")
+        cell.command("fix freeze base setforce 0 0 0")
+        _warm_up(cell, model, temperature, "mobile")
+        found = []
+        for _ in range(_BLOCKS):
+            cell.command(f"fix place mobile ave/atom 10 {_SURFACE_STEPS // 10} {_SURFACE_STEPS} z")
+            cell.command(f"run {_SURFACE_STEPS} post no")
+            z = cell.per_atom("place")[: slab.mobile * per_layer] / model.length
+            cell.command("unfix place")
+            found.append((z - sites[: z.size, 2]).reshape(slab.mobile, per_layer).mean(axis=1))
+    rise = np.array(found)
+    error = rise[:, 0].std(ddof=1) / np.sqrt(_BLOCKS)
+    return tuple(float(value) for value in rise.mean(axis=0)), float(error)
+
+
+def _warm_up(cell: Cell, model: Model, temperature: float, group: str) -> None:
+    """Atoms of a group under Newton's law and a thermostat, settled."""
+    kelvin = temperature * model.energy / BOLTZMANN[model.units]
+    timestep = vibration_timestep(model) * time_unit(model)
+    cell.command(
+        f"timestep {timestep:.17g}",
+        f"velocity {group} create {2 * kelvin:.17g} {_SEED} dist gaussian mom no",
+        f"fix motion {group} nve",
+        f"fix thermostat {group} langevin {kelvin:.17g} {kelvin:.17g} {_DAMPING * timestep:.17g} {_SEED}",
+        f"run {_SETTLING} post no",
+        "reset_timestep 0",  # means are taken over multiples of their number of steps
+    )

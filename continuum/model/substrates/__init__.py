@@ -1,0 +1,22 @@
+# ruff: noqa: I001
+"""Elastic responses of the substrate: the stiffness K_q of its surface at each wavevector.
+
+``K_q = 1/G_zz(q)``: vertical traction per vertical displacement when lateral tractions vanish.  It is not the
+zz entry of the 3 x 3 stiffness matrix, which holds the lateral displacements at zero.  Each is in a file of its own
+with its table in an input, which knows every response whose file lies here.
+"""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+from continuum.model.substrates.half_space import HalfSpace as HalfSpace
+from continuum.model.substrates.layer import Layer as Layer
+from continuum.model.substrates.layered_half_space import LayeredHalfSpace as LayeredHalfSpace
+from continuum.model.substrates.crystal import CubicLayer as CubicLayer
+from continuum.model.substrates.tabulated import TabulatedSubstrate as TabulatedSubstrate
+from continuum.model.substrates.substrate import MeanMode as MeanMode
+from continuum.model.substrates.substrate import Substrate as Substrate
+from continuum.model.substrates.substrate import SubstrateTable as SubstrateTable
+
+for _file in iter_modules(__path__):
+    import_module(f"{__name__}.{_file.name}")

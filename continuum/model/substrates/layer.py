@@ -1,0 +1,78 @@
+"""The isotropic layer on a rigid base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from continuum.arguments import instance, number
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.layered import decayed_remainder
+from continuum.model.substrates.substrate import MeanMode, Substrate, SubstrateTable, check_mean, with_mean
+from continuum.tables import Positive
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Isotropic layer bonded to a rigid base, any Poisson ratio up to and including 1/2.
+
+    With x = q depth, from plane-strain elasticity with u = 0 at the base and no lateral traction on top (the
+    tests integrate that boundary-value problem numerically)::
+
+        K_q = E* q/2  [(3 - 4ν) cosh 2x + 2x² + 5 - 12ν + 8ν²] / [(3 - 4ν) sinh 2x - 2x]
+
+    computed with sinh 2x - 2x by its series where x is small, since there an incompressible layer is that difference
+    alone (K_q = E* 3/(4 q² depth³) to leading order): to 1e-12 at any depth and Poisson ratio.
+
+    Parameters
+    ----------
+    depth : thickness of the layer, in a0.
+    poisson : ν.
+    mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
+    """
+
+    depth: float
+    poisson: float
+    mean: MeanMode
+
+    def __post_init__(self) -> None:
+        number("depth", self.depth, above=0)
+        number("poisson", self.poisson, above=-1, most=0.5)
+        check_mean(self.mean)
+
+    @property
+    def compressive_stiffness(self) -> float:
+        """Pressure per mean displacement, (1-ν)² E*/((1-2ν) depth), in E*/a0; infinite at ν = 1/2."""
+        if self.poisson == 0.5:
+            return float("inf")
+        nu = self.poisson
+        return (1 - nu) ** 2 / ((1 - 2 * nu) * self.depth)
+
+    def stiffness(self, grid: Grid) -> Real:
+        nu, q = self.poisson, instance("grid", grid, Grid).wavenumber
+        q[0, 0] = 1.0  # its value is set below
+        x = q * self.depth
+        # Multiplied through by exp(-2x), so that no hyperbolic function overflows.
+        decay = np.exp(-2 * x)
+        a = 3 - 4 * nu
+        above = a * (1 + decay**2) / 2 + decay * (2 * x**2 + 5 - 12 * nu + 8 * nu**2)
+        # All terms positive: none cancels another.
+        below = a * decayed_remainder(2 * x, 3) + 4 * (1 - 2 * nu) * x * decay
+        return with_mean(q / 2 * above / below, self.mean)
+
+
+class LayerTable(SubstrateTable):
+    """[substrate] of response "layer", bonded to a rigid base."""
+
+    response: Literal["layer"]
+    depth: Positive
+    """thickness, in a0"""
+    poisson: Annotated[float, Field(gt=-1, le=0.5)]
+    """Poisson's ratio"""
+
+    def build(self) -> Substrate:
+        return Layer(**self.keywords())

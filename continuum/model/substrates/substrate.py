@@ -1,0 +1,70 @@
+"""What every substrate offers, the mean mode, and the family of tables."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal, Protocol
+
+import numpy as np
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError
+
+from continuum.arguments import ArgumentError, number
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.tables import TableFamily
+
+MeanMode = float | Literal["clamped", "free"]
+"""Stiffness of the mean displacement: a number in E*/a0, "clamped" (infinite) or "free" (zero)."""
+
+
+class Substrate(Protocol):
+    """What every substrate offers."""
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum of the grid, in E*/a0; infinite at q = 0 where the mean is clamped."""
+
+
+def with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
+    """Set the stiffness of the mean mode, the one place where the three choices are turned into a number."""
+    if mean == "clamped":
+        stiffness_q[0, 0] = np.inf
+    elif mean == "free":
+        stiffness_q[0, 0] = 0.0
+    else:
+        stiffness_q[0, 0] = mean
+    return stiffness_q
+
+
+def check_mean(mean: object) -> None:
+    """Refuse what is no :data:`MeanMode`."""
+    if isinstance(mean, str) and mean in ("clamped", "free"):
+        return
+    try:
+        number("mean", mean, least=0)
+    except ArgumentError:
+        raise ArgumentError("mean", mean, '"clamped", "free", or a number >= 0') from None
+
+
+def _mean_mode(value: Any) -> Any:
+    try:
+        check_mean(value)
+    except ArgumentError as error:
+        raise PydanticCustomError("mean_mode", "{allowed}", {"allowed": error.allowed}) from None
+    return value if isinstance(value, str) else float(value)
+
+
+_MeanMode = Annotated[MeanMode, BeforeValidator(_mean_mode)]
+
+
+class SubstrateTable(TableFamily):
+    """[substrate]: elastic response."""
+
+    kind_key: ClassVar[str] = "response"
+
+    response: str
+    mean: _MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+    def build(self) -> Substrate:
+        """The response."""
+        raise NotImplementedError
