@@ -22,7 +22,7 @@ from continuum.model.grid import Grid
 from continuum.model.resolution import POINTS, SMALL_SLOPE
 from continuum.model.surface import LARGEST_SLOPE
 from continuum.runs import cost
-from continuum.sticky.verdict import recorded
+from continuum.sticky.record import recorded
 from continuum.tables import LARGEST_N
 
 ROOT = Path(__file__).parent.parent

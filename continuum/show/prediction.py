@@ -17,8 +17,9 @@ from continuum.show.prediction_figures import contact_figure, fault_figure, over
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
 from continuum.sticky.prediction import Prediction
+from continuum.sticky.record import turning_margin
 from continuum.sticky.simulate import Simulation
-from continuum.sticky.verdict import SURE, judge, turning_margin, votes
+from continuum.sticky.verdict import SURE, judge, votes
 from continuum.theory import paper
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
@@ -60,7 +61,9 @@ def prediction_sentence(prediction: Prediction) -> str:
         text += f".  By these it turns at w = {_work(verdict.turn)}, or at E* = {_pressure(modulus)}"
     low, high = (turning_margin((CRITERIA[estimate.key],), contact, p) for p in (1 - SURE, SURE))
     text += f".  The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record turns between {low:.2g} and "
-    text += f"{high:.2g} (10 and 90 %)" + ("" if estimate.valid else ", but it is out of its range (see the warnings)")
+    doubt = "" if estimate.valid else ", but it is out of its range (see the warnings)"
+    doubt = ", but that is of other surfaces" if _excluded(prediction) else doubt
+    text += f"{high:.2g} (10 and 90 %){doubt}"
     if prediction.mended is not None:
         text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g}"
     return text
@@ -68,6 +71,11 @@ def prediction_sentence(prediction: Prediction) -> str:
 
 def _begun(text: str) -> str:
     return text[0].upper() + text[1:]
+
+
+def _excluded(prediction: Prediction) -> str:
+    """Faults with which theories of moments say nothing."""
+    return ", ".join(fault.kind for fault in prediction.faults if fault.excludes)
 
 
 def _percent(probability: float) -> str:
@@ -153,12 +161,13 @@ def _contact(prediction: Prediction) -> Sheet:
 
 
 def _verdicts(prediction: Prediction) -> Sheet:
-    rows = []
+    rows, excluded = [], _excluded(prediction)
     for vote in votes(prediction.contact):
         estimate, support = vote.estimate, vote.support
         modulus = estimate.turning_modulus(prediction.contact) or 0.0
         work = estimate.turning_work(prediction.contact) or 0.0
         why = "yes" if estimate.valid else "no: " + "; ".join(estimate.why)
+        why = f"no: {excluded}" if excluded else why
         record = "no record: a necessary condition"
         if support is not None:
             alike = "similar surfaces" if support.similar else "surfaces of the record, none of them similar"
@@ -167,7 +176,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
             (
                 estimate.name,
                 f"{estimate.symbol} = {estimate.value:.4g}",
-                _answer(estimate) if support is None else vote.answer,
+                "-" if excluded else _answer(estimate) if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
                 record,
                 _pressure(modulus),

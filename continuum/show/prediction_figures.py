@@ -13,8 +13,9 @@ from continuum.measure.contact import contact_map
 from continuum.show import plot
 from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.prediction import Prediction, rough_contact
+from continuum.sticky.record import support
 from continuum.sticky.simulate import Simulation
-from continuum.sticky.verdict import SURE, judge_contact, support
+from continuum.sticky.verdict import SURE, judge_contact
 from continuum.topography.faults import Findings
 from continuum.topography.map import Topography
 from continuum.topography.roughness import Cut, spectrum

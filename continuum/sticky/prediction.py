@@ -23,6 +23,7 @@ from continuum.theory import paper
 from continuum.topography.faults import Findings, MapFault, find_faults
 from continuum.topography.map import Topography, opposed
 from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
+from continuum.topography.summits import summit_ratios
 
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
@@ -68,6 +69,8 @@ class Prediction:
     """What to doubt, in words."""
     findings: tuple[Findings, ...] = field(default=(), repr=False)
     """What is wrong with each map."""
+    summits: RoughContact | None = field(default=None, repr=False)
+    """The same with the roughness of the upper twentieth of the map; None for two bodies."""
     mended: Prediction | None = field(default=None, repr=False)
     """The same where faults that have a remedy are mended; None where there are none."""
     simulation: Simulation | None = field(default=None, repr=False)
@@ -195,6 +198,25 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
     )
 
 
+def summit_contact(topography: Topography, contact: RoughContact) -> RoughContact | None:
+    """A contact whose roughness is that of the summits, with the energy of full contact that goes as h h'.
+
+    None where the summits are flat.
+    """
+    height, slope, curvature = summit_ratios(topography)
+    if min(height, slope, curvature) < NOTHING:
+        return None
+    energy = contact.conformal_energy
+    return replace(
+        contact,
+        rms_height=height * contact.rms_height,
+        rms_slope=slope * contact.rms_slope,
+        rms_curvature=curvature * contact.rms_curvature,
+        conformal_energy=None if energy is None else height * slope * energy,
+        roll_off=None,
+    )
+
+
 def prediction_of(topographies: Sequence[Topography], interface: Interface) -> Prediction:
     """Analyse one topography, or two that face each other, as they are: detrended before, if at all."""
     instance("interface", interface, Interface)
@@ -238,6 +260,7 @@ def _predicted(topographies: Sequence[Topography], interface: Interface, finding
         tuple((cut, verdicts(rough_contact(cut, interface, roll_off))) for cut in cuts if _shown(cut, roughness)),
         tuple(warnings),
         findings,
+        summit_contact(topographies[0], contact) if len(topographies) == 1 else None,
     )
 
 

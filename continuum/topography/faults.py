@@ -30,7 +30,8 @@ from continuum.topography.scanlines import DIRECTED, Mask, ScanLines, raised, sc
 from continuum.topography.summits import Summits, summits_of
 
 _length = partial(units.readable, quantity="length", digits=3)
-_NOT_GAUSSIAN = "non-Gaussian heights"
+NOT_GAUSSIAN = "non-Gaussian heights"
+"""Kind of the fault of a map whose summits are not those of a Gaussian surface."""
 _CHECK = "check size and unit of the map"
 LINE_SHARE = 0.05
 """Part of the mean square slope across the lines, due to their offsets, that counts."""
@@ -69,7 +70,7 @@ class MapFault:
     remedy: Mapping[str, str | float] = field(default_factory=dict)
     """Argument of :func:`continuum.predict` that mends it, and its value, lengths in m; empty if nothing does."""
     excludes: str = ""
-    """What to do instead, where there is no verdict on a map with it; empty where there may be one."""
+    """What to do instead, where theories of moments give no verdict on a map with it; empty where they may."""
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -152,7 +153,7 @@ def find_faults(topography: Topography) -> Findings:
     waves = SpectrumFindings(roughness_of(clean), fit_self_affine(*spectrum(clean)))
     more, clean = _looked_for(ROUGHENING, clean, waves)
     faults += more
-    if any(fault.kind == _NOT_GAUSSIAN for fault in faults):
+    if any(fault.kind == NOT_GAUSSIAN for fault in faults):
         faults, clean = _of_the_surface(faults), topography
     return Findings(
         tuple(faults),
@@ -326,11 +327,7 @@ def _impossible_fit(topography: Topography, waves: SpectrumFindings) -> MapFault
 def _not_gaussian(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     found = summits_of(topography).unlike_gaussian
     text = f"{', '.join(found)}: theories, and their record, are of Gaussian surfaces"
-    return (
-        MapFault(_NOT_GAUSSIAN, text, excludes="of such summits no theory has a record: solve the map (--solve)")
-        if found
-        else None
-    )
+    return MapFault(NOT_GAUSSIAN, text, excludes="solve the map (--solve)") if found else None
 
 
 def above(

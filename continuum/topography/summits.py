@@ -6,6 +6,8 @@ takes off the summits, pits and grooves cut into a plateau, and what spheres or 
 there are many short waves in a tenth of a map, so that these ratios scatter little, where skewness and kurtosis hang on
 its few longest waves.
 
+The upper twentieth has a roughness of its own, by which such a surface can be judged: :func:`summit_ratios`.
+
 How far each number scatters is Tukey's jackknife: of the map without each of :data:`BLOCKS` x :data:`BLOCKS` parts.
 """
 
@@ -20,6 +22,7 @@ from scipy.stats import norm
 
 from continuum.arguments import instance
 from continuum.model.fourier import Real
+from continuum.model.surface import Moments
 from continuum.topography.map import Topography
 
 TENTH = 0.1
@@ -34,9 +37,9 @@ not Gaussian: on few long waves, a Gaussian surface was seen with 0.8, 5 and 0.4
 ERRORS = 3.0
 """Standard errors beyond which a difference is no accident.  With RATIO, of 2400 clean maps of 32² to 256² points, H
 from 0.2 to 0.95, 14 are called not Gaussian (``python -m tests.studies.classes``)."""
-_EDGE = float(norm.isf(TENTH))
-EXCESS = float(norm.pdf(_EDGE) / TENTH - _EDGE)
-"""Mean height of the upper tenth of a Gaussian above its lower end, in h_rms: 0.473."""
+TWENTIETH = 0.05
+"""Share of the points whose roughness is that of the summits: of those from a fiftieth to a tenth, the one by which the
+turns of the surfaces in ``sticky/summits.csv`` scatter least."""
 _SMALLEST = 1e-12
 
 
@@ -77,6 +80,28 @@ class Summits:
         if value.kurtosis > KURTOSIS:
             said.append(f"a kurtosis of {value.kurtosis:.3g}")
         return said
+
+
+def excess(share: float) -> float:
+    """Mean height of the upper share of a Gaussian above its lower end, in h_rms: 0.473 of the upper tenth."""
+    edge = float(norm.isf(share))
+    return float(norm.pdf(edge)) / share - edge
+
+
+def summit_ratios(topography: Topography) -> Moments:
+    """Height, slope and curvature of the upper twentieth of a map over those of the whole.
+
+    The height is that of the Gaussian surface whose upper twentieth is as high above its lower end; slope and curvature
+    are the root mean square of the slope and of the laplacian there.
+    """
+    h = instance("topography", topography, Topography).heights
+    heights = (h - h.mean()) / h.std()
+    high = float(np.quantile(heights, 1 - TWENTIETH))
+    # The lower part is all of it.
+    sums = _sums(heights, topography.grid.spacing, np.inf, high)
+    (n, up, slope, _, bends), (whole, _, its_slope, _, its_bends) = sums[5:10], sums[10:]
+    height = (up / n - high) / excess(TWENTIETH)
+    return Moments(height, *(float(_ratio(a / n, b / whole)) for a, b in ((slope, its_slope), (bends, its_bends))))
 
 
 def summits_of(topography: Topography) -> Summits:
@@ -121,13 +146,13 @@ def _numbers(sums: Real, high: float) -> Real:
     kurtosis = (fourth / count - 4 * m * third / count + 6 * m**2 * square - 3 * m**4) / variance**2
     (n, heights, slope, bend, bends), (other, _, its_slope, its_bend, its_bends) = sums[5:10], sums[10:]
     n, other = np.maximum(n, 1), np.maximum(other, 1)  # all of it may lie in one part
-    bearing = (heights / n - high) / np.sqrt(variance) / EXCESS
+    bearing = (heights / n - high) / np.sqrt(variance) / excess(TENTH)
     slopes = _ratio(slope / n, its_slope / other)
     curvatures = _ratio(bends / n - (bend / n) ** 2, its_bends / other - (its_bend / other) ** 2)
     return np.stack([skewness, kurtosis, np.maximum(bearing, _SMALLEST), slopes, curvatures])
 
 
-def _ratio(one: Real, other: Real) -> Real:
+def _ratio(one: Real | float, other: Real | float) -> Real:
     """Root of a ratio; 1 where there is nothing on either side, but for rounding."""
     least = _SMALLEST * np.maximum(one, other) + 1e-300
-    return np.sqrt(np.maximum(one, least) / np.maximum(other, least))
+    return np.asarray(np.sqrt(np.maximum(one, least) / np.maximum(other, least)))

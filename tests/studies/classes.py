@@ -1,8 +1,10 @@
 """Worn, honed, pitted, beaded, stretched, tip-rounded, steep and clean surfaces: where each turns, and the verdicts.
 
-``python -m tests.studies.classes --solve`` finds the turns (``tests/studies/classes.csv``; five minutes on one
-core), without it the table of docs/predict.md is made of them: right, undecided and wrong verdicts at works of adhesion
-around the turn.  Surfaces are periodic, on 128² points; each draws the parameters of its class.
+``python -m tests.studies.classes --solve`` finds the turns and writes the record of summits,
+``continuum/sticky/summits.csv``, together with the summits of the surfaces of the other record (five minutes on one
+core).  Without it the tables of docs/predict.md are made: clean surfaces that are called anything else; right,
+undecided and wrong verdicts at works of adhesion around the turn, each class left out of the record of summits when it
+is judged.  Surfaces are periodic, on 128² points; each draws the parameters of its class.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ import csv
 import io
 import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +28,9 @@ from continuum.model.surface import SelfAffine, moments
 from continuum.show.sheet import Sheet
 from continuum.solve.solution import NotConvergedError
 from continuum.sticky.materials import Interface
-from continuum.sticky.prediction import prediction_of
+from continuum.sticky.prediction import prediction_of, rough_contact, summit_contact
 from continuum.sticky.simulate import UnresolvedError, resolvable, simulate
-from continuum.sticky.verdict import judge
+from continuum.sticky.verdict import judge, judge_contact
 from continuum.topography.map import Topography
 from continuum.topography.mending import detrend
 from continuum.topography.roughness import roughness_of
@@ -41,7 +44,8 @@ UNIT = 1e-9
 """Pixel in m, so that the maps are what an instrument gives; E* = 1 Pa."""
 ACCURACY = 0.1
 """Relative width of the bracket of a turn: a tenth of the smallest distance from it at which a verdict is asked for."""
-TURNS = Path(__file__).with_name("classes.csv")
+STICKY = Path(__file__).parents[2] / "continuum" / "sticky"
+COLUMNS = ("class", "seed", "rms_height", "rms_slope", "rms_curvature", "conformal_energy", "range", "work")
 Rng = np.random.Generator
 
 
@@ -166,27 +170,59 @@ def turn(topography: Topography, reach: float) -> float | None:
     return float(np.sqrt(low * high)) if answer else None
 
 
-def solved() -> list[dict[str, str]]:
+def entry(kind: str, seed: int, topography: Topography, reach: float, work: float) -> dict[str, str]:
+    """A row of the record: the contact of the summits at the turn, in pixels."""
+    pixel = topography.grid.spacing[0]
+    whole = rough_contact(roughness_of(topography).whole, Interface(1.0, work, reach, None))
+    contact = summit_contact(topography, whole)
+    assert contact is not None
+    values = (contact.rms_height / pixel, contact.rms_slope, contact.rms_curvature * pixel,
+              (contact.conformal_energy or 0.0) / pixel, contact.range / pixel, work / pixel)  # fmt: skip
+    return dict(zip(COLUMNS, (kind, str(seed), *(f"{value:.5g}" for value in values)), strict=True))
+
+
+def solved() -> Iterator[dict[str, str]]:
     """Turns of all surfaces that have one."""
-    rows = []
     for kind in CLASSES:
         for seed in range(SURFACES):
-            work = turn(*surface(kind, seed))
+            topography, reach = surface(kind, seed)
+            work = turn(topography, reach)
             sys.stderr.write(f"{kind} {seed}: {work}\n")
-            rows += [] if work is None else [{"class": kind, "seed": str(seed), "work": f"{work:.4g}"}]
-    return rows
+            if work is not None:
+                yield entry(kind, seed, topography, reach, work)
+
+
+def of_the_record() -> Iterator[dict[str, str]]:
+    """The surfaces of the record of moments, on 512² points: walls, whose summits are the lowest points."""
+    grid, rows = Grid.square(512), csv.DictReader((STICKY / "record.csv").read_text().splitlines())
+    for i, row in enumerate(row for row in rows if row["source"] == "turn"):
+        numbers = [float(row[name]) for name in ("hurst", "rms_slope", "lambda_s", "lambda_L")]
+        heights = _synthesised(grid, (numbers[0], 0.1, *numbers[2:]), int(row["seed"])) * (-numbers[1] / 0.1)
+        topography = Topography(heights, grid.lengths, True, "record")
+        # Three of the longest roll-offs were on a larger grid.
+        if abs(heights.std() / float(row["rms_height"]) - 1) < 0.01:
+            yield entry("self-affine", i, topography, float(row["range"]), float(row["work"]))
+
+
+@cache
+def _synthesised(grid: Grid, numbers: tuple[float, ...], seed: int) -> Real:
+    return SelfAffine(*numbers).synthesise(grid, np.random.default_rng(seed))
 
 
 def verdicts() -> Sheet:
-    """Right, undecided and wrong verdicts of each class, at each factor from the turn."""
+    """Right, undecided and wrong verdicts of each class, at each factor from the turn: of moments, and as they are."""
     said: dict[str, dict[float, Counter[str]]] = {}
-    for row in csv.DictReader(TURNS.read_text().splitlines()):
+    for row in csv.DictReader((STICKY / "summits.csv").read_text().splitlines()):
+        if row["class"] not in CLASSES:
+            continue
         topography, reach = surface(row["class"], int(row["seed"]))
         for factor in FACTORS:
-            contact = Interface(1.0, factor * float(row["work"]), reach, None)
-            answer, truth = judge(prediction_of([topography], contact)).answer, "sticky" if factor > 1 else "not sticky"
-            outcome = "undecided" if answer == "undecided" else "right" if answer == truth else "wrong"
-            said.setdefault(row["class"], {}).setdefault(factor, Counter())[outcome] += 1
+            contact = Interface(1.0, UNIT * factor * float(row["work"]), reach, None)
+            prediction, truth = prediction_of([topography], contact), "sticky" if factor > 1 else "not sticky"
+            unseen = judge(prediction, lambda other, kind=row["class"]: other.kind == kind)
+            for name, answer in (("moments", judge_contact(prediction.contact).answer), ("verdict", unseen.answer)):
+                outcome = "undecided" if answer == "undecided" else "right" if answer == truth else "wrong"
+                said.setdefault(f"{row['class']}, {name}", {}).setdefault(factor, Counter())[outcome] += 1
     rows = [
         (kind, *(f"{of[f]['right']}, {of[f]['undecided']}, {of[f]['wrong']}" for f in FACTORS))
         for kind, of in said.items()
@@ -221,10 +257,10 @@ def main() -> None:
     parser.add_argument("--solve", action="store_true", help="find the turns anew")
     if parser.parse_args().solve:
         out = io.StringIO()
-        writer = csv.DictWriter(out, ("class", "seed", "work"), lineterminator="\n")
+        writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows(solved())
-        output.save(TURNS, out.getvalue())
+        writer.writerows((*solved(), *of_the_record()))
+        output.save(STICKY / "summits.csv", out.getvalue())
     sys.stdout.write("\n\n".join(sheet.markdown() for sheet in (alarms(), verdicts())) + "\n")
 
 

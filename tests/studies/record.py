@@ -27,7 +27,8 @@ from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
 from continuum.show.sheet import Column, Sheet
 from continuum.sticky.criteria import CRITERIA, RoughContact
-from continuum.sticky.verdict import Surface, judge_contact, recorded
+from continuum.sticky.record import Surface, recorded
+from continuum.sticky.verdict import judge_contact
 from continuum.sweeps.collect import PointTable, collect
 
 COLUMNS = (

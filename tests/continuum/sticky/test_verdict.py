@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuum.sticky.criteria import CRITERIA, RoughContact
-from continuum.sticky.verdict import SURE, Surface, judge_contact, recorded, support, turning_margin, votes
+from continuum.sticky.record import Surface, recorded, support, turning_margin
+from continuum.sticky.verdict import SURE, judge_contact, votes
 
 TURNS = [surface for surface in recorded() if surface.sticky is None]
 STATES = [surface for surface in recorded() if surface.sticky is not None]
@@ -116,6 +117,37 @@ def test_between_the_certain_ones_the_answer_is_undecided() -> None:
     steep = replace(TURNS[0].contact, rms_slope=0.5)
     assert not support((CRITERIA["half-conformal-energy"],), steep).similar
     assert judge_contact(steep).answer == "undecided"
+
+
+SUMMITS = recorded("summits")
+CLASSES = {"clean", "worn", "honed", "pitted", "beaded", "stretched", "rounded", "steep"}
+
+
+def test_summits_of_a_class_that_the_record_has_not_seen_are_never_judged_wrongly() -> None:
+    """And where the range of attraction is shorter than summits are high, most have a verdict far from their turn."""
+    assert {surface.kind for surface in SUMMITS} == CLASSES | {"self-affine"}
+    for kind in CLASSES:
+        its = [surface for surface in SUMMITS if surface.kind == kind]
+        assert len(its) >= 12
+        short = [surface.contact.range < 0.8 * surface.contact.rms_height for surface in its]
+        for factor, right in ((0.2, "not sticky"), (0.5, "not sticky"), (2.0, "sticky"), (5.0, "sticky")):
+            said = []
+            for surface in its:
+                contact = replace(surface.contact, work_of_adhesion=factor * surface.contact.work_of_adhesion)
+                said.append(judge_contact(contact, lambda other, kind=kind: other.kind == kind, "summits").answer)
+            assert set(said) <= {right, "undecided"}
+            if factor in (0.2, 5.0) and kind != "steep":
+                decided = [answer == right for answer, near in zip(said, short, strict=True) if near]
+                assert np.mean(decided) >= 0.6
+
+
+def test_summits_unlike_all_of_the_record_have_no_verdict() -> None:
+    surface = next(surface for surface in SUMMITS if surface.kind == "clean")
+    far = replace(surface.contact, range=1e-4 * surface.contact.range)
+    for factor in (1e-3, 1e3):
+        said = judge_contact(replace(far, work_of_adhesion=factor * far.work_of_adhesion), part="summits")
+        assert said.answer == "undecided"
+        assert "no surfaces of the record" in said.why[0]
 
 
 def test_a_printed_probability_is_the_share_of_those_that_stick() -> None:

@@ -1,0 +1,159 @@
+"""The measured record of the criteria of stickiness: what a margin is worth on surfaces like the one that is judged.
+
+It is of two parts, both in pixels and E* = 1.  That of whole maps (``record.csv``, made by ``tests/studies/record.py``)
+holds Gaussian surfaces of two kinds: with the work of adhesion at which the load at 1 % repulsive area changes its sign
+on approach, and with one work of adhesion and the sign found there.  That of summits (``summits.csv``, made by
+``tests/studies/classes.py``) holds Gaussian, worn, honed, pitted, beaded and other surfaces with the work at which they
+turn; its moments are those of the upper twentieth of the points.
+
+A criterion that were exact would have a margin of 1 at the turn.  So the probability that a contact is sticky, given a
+margin, is the share of surfaces that turned at a smaller one; and so it is of theories together, whose mean margin has
+a record as that of each has.
+
+Elasticity is linear and slopes are small: heights stretched by s, with a range s times as long and s² times the work,
+have the same contact.  So a contact is told by the range of attraction over h_rms and over δh = h'²/h''.  Surfaces
+count where both are within a factor of :data:`SIMILAR` of the contact's.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import bisect
+
+from continuum.model.fourier import Real
+from continuum.sticky.criteria import Criterion, RoughContact
+
+Part = Literal["map", "summits"]
+"""Whose roughness is judged."""
+_FILES: dict[Part, str] = {"map": "record.csv", "summits": "summits.csv"}
+SIMILAR = 3.0
+FEWEST = 10
+"""Surfaces below which they are too few, and those of the whole record are asked."""
+ELSEWHERE = 3.0
+"""Factor by which a margin is then taken nearer to the turn: theories drift by as much over the record's ranges."""
+_FAR = 30.0  # logarithm of a margin that no contact has
+Left = Callable[["Surface"], bool]
+"""True of surfaces of the record that are not to count, so that it is tested on what it has not seen."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One surface of the record with a work of adhesion."""
+
+    contact: RoughContact
+    sticky: bool | None
+    """What was found at this work of adhesion; None where it is the one at which the load changes its sign."""
+    kind: str = ""
+    """Of the record of summits the class of the surface."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """What the record says of a margin."""
+
+    probability: float
+    """Probability that the contact is sticky."""
+    count: int
+    """Surfaces that say something at this margin."""
+    similar: bool
+    """Whether they are like the contact; else they are all that there are."""
+
+
+Supports = Callable[[float], Support]
+
+
+def _ratios(contact: RoughContact) -> tuple[float, float]:
+    """The range over the height and over the change of height in the contact."""
+    change = contact.rms_slope**2 / contact.rms_curvature
+    return contact.range / contact.rms_height, contact.range / change
+
+
+@cache
+def recorded(part: Part = "map") -> tuple[Surface, ...]:
+    """The surfaces of the record."""
+    text = resources.files("continuum.sticky").joinpath(_FILES[part]).read_text()
+    found = []
+    for row in csv.DictReader(text.splitlines()):
+        contact = RoughContact(
+            float(row["rms_height"]),
+            float(row["rms_slope"]),
+            float(row["rms_curvature"]),
+            float(row["work"]),
+            float(row["range"]),
+            conformal_energy=float(row["conformal_energy"]),
+            roll_off=float(row["lambda_L"]) if "lambda_L" in row else None,
+        )
+        found.append(Surface(contact, {"yes": True, "no": False}.get(row.get("sticky", "")), row.get("class", "")))
+    return tuple(found)
+
+
+@cache
+def _kinds(part: Part) -> tuple[Real, Real]:
+    """Of each surface the logarithms of its ratios, and 1 where it was sticky, -1 where not, 0 where it turns."""
+    surfaces = recorded(part)
+    ratios = np.log([_ratios(surface.contact) for surface in surfaces])
+    return ratios, np.array([{None: 0.0, True: 1.0, False: -1.0}[surface.sticky] for surface in surfaces])
+
+
+@cache
+def _margins(criteria: tuple[Criterion, ...], part: Part) -> Real:
+    """Logarithm of the mean margin on each surface."""
+    return np.array([mean_margin(criteria, surface.contact) for surface in recorded(part)])
+
+
+def mean_margin(criteria: tuple[Criterion, ...], contact: RoughContact) -> float:
+    """Logarithm of the geometric mean of the margins of criteria."""
+    return float(np.mean([np.log(criterion(contact).margin or np.nan) for criterion in criteria]))
+
+
+def support(
+    criteria: tuple[Criterion, ...], contact: RoughContact, without: Left | None = None, part: Part = "map"
+) -> Support:
+    """Probability that a contact is sticky, from the mean margin of criteria on it and on the surfaces of the record.
+
+    Parameters
+    ----------
+    criteria : of :data:`continuum.sticky.criteria.CRITERIA`: one, or those that are heard together.
+    """
+    return _supports(criteria, contact, without, part)(mean_margin(criteria, contact))
+
+
+def turning_margin(
+    criteria: tuple[Criterion, ...], contact: RoughContact, probability: float = 0.5, part: Part = "map"
+) -> float:
+    """Mean margin at which criteria support a probability that a contact like this is sticky."""
+    supported = _supports(criteria, contact, None, part)
+    # A hundredth is finer than the steps from one surface of the record to the next.
+    found = bisect(lambda margin: supported(margin).probability - probability, -_FAR, _FAR, xtol=0.01)
+    return float(np.exp(found))
+
+
+def _supports(criteria: tuple[Criterion, ...], contact: RoughContact, without: Left | None, part: Part) -> Supports:
+    """What the record says of a contact, as a function of the logarithm of the mean margin."""
+    margins, (ratios, kind) = _margins(criteria, part), _kinds(part)
+    heard = np.array([without is None or not without(surface) for surface in recorded(part)])
+    near = heard & np.all(np.abs(ratios - np.log(_ratios(contact))) <= np.log(SIMILAR), axis=1)
+
+    def at(margin: float) -> Support:
+        sticky, count = _count(margins[near], kind[near], margin)
+        if count >= FEWEST:
+            return Support((sticky + 0.5) / (count + 1), count, True)
+        nearer = float(np.sign(margin) * max(abs(margin) - np.log(ELSEWHERE), 0.0))
+        sticky, count = _count(margins[heard], kind[heard], nearer)
+        return Support((sticky + 0.5) / (count + 1), count, False)
+
+    return at
+
+
+def _count(margins: Real, kind: Real, margin: float) -> tuple[int, int]:
+    """Surfaces that were sticky at a margin, of those that say anything there."""
+    turned = margins[kind == 0] < margin
+    yes, no = margins[kind == 1] <= margin, margins[kind == -1] >= margin
+    return int(turned.sum() + yes.sum()), int(turned.size + yes.sum() + no.sum())
