@@ -26,7 +26,15 @@ __all__ = [
 
 SIZES = (512, 1024, 2048, 4096)
 """Points a side, if nothing else is asked for."""
-MOST_POINTS = {"work": 4096, "iteration": 4096, "adhesive": 2048, "hard_wall": 2048, "seeds": 1024, "slow": 512}
+MOST_POINTS = {
+    "work": 4096,
+    "iteration": 4096,
+    "adhesive": 2048,
+    "hard_wall": 2048,
+    "seeds": 1024,
+    "slow": 512,
+    "turn": 1024,
+}
 """Largest grids of each table; beyond, only work and memory of one load point.
 
 ``seeds``: of several seeds under the adhesive peer and of repeated iterations; ``slow``: of its slower optimiser.

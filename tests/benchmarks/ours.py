@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import ducc0.fft
@@ -16,10 +17,13 @@ from numba import njit
 from continuum.measure.contact import contact_map, totals_of
 from continuum.model.fourier import Real, padded
 from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
-from continuum.model.walls import HardWall, Wall
+from continuum.model.surface import SelfAffine
+from continuum.model.walls import HardWall, Wall, attraction_on_core
 from continuum.path.loading import solve
-from continuum.path.state import PathState
+from continuum.path.state import PathState, Search
+from continuum.path.turn import find_turn
 from continuum.solve import cpu
 from continuum.solve.cpu.compiled import TILE
 from continuum.solve.cpu.engine import NEAR, CpuEngine
@@ -28,7 +32,7 @@ from continuum.solve.solver import Solver
 from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, coarse, rough
 from tests.problems import Rough
 
-__all__ = ["ARRAYS_MOVED", "hard_wall", "iteration", "judge", "judge_hard", "mean_gap_at", "search"]
+__all__ = ["ARRAYS_MOVED", "hard_wall", "iteration", "judge", "judge_hard", "mean_gap_at", "search", "turn"]
 
 ARRAYS_MOVED = {"columns": 4.5, "turn": 2.0, "move": 3.0}
 """Arrays that an iteration on one grid reads or writes beside the transforms, counted by hand from the sweeps.
@@ -77,6 +81,27 @@ def search(n: int, seed: int, adhesion_length: float) -> dict[str, Any]:
 
     (gap, pairs), seconds = _timed(bisect)
     return {"mean_gap": gap, "fft_pairs": pairs, "cpu": seconds}
+
+
+def turn(n: int, seed: int, hurst: float, reach: float) -> dict[str, Any]:
+    """Work at which the load at `AREA` changes its sign, and the search for that area at this work.
+
+    As in inputs/sweep/law.toml: period 8 λ_L, four points to λ_s, h_rms = λ_L/512, a range in units of h_rms.
+    """
+    warm_up()
+    grid = Grid.square(n)
+    heights = SelfAffine(hurst, 0.1, 4.0, n / 8).synthesise(grid, np.random.default_rng(seed))
+    heights *= n / 8 / 512 / heights.std()
+    wall = partial(attraction_on_core, "spline", effective_range=reach * n / 8 / 512, core_stiffness=5.0)
+    problem = ContactProblem(grid, wall(1e-4), heights, HalfSpace())
+    settings, how = Settings(1e-4 * problem.traction_scale), Search(0.05, 0.02)
+    (there, state), seconds = _timed(lambda: find_turn(problem, wall, AREA, settings, how, 0.02))
+    one, alone = _timed(lambda: solve(there, "repulsive-area", AREA, settings, search=how))
+    return {
+        "status": state.status.name, "fft_pairs": state.search_pairs + state.solution.fft_pairs, "cpu": seconds,
+        "solves": state.search_solves + 1, "search_pairs": one.search_pairs + one.solution.fft_pairs,
+        "search_cpu": alone, "over_energy": there.wall.work_of_adhesion / there.elastic_energy(np.zeros(grid.shape)),
+    }  # fmt: skip
 
 
 def mean_gap_at(

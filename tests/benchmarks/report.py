@@ -231,6 +231,21 @@ def hard_wall(rows: list[Row]) -> str:
     )
 
 
+def turn(rows: list[Row]) -> str:
+    """The turn, and what it costs beside one search for its area."""
+    cells = []
+    for (n, hurst, reach), group in groups(rows, "n", "hurst", "reach").items():
+        ratios = [row["fft_pairs"] / row["search_pairs"] for row in group]
+        cells.append((
+            f"{n}²", f"{hurst:g}", f"{reach:g}", ", ".join(f"{row['over_energy']:.3f}" for row in group),
+            ", ".join(f"{row['fft_pairs']:.0f}" for row in group), ", ".join(f"{row['solves']}" for row in group),
+            ", ".join(f"{row['search_pairs']:.0f}" for row in group), ", ".join(f"{ratio:.1f}" for ratio in ratios),
+        ))  # fmt: skip
+    head = ("grid", "H", "range/h_rms", "w/U", "FFT pairs", "equilibria", "of the search for the area", "ratio")
+    note = "The turn: work of adhesion at which the load at 1 % area changes its sign, bracketed to 2 %; seeds side by side"
+    return f"### {note}\n\n{table(head, cells)}"
+
+
 def atoms(rows: list[Row]) -> str:
     """Our iteration and LAMMPS' minimisers from one start."""
     cells = []
@@ -292,6 +307,7 @@ TABLES: dict[str, Callable[[list[Row]], str]] = {
     "iteration": iteration,
     "adhesive": adhesive,
     "hard_wall": hard_wall,
+    "turn": turn,
     "atoms": atoms,
     "walls": walls,
 }

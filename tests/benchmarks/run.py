@@ -253,7 +253,14 @@ def walls(n: int) -> Plan:
         yield point | {"sources": _sources("atomistic", "atoms")}, measured
 
 
-TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall)}
+def turn(n: int) -> Plan:
+    """The turn beside the search for its area at one work of adhesion."""
+    for hurst, reach, seed in product((0.2, 0.8), (0.5, 1.6), SEEDS if n <= MOST_POINTS["turn"] else ()):
+        point = {"n": n, "hurst": hurst, "reach": reach, "seed": seed}
+        yield point, lambda results, point=point: results.job("ours.turn", **point)
+
+
+TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, turn)}
 """Each plans its rows on one grid; `report` has a function of the same name that writes them as text."""
 
 
