@@ -242,7 +242,7 @@ def turn(rows: list[Row]) -> str:
             ", ".join(f"{row['search_pairs']:.0f}" for row in group), ", ".join(f"{ratio:.1f}" for ratio in ratios),
         ))  # fmt: skip
     head = ("grid", "H", "range/h_rms", "w/U", "FFT pairs", "equilibria", "of the search for the area", "ratio")
-    note = "The turn: work of adhesion at which the load at 1 % area changes its sign, bracketed to 2 %; seeds side by side"
+    note = "The turn: work of adhesion at which the load at 1 % area changes its sign, bracketed to 2 %; seeds apart"
     return f"### {note}\n\n{table(head, cells)}"
 
 
