@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
@@ -18,7 +19,7 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.substrates import HalfSpace, Substrate
-from continuum.model.surface import Moments, moments
+from continuum.model.surface import Moments, moments, shifted
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.path.state import Control, Search
@@ -190,6 +191,39 @@ class Contact:
             if progress is not None:
                 progress(states[-1])
         return LoadingPath(self, tuple(states))
+
+    def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Contact:
+        """The contact of this wall with another rough body, shifted and turned: two elastic bodies, if E* is of both.
+
+        With small slopes only the difference of the heights counts, and 1/E* is the sum of (1 - ν²)/E of both bodies.
+        What is stored of the contact is that of the sum: the displacements of both add up.
+
+        Parameters
+        ----------
+        other : heights of the other body, shape (nx, ny), in a0, towards the wall positive.
+        shift : by which the other body is moved, in a0, periodically; waves between points are interpolated as waves.
+        angle : by which it is turned before, in degrees: quarter turns, which keep the period.
+
+        Examples
+        --------
+        >>> import numpy as np, continuum as c
+        >>> grid, rng = c.Grid.square(64), np.random.default_rng(1)
+        >>> one, other = (c.SelfAffine(0.8, 0.1, 8, 32).synthesise(grid, rng) for _ in range(2))
+        >>> contact = c.Contact(one, c.LennardJonesSpline(adhesion_length=0.005))
+        >>> both = contact.against(other, shift=(3.5, 0), angle=90)
+        >>> round(both.moments.rms_slope, 2)  # of independent surfaces the squares add up
+        0.15
+        """
+        heights = map_of("other", other, self.grid.shape)
+        along_x, along_y = (number("shift", length) for length in pair("shift", shift))
+        turns = number("angle", angle) / 90
+        if not turns.is_integer():
+            raise ArgumentError("angle", angle, "a multiple of 90 degrees: any other turn breaks the period")
+        square = self.grid.shape[0] == self.grid.shape[1] and self.grid.lengths[0] == self.grid.lengths[1]
+        if turns % 2 and not square:
+            raise ArgumentError("angle", angle, "a multiple of 180 degrees where the period is no square")
+        lower = shifted(self.grid, np.rot90(heights, int(turns) % 4), (along_x, along_y))
+        return replace(self, heights=self.problem.heights - lower)
 
     def turn(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> Turn:
         """The work of adhesion from which on the surface is sticky: where the load at an area changes its sign.

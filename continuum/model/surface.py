@@ -176,3 +176,22 @@ def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
     count = ring_sum(weights.astype(np.float64))
     filled = count > 0
     return ring_sum(q * weights)[filled] / count[filled], ring_sum(power * weights)[filled] / count[filled]
+
+
+def shifted(grid: Grid, heights: Real, shift: tuple[float, float]) -> Real:
+    """Heights moved by a vector, in a0, periodically: whole points exactly, fractions as the waves between points.
+
+    The shortest wave of an even grid has no phase: it is moved by the nearest whole points.
+    """
+    points = [length / spacing for length, spacing in zip(shift, grid.spacing, strict=True)]
+    whole = [round(number) for number in points]
+    rolled = np.roll(heights, whole, (0, 1))
+    rest = [number - nearest for number, nearest in zip(points, whole, strict=True)]
+    if not any(rest):
+        return rolled
+    m, n = grid.mode_numbers
+    nx, ny = grid.shape
+    phase = -2 * np.pi * (m * rest[0] / nx + n * rest[1] / ny)
+    alone = (2 * np.abs(m) == nx) | (2 * n == ny)
+    spectrum = grid.forward(rolled) * np.where(alone, 1.0, np.exp(1j * phase))
+    return grid.inverse(spectrum)

@@ -125,9 +125,12 @@ def refitted(rows: DataFrame, work: Real, reach: Real) -> float:
         found: Real = np.log(work) - law[:, 0] + np.log1p(ratio) - (factors - factors.mean())[of_seed]
         return found
 
-    start = np.array([*(np.mean(np.log(work)), np.mean(np.log(reach)), 1.0) * len(SHAPES), *np.zeros(seeds.size)])
-    best = least_squares(rest, start)
-    return float(np.exp(np.sqrt(np.mean(best.fun**2))))
+    level, middle = np.mean(np.log(work)), np.mean(np.log(reach))
+    found = [
+        least_squares(rest, np.array([*(level + rise, middle + place, power) * len(SHAPES), *np.zeros(seeds.size)]))
+        for rise in (0.0, 1.0) for place in (-2.0, 0.0, 2.0) for power in (0.5, 1.5)
+    ]  # fmt: skip
+    return float(np.exp(np.sqrt(min(np.mean(best.fun**2) for best in found))))
 
 
 def biases(rows: DataFrame, column: str) -> dict[float, Mean]:
