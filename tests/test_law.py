@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pandas import DataFrame
+from pandas import DataFrame, read_csv
 
 from tests.studies import judgement, law
 
@@ -70,3 +70,9 @@ def test_the_interval_over_surfaces_is_that_of_student() -> None:
     means = [judgement.Mean.of(rng.normal(0.1, 0.2, 4)) for _ in range(2000)]
     inside = np.mean([mean.low < np.exp(0.1) < mean.high for mean in means])
     assert abs(inside - 0.95) < 4 * np.sqrt(0.05 * 0.95 / 2000)  # four standard errors
+
+
+def test_the_page_has_the_judgement_of_the_stored_turns() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
+    rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv"))
+    assert judgement.tables(rows).strip() in page

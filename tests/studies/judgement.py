@@ -128,7 +128,7 @@ def refitted(rows: DataFrame, work: Real, reach: Real) -> float:
     level, middle = np.mean(np.log(work)), np.mean(np.log(reach))
     found = [
         least_squares(rest, np.array([*(level + rise, middle + place, power) * len(SHAPES), *np.zeros(seeds.size)]))
-        for rise in (0.0, 1.0) for place in (-2.0, 0.0, 2.0) for power in (0.5, 1.5)
+        for rise, place, power in ((0.0, 0.0, 1.0), (1.0, -2.0, 0.5), (1.0, 0.0, 1.5))
     ]  # fmt: skip
     return float(np.exp(np.sqrt(min(np.mean(best.fun**2) for best in found))))
 
@@ -223,7 +223,9 @@ def by_moment(rows: DataFrame) -> dict[float, float]:
     """Scatter of w over each moment Σ q^p |h|², in units of λ_L and h_rms, about its own F."""
     reach = (rows.range / rows.height).to_numpy()
     return {
-        p: refitted(rows, (rows.work * rows.lambda_L ** (1 - p) / rows[f"moment_{p:g}"]).to_numpy(), reach)
+        p: refitted(
+            rows, (rows.work * rows.lambda_L.astype(float) ** (1 - p) / rows[f"moment_{p:g}"]).to_numpy(), reach
+        )
         for p in EVERY
     }
 
