@@ -8,8 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pandas import DataFrame, read_csv
 
+from continuum.theory.rough import turning_share
 from tests.studies import judgement, law
 
 
@@ -76,3 +79,10 @@ def test_the_page_has_the_judgement_of_the_stored_turns() -> None:
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
     rows = judgement.with_ratios(read_csv(judgement.MEASURED / "law.csv"))
     assert judgement.tables(rows).strip() in page
+
+
+@given(st.floats(0.05, 5.0))
+def test_what_predictions_take_for_f_is_what_was_stated(ratio: float) -> None:
+    stated = law.fit(law.turns("spline"))
+    # Its numbers were written down with three digits.
+    assert turning_share(ratio) == pytest.approx(float(stated(ratio)), rel=2e-3)

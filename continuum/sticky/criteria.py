@@ -196,6 +196,11 @@ _DMT = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above 
                       most=DMT_LIMIT))  # fmt: skip
 _ENERGY = (_STEEP, Limit(lambda c: c.range - c.rms_height, "the range of adhesion exceeds h_rms; the theory takes it "
                          "as zero", most=0))  # fmt: skip
+_TURN = (
+    _STEEP,
+    Limit(lambda c: c.range / c.rms_height, "the range of adhesion, {:.3g} h_rms, is not between 0.3 and 2.5 h_rms, "
+          "where the law was tested", 0.3, 2.5),
+)  # fmt: skip
 _BEARING = (_STEEP, Limit(lambda c: c.range - c.rms_height, "the range of adhesion exceeds h_rms: the repulsion is "
                           "taken at large separations", most=0))  # fmt: skip
 _MOMENTS = ("rms_slope", "rms_curvature", "range")
@@ -241,6 +246,12 @@ _CRITERIA = (
     Criterion(
         "half-conformal-energy", "half conformal energy", "U_full/w", "doi:10.3389/fmech.2022.965584 (Müser's group)",
         _FULL_CONTACT, _full_contact, _ENERGY, margin=lambda c, value: 1 / (0.5 * value), needs="conformal_energy",
+    ),
+    # The load at 1 % area changes its sign at w = U F: docs/law.md.  F is that of the paper's law, as stated before.
+    Criterion(
+        "turning-energy", "energy of the turn", "U_full F/w", "docs/law.md: six surfaces, H of 0.2 to 0.9",
+        _FULL_CONTACT, lambda c: _full_contact(c) * rough.turning_share(c.range / c.rms_height), _TURN,
+        margin=lambda c, value: 1 / value, needs="conformal_energy",
     ),
     # h_rms² below about 0.63 l_a λ_L, whatever the short waves.
     Criterion(

@@ -3,7 +3,7 @@
 Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
 (``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
 (``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.  Without a folder: the
-table of docs/predict.md, of the record as it is.
+table of docs/predict.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are added.
 """
 
 from __future__ import annotations
@@ -13,24 +13,26 @@ import csv
 import io
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from pandas import DataFrame, read_csv
 from scipy.stats import mannwhitneyu
 
 from continuum.files import output
 from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
 from continuum.show.sheet import Column, Sheet
-from continuum.sticky.criteria import CRITERIA, RoughContact
+from continuum.sticky.criteria import AREA, CRITERIA, RoughContact
 from continuum.sticky.record import Surface, recorded
 from continuum.sticky.verdict import judge_contact
 from continuum.sweeps.collect import PointTable, collect
 
+LAW = Path(__file__).parents[2] / "docs" / "measured" / "law.csv"
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
     "conformal_energy", "range", "work", "sticky",
@@ -44,6 +46,15 @@ def turned(table: PointTable) -> Iterator[dict[str, object]]:
     for turn in crossovers(table).itertuples():
         surface = {name: getattr(turn, name) for name in SURFACE}
         yield {**surface, **_contact(turn.contact), "source": "turn", "law": turn.law, "sticky": "turns"}
+
+
+def judged(rows: DataFrame) -> Iterator[dict[str, object]]:
+    """The turns that judged the law of stickiness, docs/measured/law.csv: surfaces that made no theory here."""
+    for row in rows[rows.area == AREA].itertuples():
+        found = {name: getattr(row, name) for name in SURFACE}
+        yield {**found, "rms_height": row.height, "rms_slope": row.slope, "rms_curvature": row.curvature,
+               "conformal_energy": row.moment_1 / 4, "range": row.range, "work": row.work, "source": "law",
+               "law": row.shape, "sticky": "turns"}  # fmt: skip
 
 
 def states(table: PointTable) -> Iterator[dict[str, object]]:
@@ -76,9 +87,13 @@ def added(rows: Iterable[dict[str, str]], tables: Iterable[PointTable]) -> list[
     for table in tables:
         held = table.setting(table.keys[0], "surface.rms_height")  # NaN where slopes are held instead
         for found in turned(table) if held == held else states(table):
-            row = {name: f"{v:.6g}" if isinstance(v := found[name], float) else str(v) for name in COLUMNS}
+            row = _row(found)
             known[_key(row)] = row
     return list(known.values())
+
+
+def _row(found: Mapping[str, object]) -> dict[str, str]:
+    return {name: f"{v:.6g}" if isinstance(v := found[name], float) else str(v) for name in COLUMNS}
 
 
 def record_sheet() -> Sheet:
@@ -193,12 +208,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", type=Path, help="of sweeps")
     parser.add_argument("--record", type=Path, default=Path("continuum/sticky/record.csv"))
+    parser.add_argument("--law", action="store_true", help="add the turns of docs/measured/law.csv")
     given = parser.parse_args()
-    if not given.folders:
+    if not (given.folders or given.law):
         sheets = record_sheet(), discrimination_sheet(), vote_sheet(), calibration_sheet()
         sys.stdout.write("\n\n".join(sheet.markdown() for sheet in sheets) + "\n")
         return
     rows = added(csv.DictReader(given.record.read_text().splitlines()), map(collect, given.folders))
+    if given.law:
+        rows = [row for row in rows if row["source"] != "law"] + [_row(found) for found in judged(read_csv(LAW))]
     out = io.StringIO()
     writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
     writer.writeheader()

@@ -52,7 +52,8 @@ AREA, WIDTH = 0.04, 0.02
 RANGE = 0.5
 """Of the attraction, in h_rms."""
 CORE = 5.0
-TRIALS = 8
+TRIALS, DAMPED = 10, 0.7
+"""States of atoms at most, and part of each step that is made: on some surfaces ln r rises twice as fast as ln w."""
 TOLERANCE = 1e-6
 """Largest force on an atom, in E* a0²: a part in 1e4 of the load of one in contact."""
 
@@ -136,7 +137,7 @@ def on_atoms(
                 # Half a point of the grid is met.
                 if abs(trial.off[0]) <= max(0.02, 0.6 / (AREA * grid.size)) and abs(trial.off[1]) <= WIDTH:
                     return float(np.exp(here[1] - trial.off[1])), trial.totals.area_rep
-                here = here - np.linalg.solve(slopes, trial.off)
+                here = here - DAMPED * np.linalg.solve(slopes, trial.off)
     raise RuntimeError("the turn on atoms was not found")
 
 

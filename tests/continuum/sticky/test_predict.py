@@ -366,7 +366,7 @@ def test_every_table_is_rectangular_and_every_verdict_is_in_it() -> None:
         assert {len(row) for row in table.rows} == {len(table.head)}
     verdicts = next(table for table in tables if table.title.startswith("Is it sticky"))
     assert [row[0] for row in verdicts.rows] == [estimate.name for estimate in found.verdicts]
-    assert len(verdicts.rows) == 7
+    assert len(verdicts.rows) == 8
 
 
 @needs_reader

@@ -191,7 +191,9 @@ RESULTS: dict[str, tuple[int, int] | tuple[tuple[int, int], ...]] = {
         ("area_ratio", "kappa_att", "onset", "renormalised_kappa", "stiffness_reduction", "maugis_parameter"), NUMBER
     ),
     **dict.fromkeys(("tabor_parameter", "parameter", "alpha", "fuller_tabor", "dmt_asperities", "area"), NUMBER),
-    **dict.fromkeys(("persson_area", "bearing_area_limit", "generalised_tabor", "pressure_att"), NUMBER),
+    **dict.fromkeys(
+        ("persson_area", "bearing_area_limit", "turning_share", "generalised_tabor", "pressure_att"), NUMBER
+    ),
     **dict.fromkeys(("gap_scale", "diameter", "width"), LENGTH),
     **dict.fromkeys(("asperity_radius", "attraction_width", "contact_diameter", "effective_range"), LENGTH),
     **dict.fromkeys(("gap_outside_contact", "height_change", "necessary_adhesion_length", "perimeter"), LENGTH),
@@ -315,8 +317,8 @@ def test_estimates_in_any_units(contact: RoughContact, length: float, modulus: f
     }
     unit = {"": 1.0, "length": length, "pressure": modulus}
     estimates = every_estimate(contact)
-    assert len({estimate.name for estimate in estimates}) == len(estimates) == 18
-    assert estimates[:6] == verdicts(contact)
+    assert len({estimate.name for estimate in estimates}) == len(estimates) == 19
+    assert estimates[:7] == verdicts(contact)
     for one, other in zip(estimates, every_estimate(RoughContact(**values)), strict=True):
         # Pull-off forces that vanish are known to rounding only.
         assert other.value / unit[other.unit] == pytest.approx(one.value, rel=1e-6, abs=1e-12)
