@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pandas import DataFrame, read_csv
 
 from continuum.theory.rough import turning_share
-from tests.studies import judgement, law
+from tests.studies import judgement, law, turn_of_atoms
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -86,3 +86,8 @@ def test_what_predictions_take_for_f_is_what_was_stated(ratio: float) -> None:
     stated = law.fit(law.turns("spline"))
     # Its numbers were written down with three digits.
     assert turning_share(ratio) == pytest.approx(float(stated(ratio)), rel=2e-3)
+
+
+def test_the_page_has_the_turns_on_atoms() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
+    assert turn_of_atoms.table(read_csv(turn_of_atoms.MEASURED / "turn-atoms.csv")) in page
