@@ -21,7 +21,7 @@ class Certificate:
     """What was certified of a run, or of a sample of a sweep."""
 
     points: tuple[PointCertificate, ...]
-    files: int
+    read: int
     """Number of files that were looked at."""
 
     @property
@@ -52,7 +52,7 @@ class Certificate:
                  found.residual, one.allowed, found.curvature, "sound" if not one.faults else "; ".join(one.faults))
             )  # fmt: skip
         again = "; states were computed again, as the files hold no gaps" if any(p.again for p in self.points) else ""
-        title = f"{len(self.points)} states of {self.files} files, evaluated by other means{again}"
+        title = f"{len(self.points)} states of {self.read} files, evaluated by other means{again}"
         return Sheet.of(title, columns, rows)
 
 

@@ -126,7 +126,7 @@ def find_turn(
     Parameters
     ----------
     problem : the contact; of its wall only the range is looked at, for where to begin.
-    wall_of : law of a work of adhesion.
+    wall_of : law for each work of adhesion in E* a0.
     area : repulsive area, as a fraction of A0.
     settings, search : of each state.
     width : of the bracket of the turn, relative to it.
