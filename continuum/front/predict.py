@@ -51,7 +51,7 @@ def predict(
 
     Parameters
     ----------
-    maps : one topography, or two for two rough bodies: names of files, or arrays of heights, shape (nx, ny), out of the
+    maps : one topography, or two for two rough bodies: file names, or arrays of heights, shape (nx, ny), out of the
         body.  Masked points of an array are missing ones; an array of one row or column is a line scan.  Or one input
         (TOML) with the tables [topography] and [interface]: what is given beside it overrules its keys.
     size, unit, dataset, part, periodic, override_size, detrend, fill, crop, cutoff : see
