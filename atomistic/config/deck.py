@@ -12,7 +12,7 @@ from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
 from atomistic.config.motion import ProtocolTable, Steps
-from atomistic.config.slab import AtomsSolverTable, SlabTable
+from atomistic.config.slab import DeckSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files import kinds as kinds  # known to an input when it is defined
 from continuum.files.inputs import parsed
@@ -155,7 +155,7 @@ class DeckConfig(Document):
     """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None
     """several steps, instead of separation"""
-    solver: AtomsSolverTable = AtomsSolverTable()
+    solver: DeckSolverTable = DeckSolverTable()
 
     @constraint
     def _shows_the_surface(self) -> Iterator[Fault]:

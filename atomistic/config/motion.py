@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from continuum.tables import Fault, Positive, TableFamily, constraint
+from continuum.units import Units, parse
 
 LARGEST = 10_000
 """Windows of a protocol."""
@@ -81,16 +82,7 @@ class ProtocolTable(TableFamily):
         yield from ()
 
 
-class MotionUnits(NamedTuple):
-    """What the units of a motion are in a crystal that has a size."""
-
-    kelvin: float
-    """E* a0³/k_B."""
-    metres_per_second: float
-    """(E* a0³/m)^(1/2)."""
-
-
-def beyond_physics(temperature: float | str, velocity: float, scale: MotionUnits | None) -> Iterator[Fault]:
+def beyond_physics(temperature: float | str, velocity: float, scale: Units | None) -> Iterator[Fault]:
     """What of a motion no crystal stands, or this one has no unit for, by the keys of [protocol].
 
     Parameters
@@ -100,7 +92,7 @@ def beyond_physics(temperature: float | str, velocity: float, scale: MotionUnits
     scale : of the crystal; None for one of no size.
     """
     here = ("", "") if scale is None else (
-        f" ({HOTTEST * scale.kelvin:.4g} K)", f" ({FASTEST * scale.metres_per_second:.4g} m/s)"
+        f" ({HOTTEST * scale.si('temperature'):.4g} K)", f" ({FASTEST * scale.si('velocity'):.4g} m/s)"
     )  # fmt: skip
     if isinstance(temperature, str) and scale is None:
         yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no size, and so no kelvin")
@@ -110,24 +102,25 @@ def beyond_physics(temperature: float | str, velocity: float, scale: MotionUnits
         if not isinstance(temperature, str):
             cause = "kelvin where k_B T in E* a0³ is asked for"
             cause += ": this crystal has no size, and so no kelvin" if scale is None else (
-                f'; {temperature:g} E* a0³ are {temperature * scale.kelvin:.3g} K: write "{temperature:g}K"'
+                f"; {temperature:g} E* a0³ are {scale.to_si(temperature, 'temperature'):.3g} K: "
+                f'write "{temperature:g}K"'
             )  # fmt: skip
         yield Fault(("temperature",), allowed, cause)
     if velocity > FASTEST:
         allowed = f"at most {FASTEST:g} (E* a0³/m)^(1/2){here[1]}, slower than the shear waves of fcc crystals"
         cause = "a velocity in other units"
         if scale is not None:
-            speed = scale.metres_per_second
+            speed = scale.si("velocity")
             cause += f"; {velocity:g} (E* a0³/m)^(1/2) are {velocity * speed:.3g} m/s, and 1 m/s is {1 / speed:.3g}"
         yield Fault(("velocity",), allowed, cause)
 
 
-def _thermal_energy(temperature: float | str, scale: MotionUnits | None) -> float:
+def _thermal_energy(temperature: float | str, scale: Units | None) -> float:
     """k_B T in E* a0³; 0 of a text that is no temperature, of which another fault tells."""
     if not isinstance(temperature, str):
         return temperature
     try:
-        return kelvin(temperature) / scale.kelvin if scale is not None else 0.0
+        return kelvin(temperature) / scale.si("temperature") if scale is not None else 0.0
     except ValueError:
         return 0.0
 
@@ -137,13 +130,9 @@ def kelvin(text: str) -> float:
 
     Raises ValueError if it is none.
     """
-    number, unit = text.strip()[:-1], text.strip()[-1:]
-    try:
-        value = float(number)
-    except ValueError:
-        value = np.nan
-    if unit != "K" or not (np.isfinite(value) and value >= 0):
-        raise ValueError(f'{text!r} is no temperature: write one like "300K"')
+    value = parse(text, "temperature", signed=True)
+    if value < 0:
+        raise ValueError(f"{text!r} is no temperature: it is below 0 K")
     return value
 
 

@@ -37,3 +37,11 @@ class AtomsSolverTable(ToleranceTable):
     """largest rms residual of the continuum rungs, relative to rms_slope E*"""
     force_tolerance: Annotated[float, Field(gt=0, le=1e-8)] = 1e-8
     """largest force left on an atom, relative to rms_slope E* a0²"""
+
+
+class DeckSolverTable(AtomsSolverTable):
+    """When an equilibrium of a deck is one, and how close its wall is to a table."""
+
+    wall_tolerance: Annotated[float, Field(ge=1e-10, le=1e-2)] = 1e-5
+    """of the tractions of a wall that is a table, relative to its largest tension, or to the traction where that is
+    larger; other laws are formulas, and exact"""

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from atomistic.config.crystal import ElasticConfig
-from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
 from atomistic.relax.decks import parts_of
+from atomistic.relax.inputs import deck_input, told_in_both
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
@@ -105,12 +105,13 @@ def check(file: str | Path) -> Sheet:
     """
     from atomistic.ladder.cost import cost_of_deck, cost_of_validation
 
+    both: list[tuple[str, str]] = []
     tables = Source.read(find(file_name("file", file))).data
     if "case" in tables:
         cost, kind = cost_of_validation(load(file, ValidateConfig)), "atomistic validate"
     elif "wall" in tables or "surface" in tables:
-        config = load(file, DeckConfig)
-        parts_of(config)
+        config = deck_input(file)
+        both = told_in_both(config, parts_of(config).model)
         cost, kind = cost_of_deck(config), "atomistic deck"
     else:
         load(file, ElasticConfig)
@@ -122,5 +123,6 @@ def check(file: str | Path) -> Sheet:
         ("evaluations of all forces, about", f"{cost.evaluations}"),
         ("core-seconds, about", f"{cost.seconds:.2g}"),
         ("memory of a process, about", f"{cost.memory / 2**20:.3g} MiB"),
+        *both,
     ]
     return pairs(f"{file}: valid", rows)

@@ -10,14 +10,14 @@ from typing import Any, Literal
 from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, steps_of
 from atomistic.config.motion import Steps
 from atomistic.config.slab import DEEPEST, SHALLOWEST
-from atomistic.crystal.interatomic import Potential, check_potential
+from atomistic.crystal.interatomic import Potential, Springs, check_potential
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.deckrun import DeckRun, read_run
 from atomistic.relax.decks import deck_of, deck_under
+from atomistic.relax.inputs import deck_input, steps_in_units
 from continuum.arguments import ArgumentError, choice, file_name, function, instance, number, several
-from continuum.files.inputs import load
 from continuum.front.contact import Contact
 
 
@@ -25,9 +25,9 @@ def deck(
     contact: Contact | str | Path | DeckConfig,
     model: Potential | None = None,
     *,
-    separation: float | None = None,
-    separations: Sequence[float] | None = None,
-    pressures: Sequence[float] | None = None,
+    separation: float | str | None = None,
+    separations: Sequence[float | str] | None = None,
+    pressures: Sequence[float | str] | None = None,
     protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
@@ -39,7 +39,8 @@ def deck(
     ----------
     contact : its wall and heights, one for each surface atom, are those of the deck; or an input (TOML).
     model : what holds the atoms together; springs if None.
-    separation : of the wall's zero from the surface at rest, in a0: one equilibrium.
+    separation : of the wall's zero from the surface at rest, in a0: one equilibrium.  This and what follows may have
+        a unit instead, as "2.5Å" or "1GPa", if the crystal has a size.
     separations : several, visited in this order, each from the equilibrium before: approach and retraction.
     pressures : mean pressures, in E*, met one after the other by moving the wall.
     protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
@@ -63,7 +64,7 @@ def deck(
     if isinstance(contact, str | os.PathLike | DeckConfig):
         others = {"model": model, **steps, "depth": depth, "follows": follows}
         _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
-        config = contact if isinstance(contact, DeckConfig) else load(file_name("contact", contact), DeckConfig)
+        config = contact if isinstance(contact, DeckConfig) else deck_input(file_name("contact", contact))
         return deck_of(config, progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
@@ -76,7 +77,9 @@ def deck(
         shape = shape_of(contact.problem.heights) if follows == "atom" else None
     elif follows is not None:
         shape = check_shape("follows", follows)
-    return deck_under(contact.problem, model, _steps(**steps), depth, shape, progress)
+    return deck_under(
+        contact.problem, model, _steps(**steps_in_units(steps, model or Springs())), depth, shape, progress
+    )
 
 
 def _require_nothing_else(contact: object, names: list[str]) -> None:

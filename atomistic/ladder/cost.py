@@ -70,5 +70,6 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
         steps = 1 if protocol is None else len(protocol.steps().values)
         tried = steps * (_SEEN["to_a_pressure"] if config.steps().control == "mean-pressure" else 1)
         evaluations = round(tried * _SEEN["per_side"] * max(config.slab.n, config.slab.depth))
-    seconds = evaluations * seen["evaluation"] * atoms + (1 + tried / 4) * _SEEN["start"]
+    wall = _SEEN["table" if config.wall.law == "table" else "formula"] + _SEEN["following"] * (config.follows == "atom")
+    seconds = evaluations * (seen["evaluation"] * atoms + wall * config.slab.n**2) + (1 + tried / 4) * _SEEN["start"]
     return AtomsCost(atoms, steps, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

@@ -9,7 +9,7 @@ import numpy as np
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, check_model
-from atomistic.lammps.law import native_law
+from atomistic.lammps.law import TOLERANCE, native_law
 from atomistic.lammps.protocol import Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
 from continuum.arguments import ArgumentError, count, file_name, flag, instance, number
@@ -32,6 +32,8 @@ class Deck:
     displacements : where to start from, shape (layers, nx, ny, 3), in a0; where the slab is at rest if None.
     tolerance : largest force left on a mobile atom, in E* a0².
     evaluations : of the forces, at most, by each minimiser.
+    wall_tolerance : of the tractions of a wall that is a table, relative to its largest tension, or to the traction
+        where that is larger.
     rise : by how much each layer of the slab at rest lies above its lattice sites, shape (layers,), in a0: the surface
         of most crystals relaxes.  None for springs, which do not.
     protocol : the steps; one equilibrium at the separation if None.
@@ -58,6 +60,7 @@ class Deck:
     displacements: Real | None = field(default=None, repr=False)
     tolerance: float = 1e-11
     evaluations: int = 20000
+    wall_tolerance: float = TOLERANCE
     rise: Real | None = field(default=None, repr=False)
     protocol: Protocol | None = None
     shape: Shape | None = None
@@ -114,6 +117,7 @@ class Deck:
         number("separation", self.separation)
         number("tolerance", self.tolerance, above=0)
         count("evaluations", self.evaluations)
+        number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")
         instance("source", self.source, str)

@@ -89,7 +89,7 @@ def render(deck: Deck) -> dict[str, str]:
         "tolerance": formatted(deck.tolerance),
         "evaluations": f"{deck.evaluations:d}",
         "surface": formatted(deck.rest[0, 0, 0, 2]),
-        "law": native_law(wall).lines,
+        "law": native_law(wall, deck.wall_tolerance).lines,
         "zero_gap": formatted(wall.zero_gap),
         "reach": formatted(wall.zero_gap + wall.range),
         "repulsive": f"{REPULSIVE:d}",
@@ -123,7 +123,7 @@ def render(deck: Deck) -> dict[str, str]:
         for name, template in names.items()
     }
     mesh = wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
-    return texts | {"wall.table": wall_table(wall), "wall.vtk": mesh}
+    return texts | {"wall.table": wall_table(wall, deck.wall_tolerance), "wall.vtk": mesh}
 
 
 _INCLUDED = {

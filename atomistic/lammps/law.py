@@ -1,8 +1,8 @@
 """Wall laws as LAMMPS formulas: atom-style variables ``v_traction`` and ``v_energy`` of ``v_gap``, per area.
 
-The formulas are those of :mod:`continuum.model.laws`.  A table becomes a tree of cubic pieces, which LAMMPS evaluates
-in as many comparisons as the tree has levels; it holds at most :data:`PIECES`, so a long table is thinned, and what
-that costs is measured and written into the deck.
+The formulas are those of :mod:`continuum.model.laws`.  A table becomes cubic pieces of equal length, as few as a given
+tolerance asks for, whose coefficients LAMMPS looks up by the number of the piece (``compute global/atom``): what that
+costs does not depend on how many there are.  What is left of the table is measured and written into the deck.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from continuum.model.fourier import Real
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.tabulated import TabulatedWall
 
-PIECES = 192
-"""Cubic pieces of a table in LAMMPS, at most: the formula is parsed anew in each evaluation of the forces."""
+PIECES = 4096
+"""Cubic pieces of a table in LAMMPS, at most."""
+TOLERANCE = 1e-5
+"""Of the traction of a table, relative to its largest tension, or to the traction itself where that is larger."""
 _TABLE_SPACING = 1e-3
 """Largest distance of the knots of ``wall.table``, in a0."""
 _NO_CORE = -1e9
@@ -41,14 +43,18 @@ class NativeLaw:
 
 
 @lru_cache(maxsize=4)
-def native_law(wall: Wall) -> NativeLaw:
+def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
     """The lines of a law.
+
+    Parameters
+    ----------
+    tolerance : of the traction of a table, relative to its largest tension, or to the traction where that is larger.
 
     Raises TypeError if the law has no formula here: a hard wall, whose traction is no function of the gap.
     """
     write = LAWS.get(type(wall))
     if write is not None:
-        return write(wall)
+        return write(wall, tolerance)
     cause = (
         "its traction is no function of the gap (a repulsive wall that has one: LennardJonesSpline(0))"
         if wall.law is None
@@ -111,9 +117,17 @@ variable        energy atom \
 "ternary(v_gap<0.0,v_gamma*(v_gap/v_rho-1.0)+0.5*v_stiffness*v_gap^2,-v_gamma*exp(-v_gap/v_rho))\""""
 
 _TABLE = """\
-# Cubic pieces of a table, {pieces} of them; zero beyond the last.
-variable        law atom "{law}"
-variable        law_energy atom "{energy}\""""
+# Cubic pieces of a table, {pieces} of equal length: their beginnings, coefficients of the traction in powers of the
+# distance from there, and energy there.  Each atom looks up those of its piece: zero beyond the last.
+variable        beginning vector "{beginning}"
+{coefficients}
+variable        first_energy vector "{first_energy}"
+variable        piece atom "floor((v_gap-({start}))/{length})+1.0"
+compute         piece surface global/atom v_piece v_beginning v_a0 v_a1 v_a2 v_a3 v_first_energy
+variable        s atom "v_gap-c_piece[1]"
+variable        law atom "c_piece[2]+v_s*(c_piece[3]+v_s*(c_piece[4]+v_s*c_piece[5]))"
+variable        law_energy atom \
+"c_piece[6]-v_s*(c_piece[2]+v_s*(c_piece[3]/2.0+v_s*(c_piece[4]/3.0+v_s*c_piece[5]/4.0)))\""""
 
 
 def _with_core(
@@ -129,7 +143,8 @@ def _with_core(
     return NativeLaw(text, error)
 
 
-def _spline(wall: LennardJonesSpline) -> NativeLaw:
+def _spline(wall: LennardJonesSpline, tolerance: float) -> NativeLaw:
+    del tolerance  # a formula is the law
     attraction = _ATTRACTION if wall.range > 0 else _NO_ATTRACTION
     k, work = wall.minimum_stiffness, wall.work_of_adhesion
     return _with_core(
@@ -140,28 +155,44 @@ def _spline(wall: LennardJonesSpline) -> NativeLaw:
     )
 
 
-def _inverse_powers(wall: InversePowers) -> NativeLaw:
+def _inverse_powers(wall: InversePowers, tolerance: float) -> NativeLaw:
+    del tolerance  # a formula is the law
     m, n = wall.powers
     words = {"m": str(m), "n": str(n), "m1": str(m + 1), "n1": str(n + 1)}
     return _with_core(wall, _filled(_INVERSE_POWERS, c=wall.minimum_stiffness / (m - n), **words))
 
 
-def _exponential(wall: Exponential) -> NativeLaw:
+def _exponential(wall: Exponential, tolerance: float) -> NativeLaw:
+    del tolerance  # a formula is the law
     gamma, rho, stiffness = wall.surface_energy, wall.decay_length, wall.core_stiffness
     return NativeLaw(_filled(_EXPONENTIAL, core=_NO_CORE, gamma=gamma, rho=rho, stiffness=stiffness))
 
 
-def _table(wall: TabulatedWall) -> NativeLaw:
-    """A tree of cubic pieces of the traction, and of its integral."""
-    pieces = _pieces(wall)
-    energy = _energy(pieces)
-    at = np.linspace(wall.gap[0], wall.gap[-1], 20 * max(PIECES, wall.gap.size))[:-1]
-    error = float(np.abs(pieces(at) - wall.evaluate(at).traction).max())
-    text = _filled(_TABLE, pieces=str(pieces.c.shape[1]), law=_tree(pieces), energy=_tree(energy))
+def _table(wall: TabulatedWall, tolerance: float) -> NativeLaw:
+    """Cubic pieces of the traction, which each atom looks up, and of its integral."""
+    pieces, error = _pieces(wall, tolerance)
+    x, c = pieces.x, pieces.c
+    energy = -pieces.antiderivative()(x)
+    text = _filled(
+        _TABLE,
+        pieces=str(c.shape[1]),
+        beginning=_vector(x[:-1]),
+        coefficients="\n".join(f'variable        a{i} vector "{_vector(c[3 - i])}"' for i in range(4)),
+        first_energy=_vector(energy[:-1] - energy[-1]),
+        start=float(x[0]),
+        length=float((x[-1] - x[0]) / c.shape[1]),
+    )
     return _with_core(wall, text, error=error)
 
 
-LAWS: dict[type[Wall], Callable[[Any], NativeLaw]] = {
+def _vector(values: Real) -> str:
+    """A vector of numbers, which LAMMPS reads once, over several lines."""
+    numbers = [formatted(value) for value in values]
+    rows = (",".join(numbers[i : i + 5]) for i in range(0, len(numbers), 5))
+    return "[" + ",&\n".join(rows) + "]"
+
+
+LAWS: dict[type[Wall], Callable[[Any, float], NativeLaw]] = {
     LennardJonesSpline: _spline,
     InversePowers: _inverse_powers,
     Exponential: _exponential,
@@ -170,65 +201,36 @@ LAWS: dict[type[Wall], Callable[[Any], NativeLaw]] = {
 """How each law is written for LAMMPS.  Decks of these laws can be written, and read again by the name of the class."""
 
 
-def _pieces(wall: TabulatedWall) -> PPoly:
-    """The spline of the table if it is short; else cubic pieces with its values and slopes at fewer knots.
+def _pieces(wall: TabulatedWall, tolerance: float) -> tuple[PPoly, float]:
+    """Cubic pieces of equal length with the values and slopes of a table at their ends, and their largest error in E*.
 
-    Knots are added in the middle of the piece that errs most: the traction stays continuous with its slope.
+    As few as the tolerance allows, in steps of a quarter, or those of the table itself where its rows are equally far
+    apart and no more; :data:`PIECES` at most.
     """
-    if wall.gap.size - 1 <= PIECES:
-        x, law = wall.gap, wall.evaluate(wall.gap)
-        end = np.append(law.traction[:-1], 0.0)
-        slope = -law.stiffness
-        slope[-1] = -wall.evaluate(np.nextafter(wall.gap[-1:], 0)).stiffness[0]
-        return _hermite(x, end, slope)
-    knots = list(np.linspace(wall.gap[0], wall.gap[-1], 5))
+    count, rows = 8, wall.gap.size - 1
+    equal = np.allclose(np.diff(wall.gap), (wall.gap[-1] - wall.gap[0]) / rows, rtol=1e-9, atol=0)
     while True:
-        x = np.array(knots)
-        law = wall.evaluate(np.minimum(x, np.nextafter(wall.gap[-1], 0)))
-        pieces = _hermite(x, np.append(law.traction[:-1], 0.0), -law.stiffness)
-        if len(knots) > PIECES:
-            return pieces
-        inside = x[:-1, None] + np.diff(x)[:, None] * np.linspace(0.05, 0.95, 19)
-        error = np.abs(pieces(inside) - wall.evaluate(inside).traction).max(axis=1)
-        worst = int(np.argmax(error))
-        if error[worst] < 1e-13 * np.abs(wall.traction).max():
-            return pieces
-        knots.insert(worst + 1, float(x[worst] + x[worst + 1]) / 2)
+        exact = equal and count <= rows < count + max(1, count // 4)
+        pieces = _hermite(wall, min(rows if exact else count, PIECES))
+        step = (wall.gap[-1] - wall.gap[0]) / max(20 * pieces.c.shape[1], 20 * rows)
+        at = np.arange(wall.gap[0] + step / 2, wall.gap[-1], step)
+        law = wall.evaluate(at).traction
+        error = np.abs(pieces(at) - law)
+        allowed = tolerance * np.maximum(np.abs(law), wall.largest_tension or np.abs(law).max())
+        if count >= PIECES or (error <= allowed).all():
+            return pieces, float(error.max())
+        count += max(1, count // 4)
 
 
-def _hermite(x: Real, value: Real, slope: Real) -> PPoly:
-    spline = CubicHermiteSpline(x, value, slope)
+def _hermite(wall: TabulatedWall, count: int) -> PPoly:
+    """So many cubic pieces of equal length with the values and slopes of a table at their ends."""
+    x = np.linspace(wall.gap[0], wall.gap[-1], count + 1)
+    law = wall.evaluate(np.minimum(x, np.nextafter(wall.gap[-1], 0)))  # beyond the last row the law is zero
+    spline = CubicHermiteSpline(x, np.append(law.traction[:-1], 0.0), -law.stiffness)
     return PPoly(spline.c, spline.x)
 
 
-def _energy(traction: PPoly) -> PPoly:
-    """Minus the integral of the traction, zero at the last knot."""
-    integral = traction.antiderivative()
-    c = -integral.c
-    c[-1] += float(integral(traction.x[-1]))
-    return PPoly(c, traction.x)
-
-
-def _tree(pieces: PPoly) -> str:
-    """Nested ternaries that find the piece of a gap by halving, zero beyond the last knot."""
-    x, c = pieces.x, pieces.c
-
-    def piece(i: int) -> str:
-        text = formatted(c[0, i])
-        for coefficient in c[1:, i]:
-            text = f"{formatted(coefficient)}+(v_gap-({formatted(x[i])}))*({text})"
-        return text
-
-    def part(first: int, last: int) -> str:
-        if last - first == 1:
-            return piece(first)
-        middle = (first + last) // 2
-        return f"ternary(v_gap<{formatted(x[middle])},{part(first, middle)},{part(middle, last)})"
-
-    return f"ternary(v_gap<{formatted(x[-1])},{part(0, c.shape[1])},0.0)"
-
-
-def wall_table(wall: Wall) -> str:
+def wall_table(wall: Wall, tolerance: float = TOLERANCE) -> str:
     """``wall.table``: the law at knots that include the core, the change of sign and, if there is one, the end."""
     gap, named, stated = wall.knots.get("gap"), "A table", "the law itself"
     if gap is None:
@@ -245,7 +247,7 @@ def wall_table(wall: Wall) -> str:
         "# Wall law: energy and traction per area against gap; traction = -d energy/d gap, positive in compression.\n"
         "# Units: gap a0, energy E* a0, traction E*.\n"
         f"# {named}: {gap.size} knots; {stated}.\n"
-        f"# The formulas of in.wall differ from the law by at most {native_law(wall).error:.1e} E*.\n"
+        f"# The formulas of in.wall differ from the law by at most {native_law(wall, tolerance).error:.1e} E*.\n"
         "# gap energy traction\n"
     )
     np.savetxt(text, np.column_stack([gap, law.energy, traction]), fmt="%.17g")

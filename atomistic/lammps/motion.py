@@ -83,9 +83,7 @@ def thermal_energy(kelvin: float, real: Units | None) -> float:
     """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no size."""
     if real is None:
         raise PotentialError("this crystal has no size, and so no kelvin: give k_B T in E* a0³")
-    from scipy.constants import k
-
-    return kelvin * k / real.si("energy")
+    return kelvin / real.si("temperature")
 
 
 @dataclass(frozen=True)

@@ -267,7 +267,7 @@ class DeckRun:
                 values = np.array([getattr(step, name) for step in beside])
                 datasets[f"continuum/{name}"] = Dataset(values, ("step",), unit, f"{name}, at the same mean gap")
         real = self.description.real_units
-        sizes = {} if real is None else {f"real_units/{name}": value for name, value in asdict(real).items()}
+        sizes = {} if real is None else {f"real_units/{name}": value for name, value in asdict(real).items() if value}
         attributes = {
             "schema": SCHEMA,
             "schema_version": VERSION,

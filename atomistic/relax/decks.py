@@ -12,7 +12,7 @@ import numpy as np
 
 from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import Steps, TimeWindows, kelvin
-from atomistic.config.slab import AtomsSolverTable
+from atomistic.config.slab import DeckSolverTable
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
@@ -151,7 +151,7 @@ def _started(
     wall: Wall,
     heights: Real,
     steps: Steps,
-    solver: AtomsSolverTable,
+    solver: DeckSolverTable,
     shape: Shape | None,
     progress: Progress | None,
 ) -> Deck:
@@ -183,7 +183,7 @@ def _started(
     tolerance = solver.force_tolerance * scale
     return Deck(
         slab, model, wall, heights, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
-        notes=notes, stiffness=response.stiffness_q,
+        notes=notes, stiffness=response.stiffness_q, wall_tolerance=solver.wall_tolerance,
     )  # fmt: skip
 
 
@@ -276,5 +276,5 @@ def deck_under(
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
     specimen = Specimen.of_slab(slab, measured)
-    made = _started(specimen, wall, heights, steps, AtomsSolverTable(), shape, progress)
+    made = _started(specimen, wall, heights, steps, DeckSolverTable(), shape, progress)
     return replace(made, notes=shape_notes(shape) + made.notes)

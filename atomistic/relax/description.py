@@ -6,13 +6,11 @@ import hashlib
 from collections.abc import Iterator
 
 import numpy as np
-import scipy.constants
 
 from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import TimeWindows
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
-from atomistic.relax.limits import scale_of
 from continuum.model.fourier import Real
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
@@ -47,14 +45,13 @@ def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights:
 
 def _motion(windows: TimeWindows, model: Model) -> Iterator[str]:
     """Velocity and times of a motion in m/s and ps."""
-    scale, real = scale_of(model), model.real_units
-    if scale is None or real is None:
+    real = model.real_units
+    if real is None:
         return
-    picosecond = real.a0 / scale.metres_per_second / scipy.constants.pico
     yield (
-        f"Motion: {windows.velocity:.4g} (E* a0³/m)^(1/2) are {windows.velocity * scale.metres_per_second:.4g} m/s; "
+        f"Motion: {windows.velocity:.4g} (E* a0³/m)^(1/2) are {real.to_si(windows.velocity, 'velocity'):.4g} m/s; "
         f"{len(windows.duration)} windows, the longest of {max(windows.duration):.4g} a0 (m/(E* a0³))^(1/2), "
-        f"{max(windows.duration) * picosecond:.4g} ps"
+        f"{real.to_si(max(windows.duration), 'time') / 1e-12:.4g} ps"
     )
 
 

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import scipy.constants
-
 from atomistic.config.deck import DeckConfig
-from atomistic.config.motion import MotionUnits, Steps, TimeWindows, beyond_physics
+from atomistic.config.motion import Steps, TimeWindows, beyond_physics
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
-from atomistic.lammps.motion import largest_timestep, thermal_energy
+from atomistic.lammps.motion import largest_timestep
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError, Source
 from continuum.model.fourier import Real
@@ -23,15 +21,6 @@ FARTHEST = 100.0
 """Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""
 _MOST_TIMESTEPS = 2**31 - 1
 """Most time steps of a window: LAMMPS counts the samples of an average with 32 bits."""
-
-
-def scale_of(model: Model) -> MotionUnits | None:
-    """What the units of a motion are in a crystal; None if it has no size."""
-    real = model.real_units
-    if real is None:
-        return None
-    mass = model.mass * scipy.constants.atomic_mass
-    return MotionUnits(1 / thermal_energy(1.0, real), float((real.si("energy") / mass) ** 0.5))
 
 
 def require_steps(
@@ -63,7 +52,7 @@ def require_steps(
 
 def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
     """What of a motion the atoms do not stand, or LAMMPS does not count."""
-    yield from beyond_physics(windows.temperature, windows.velocity, scale_of(model))
+    yield from beyond_physics(windows.temperature, windows.velocity, model.real_units)
     if not windows.thermostat_layers < slab.mobile:
         yield Fault(("thermostat_layers",), f"fewer than the layers that move, {slab.mobile} at this depth")
     timestep = largest_timestep(model, wall)

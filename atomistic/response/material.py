@@ -170,7 +170,7 @@ class CrystalModel:
     @property
     def real_units(self) -> Units | None:
         """Size of a0 and E*; None for Lennard-Jones, which is of no size."""
-        return Units.metal(self.length, self.contact_modulus) if self.units == "metal" else None
+        return Units.metal(self.length, self.contact_modulus, self.mass) if self.units == "metal" else None
 
 
 def model_of(potential: Potential) -> Model:

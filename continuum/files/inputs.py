@@ -62,9 +62,14 @@ def _plain(value: Any) -> Any:
     return list(map(_plain, value)) if isinstance(value, list | tuple | range) else value
 
 
-def parsed(source: Source, model: type[_Document]) -> _Document:
-    """What the text of an input file amounts to; raises ConfigError with all faults of the file."""
-    data = frozen(source.data)
+def parsed(source: Source, model: type[_Document], values: Mapping[str, Any] | None = None) -> _Document:
+    """What the text of an input file amounts to; raises ConfigError with all faults of the file.
+
+    Parameters
+    ----------
+    values : what it holds, where that is not what stands there, as numbers in other units.
+    """
+    data = frozen(source.data if values is None else values)
     context = {"folder": source.path.parent}
     try:
         config = model.model_validate(data, context=context)

@@ -37,7 +37,7 @@ __all__ = ["CRYSTALS", "WALLS", "equilibrium", "wall"]
 
 SLOPE, AREA = 0.1, 0.1
 CRYSTALS = ("springs", "Lennard-Jones", "copper")
-WALLS = ("none", "spline", "9-3", "table of 192 pieces", "spline, following", "spline, in Python")
+WALLS = ("none", "spline", "9-3", "table of 1000 rows", "spline, following", "spline, in Python")
 """Whose forces are timed: laws as formulas of LAMMPS, the wall a function of the site unless it says so."""
 
 
@@ -94,7 +94,7 @@ def wall(n: int, kind: str, evaluations: int = 200) -> dict[str, Any]:
     if kind == "9-3":
         law = InversePowers((9, 3), adhesion_length=0.02)
     if kind.startswith("table"):
-        gap = np.linspace(0.7, 1.0 + law.range, 193)
+        gap = np.linspace(0.7, 1.0 + law.range, 1000)
         law = TabulatedWall(gap, np.append(law.evaluate(gap[:-1]).traction, 0.0))
     shape = Round(grid.lengths, 4.0 * n) if "following" in kind else None
     heights, separation = sphere(grid, 4.0 * n), 0.98

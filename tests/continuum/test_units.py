@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuum.units import GPA_PER_EV_PER_A3, Quantity, Units, parse, readable
+from continuum.units import GPA_PER_EV_PER_A3, Motion, Quantity, Units, parse, readable
 
 sizes = st.floats(1e-12, 1e3)
 
@@ -48,7 +48,7 @@ def test_sizes_that_are_none_are_refused(a0: float, modulus: float) -> None:
         Units(a0, modulus)
 
 
-QUANTITIES: dict[Quantity, dict[str, float]] = {
+QUANTITIES: dict[Quantity | Motion, dict[str, float]] = {
     "length": {
         "m": 1,
         "mm": 1e-3,
@@ -62,11 +62,17 @@ QUANTITIES: dict[Quantity, dict[str, float]] = {
     },
     "pressure": {"Pa": 1, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "eV/Å³": 160.21766e9, "eV/Å^3": 160.21766e9},
     "energy_per_area": {"J/m²": 1, "J/m2": 1, "mJ/m^2": 1e-3, "mN/m": 1e-3, "erg/cm²": 1e-3, "eV/Å²": 16.021766},
+    "force": {"N": 1, "nN": 1e-9, "µN": 1e-6, "pN": 1e-12, "eV/Å": 1.6021766e-9},
+    "time": {"s": 1, "ps": 1e-12, "fs": 1e-15, "µs": 1e-6, "ns": 1e-9},
+    "velocity": {"m/s": 1, "km/s": 1e3, "mm/s": 1e-3, "Å/ps": 100, "nm/ns": 1},
+    "temperature": {"K": 1, "mK": 1e-3},
 }
 
 
 @given(st.floats(1e-6, 1e6), st.sampled_from(sorted(QUANTITIES)), st.data(), st.sampled_from(["", " ", "  "]))
-def test_a_number_with_its_unit_is_read(value: float, quantity: Quantity, data: st.DataObject, space: str) -> None:
+def test_a_number_with_its_unit_is_read(
+    value: float, quantity: Quantity | Motion, data: st.DataObject, space: str
+) -> None:
     unit = data.draw(st.sampled_from(sorted(QUANTITIES[quantity])))
     assert parse(f"{value!r}{space}{unit}", quantity) == pytest.approx(value * QUANTITIES[quantity][unit], rel=1e-6)
     for other in QUANTITIES.keys() - {quantity}:
@@ -75,8 +81,28 @@ def test_a_number_with_its_unit_is_read(value: float, quantity: Quantity, data: 
 
 
 @given(st.floats(1e-15, 1e15), st.sampled_from(sorted(QUANTITIES)))
-def test_what_is_shown_can_be_read(value: float, quantity: Quantity) -> None:
+def test_what_is_shown_can_be_read(value: float, quantity: Quantity | Motion) -> None:
     assert parse(readable(value, quantity, 6), quantity) == pytest.approx(value, rel=1e-5)
+
+
+def test_the_units_of_atoms_that_move_are_those_of_one_mechanics() -> None:
+    # Copper: of 63.5 u, the velocity of 1 is 4.6 km/s, the time of 1 55 fs (docs/decks.md).
+    units = Units.metal(2.556, 135.2 / GPA_PER_EV_PER_A3, 63.546)
+    assert units.si("velocity") == pytest.approx(4630, rel=0.01)
+    assert units.si("time") == pytest.approx(55e-15, rel=0.01)
+    assert units.mass is not None
+    assert units.mass * units.si("velocity") ** 2 == pytest.approx(units.si("energy"), rel=1e-12)
+    assert units.si("velocity") * units.si("time") == pytest.approx(units.a0, rel=1e-12)
+    assert units.si("temperature") * 1.380649e-23 == pytest.approx(units.si("energy"), rel=1e-12)
+    with pytest.raises(ValueError, match="a velocity has a unit where atoms have a mass"):
+        Units(3e-10, 1e11).si("velocity")
+
+
+@pytest.mark.parametrize("text", ["-0.1 GPa", "0 GPa"])
+def test_a_quantity_that_may_have_a_sign_is_read_with_it(text: str) -> None:
+    assert parse(text, "pressure", signed=True) == pytest.approx(float(text.split()[0]) * 1e9)
+    with pytest.raises(ValueError, match="positive"):
+        parse(text, "pressure")
 
 
 @pytest.mark.parametrize(

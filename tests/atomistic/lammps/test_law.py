@@ -1,10 +1,13 @@
 """Every law of the continuum as LAMMPS evaluates it: formulas against the law, energy against force."""
 
 import json
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import atomistic as a
 from atomistic.cli import main
@@ -13,7 +16,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
-from atomistic.lammps.law import LAWS, PIECES, native_law, read_wall_table
+from atomistic.lammps.law import LAWS, native_law, read_wall_table
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.tabulated import TabulatedWall
 
@@ -63,13 +66,63 @@ def test_the_formulas_are_the_law(tmp_path, name):
     assert result.wall_energy == pytest.approx(law.energy.sum(), abs=72 * allowed)
 
 
-@pytest.mark.parametrize(("knots", "error"), [(24, 1e-12), (PIECES + 1, 1e-12), (1200, 1e-5)])
-def test_a_table_is_exact_while_it_is_short_and_else_states_its_error(knots, error):
-    wall = table(knots)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_the_pieces_of_a_table_are_as_many_as_its_tolerance_asks_for(tolerance):
+    gap = np.linspace(0.7, 5.0, 4001)
+    decay = np.exp(-3.0 * (gap - 1.0))
+    law = decay**2 - decay
+    wall = TabulatedWall(gap, law - law[-1])
+    native = native_law(wall, tolerance)
+    pieces = vectors(native.lines)["beginning"].size
+    gap = np.linspace(wall.gap[0], wall.gap[-1], 9973)[1:-1]
+    law = wall.evaluate(gap).traction
+    # Between the points where the error was measured, 20 to a piece, it is hardly larger.
+    assert (np.abs(looked_up(native.lines, gap) - law) <= 1.1 * tolerance * np.maximum(law, wall.largest_tension)).all()
+    assert native.error <= tolerance * wall.traction.max()
+    assert native.lines.count("ternary") == 2  # nothing nests, whatever the tolerance
+    # On pieces of the length l a Hermite spline errs by l^4/384 times the fourth derivative, of Morse's law
+    # 81 (16 d² - d) with d = e^(-3x).  Relative to the traction d² - d, or to the largest tension of 1/4, that is most
+    # where both are equal: d = (1 + √2)/2.  The number of pieces grows in steps of a quarter.
+    d = (1 + 2**0.5) / 2
+    fewest = 4.3 * (81 * (16 * d**2 - d) / 0.25 / 384 / tolerance) ** 0.25
+    assert 0.95 * fewest < pieces < 1.3 * fewest
+
+
+def test_a_short_table_of_equal_rows_is_exact():
+    wall = table(24)
+    native = native_law(wall, 1e-9)
+    assert vectors(native.lines)["beginning"].size == 23
+    assert native.error < 1e-13 * wall.traction.max()
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.lists(st.floats(0.01, 0.4), min_size=4, max_size=40),
+    st.lists(st.floats(-1.0, 3.0), min_size=4, max_size=4),
+)
+def test_tables_of_any_rows_are_met_or_state_what_is_left(steps, tractions):
+    gap = 0.5 + np.cumsum(steps)
+    traction = np.interp(gap, np.linspace(gap[0], gap[-1], 4), [4.0, *tractions[1:3], 0.0])
+    wall = TabulatedWall(gap, traction)
     native = native_law(wall)
-    # 1e-5 of a traction of 3: the knots are put where the error is largest.
-    assert native.error < error
-    assert native.lines.count("ternary(v_gap<") < 2 * 2 * (PIECES + 1)
+    at = np.linspace(gap[0], gap[-1], 3001)[1:-1]
+    # 1.2: between the points where the error was measured.
+    assert np.abs(looked_up(native.lines, at) - wall.evaluate(at).traction).max() <= 1.2 * native.error + 1e-13
+
+
+def vectors(lines: str) -> dict[str, np.ndarray]:
+    """The vectors of a law's lines."""
+    joined = lines.replace("&\n", "")
+    return {name: np.fromstring(text, sep=",") for name, text in re.findall(r'(\w+) vector "\[(.*)\]"', joined)}
+
+
+def looked_up(lines: str, gap: np.ndarray) -> np.ndarray:
+    """The traction by the vectors of a law's lines, as its formulas look it up."""
+    found = vectors(lines)
+    start, length = (float(v) for v in re.search(r"floor\(\(v_gap-\((.*?)\)\)/(.*?)\)", lines).groups())
+    piece = np.floor((gap - start) / length).astype(int)
+    s = gap - found["beginning"][piece]
+    return sum(found[f"a{i}"][piece] * s**i for i in range(4))
 
 
 @pytest.mark.parametrize("name", ["12-6", "exponential", "long table"])

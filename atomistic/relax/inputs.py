@@ -1,0 +1,63 @@
+"""The input of a deck whose numbers have units: in those of its crystal, which is measured first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from atomistic.config.crystal import ElasticConfig
+from atomistic.config.deck import DeckConfig
+from atomistic.config.quantities import in_both, in_reduced, with_units
+from atomistic.crystal.interatomic import Model, Potential
+from atomistic.response.material import model_of
+from continuum.files.inputs import parsed
+from continuum.files.toml import ConfigError, Source, find
+
+
+def deck_input(path: str | Path) -> DeckConfig:
+    """Read the input of a deck, in reduced units where it has others.
+
+    Raises
+    ------
+    ConfigError
+        With all faults of the file.
+    PotentialError, LammpsError
+        If a number has a unit, and the crystal is no stable fcc one, or LAMMPS fails.
+    """
+    source = Source.read(find(path))
+    if not with_units(source.data):
+        return parsed(source, DeckConfig)
+    try:
+        potential = parsed(source, ElasticConfig).interatomic.potential()
+    except ConfigError:
+        return parsed(source, DeckConfig)  # which has this fault, and finds the others
+    values, faults = in_reduced(source.data, model_of(potential).real_units)
+    try:
+        return parsed(source, DeckConfig, values)
+    except ConfigError as error:
+        told = [fault.key for fault in faults]
+        others = [fault for fault in error.faults if not any(fault.key[: len(key)] == key for key in told)]
+        raise ConfigError(source, [*faults, *others]) from None
+
+
+def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
+    """What is done, as arguments of a call, in reduced units where it has others.
+
+    Raises
+    ------
+    ConfigError, PotentialError, LammpsError
+        As :func:`deck_input`.
+    """
+    if not with_units(given):
+        return given
+    values, faults = in_reduced(given, model_of(model).real_units)
+    if faults:
+        raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+    return values
+
+
+def told_in_both(config: DeckConfig, model: Model) -> list[tuple[str, str]]:
+    """The quantities of an input of a crystal, in reduced units and in real ones; none if it has no size."""
+    units = model.real_units
+    return [] if units is None or config.source is None else list(in_both(config.source.data, units))
