@@ -230,8 +230,8 @@ class Contact:
 
         Parameters
         ----------
-        wall : function that returns the law for each work of adhesion in E* a0; of the contact's own wall only the range
-            counts, for where the search begins.
+        wall : function that returns the law for each work of adhesion in E* a0; of the contact's own wall only the
+            range counts, for where the search begins.
         area : repulsive area at which the sign is looked at, as a fraction of A0; the paper's is 1 %.
         width : of the bracket of works, relative to the turn.
 

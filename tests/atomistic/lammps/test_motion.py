@@ -253,7 +253,7 @@ def test_an_array_slides_in_this_process(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"temperature": "300C"}, "is no temperature"),
+        ({"temperature": "300C"}, "no unit of temperature"),
         ({"temperature": "300K"}, "this crystal has no size"),
         ({"temperature": -1.0}, "zero or more"),
         ({"separations": [1.0, 1.0]}, "another one each time"),
