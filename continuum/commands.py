@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import time
 from collections.abc import Callable, Iterator, Sequence
+from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -66,6 +67,7 @@ Modules = Annotated[list[str] | None, Parameter(name="--module", help="a module 
 Lines = Annotated[list[str] | None, Parameter(name="--line", help="a line of your own after these, as 'source "
                   "~/venv/bin/activate'; may be repeated")]  # fmt: skip
 Kind = Literal["run"]
+Begun = Literal["run", "sweep"]
 
 
 @like(front.check)
@@ -314,9 +316,11 @@ def examples() -> int:
 
 
 @like(template)
-def init(kind: Kind) -> int:
+def init(kind: Begun) -> int:
     """Print an input to begin with, every key with its meaning."""
     print(template(RunConfig, "inputs/smoke/path.toml"), end="")
+    if kind == "sweep":
+        print(resources.files("continuum.sweeps").joinpath("template.toml").read_text(), end="")
     return OK
 
 

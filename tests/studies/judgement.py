@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from pandas import DataFrame, concat, read_csv
 from scipy.optimize import least_squares
 from scipy.stats import t
@@ -255,6 +256,10 @@ def figure(rows: DataFrame) -> Figure:
                       label=f"H = {hurst:g}" if shape == "spline" else None)  # fmt: skip
     left.set(xscale="log", yscale="log", xlabel=r"range of the attraction $\Delta r/h_\mathrm{rms}$",
              ylabel="work of adhesion at the turn, $w/U$")  # fmt: skip
+    for axis, ticks in ((left.xaxis, (0.05, 0.1, 0.2, 0.5, 1, 2)), (left.yaxis, (0.1, 0.2, 0.3, 0.4, 0.5))):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
+        axis.set_ticks(ticks)
     left.legend(fontsize=6)
     for i, ((area, n), part) in enumerate(rows.groupby(["area", "n"])):
         found = by_moment(part)

@@ -187,3 +187,20 @@ def test_a_folder_says_what_was_run_in_it_and_what_is_other_than_before(
     assert main(["sweep", "run", str(again), *out]) == 0
     assert "0 systems done, 2 were there" in capsys.readouterr().out
     assert (root / "systems.json").read_text() == listed
+
+
+def test_a_sweep_begins_from_a_template_of_which_every_line_is_valid(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["init", "sweep"]) == 0
+    text = capsys.readouterr().out
+    plain, whole = tmp_path / "plain.toml", tmp_path / "whole.toml"
+    plain.write_text(text)
+    assert {row[0]: row[1] for row in c.check(plain).sheet.rows}["systems"] == "3"
+    run, marked, axes = text.partition("\n# --- a sweep")
+    keys = "\n".join(line.removeprefix("# ") if "=" in line or "[" in line else line for line in axes.splitlines()[1:])
+    whole.write_text(run + keys.replace("A list, or a range", "# a range"))
+    # Three seeds and three adhesion lengths on the larger grid, as the smaller one is not kept; of the reduced one seed.
+    assert {row[0]: row[1] for row in c.check(whole).sheet.rows}["systems"] == "9"
+    assert {row[0]: row[1] for row in c.check(whole, reduced=True).sheet.rows}["systems"] == "3"
+    assert marked
