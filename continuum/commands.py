@@ -160,9 +160,11 @@ def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Para
 
 
 @like(collecting.sweep_status)
-def sweep_status(**given: Any) -> int:
-    found = collecting.sweep_status(**given)
+def sweep_status(sweep: Path, *, settings: Settings = None, **given: Any) -> int:
+    found = collecting.sweep_status(sweep, settings=dict(settings or ()), **given)
     show(status_sheet(found))
+    for change in found.changes:
+        print(f"would change: {change}")
     if found.failed:
         show(failed_sheet(found))
     return OK

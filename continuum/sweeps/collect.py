@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from continuum.arguments import file_name, flag
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError
+from continuum.files.inputs import settings_of
 from continuum.files.provenance import provenance
 from continuum.files.store import Dataset
 from continuum.files.tables import frozen, identity, restored
@@ -25,9 +26,10 @@ from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
+from continuum.sweeps.axes import Sweep
 from continuum.sweeps.folder import TABLE_SCHEMA, Folder
 from continuum.sweeps.measured import COLUMNS, numbers_of
-from continuum.sweeps.sweep import SweepListing, System, systems_of
+from continuum.sweeps.sweep import SweepListing, System, changes_of, systems_of
 
 _RECENT = 50
 """Systems that ended last, from which the rate is taken."""
@@ -192,25 +194,41 @@ class SweepStatus:
     """Time left at the recent rate, by the estimated work of the systems, in s; NaN if that is not known."""
     others: int
     """Files of systems that the listing does not have: of an earlier input, kept."""
+    changes: tuple[str, ...] = ()
+    """What a run of the input that was asked about would change, in words."""
 
     @property
     def total(self) -> int:
         return len(self.listing.systems)
 
 
-def sweep_status(sweep: str | Path) -> SweepStatus:
+def sweep_status(
+    sweep: str | Path,
+    why: str | Path | None = None,
+    *,
+    settings: Mapping[str, Any] | None = None,
+    reduced: bool = False,
+) -> SweepStatus:
     """How far a sweep is, from its files alone: systems done, running, failed with the reasons, and the time left.
 
     Parameters
     ----------
     sweep : folder of the sweep.
+    why : an input that is about to be run there: what it keeps, and what is done anew, is said before anything runs.
+    settings, reduced : of that input, as it is to be run.
 
     Raises
     ------
     SweepError
         If there is none.
+    ConfigError
+        If the input is none of a sweep.
     """
     root = file_name("sweep", sweep)
+    changes: list[str] = []
+    if why is not None:
+        asked = Sweep.read(file_name("why", why), settings_of(settings), reduced=flag("reduced", reduced))
+        changes = changes_of(root, asked) or ["nothing: these are the same systems"]
     folder, listing = Folder(root), systems_of(root)
     ended = {}
     with os.scandir(folder.points) as entries:
@@ -231,7 +249,9 @@ def sweep_status(sweep: str | Path) -> SweepStatus:
     left = sum(system.cost for name, system in costs.items() if name not in done)
     rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
     seconds = left / work_rate if work_rate > 0 else np.nan
-    return SweepStatus(listing, len(done), tuple(running), tuple(failed), rate, seconds, len(ended) - len(done))
+    return SweepStatus(
+        listing, len(done), tuple(running), tuple(failed), rate, seconds, len(ended) - len(done), tuple(changes)
+    )
 
 
 def _reason(path: Path) -> str:

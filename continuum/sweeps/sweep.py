@@ -177,12 +177,28 @@ def _require_same_sweep(folder: Folder, listing: SweepListing) -> list[str]:
         )
     if before - now:
         folder.keep_earlier()
+    changes = _changes(earlier, listing)
+    return [f"{folder.root}: is another sweep than it was: {changes[0]}", *changes[1:]] if changes else []
+
+
+def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
+    """What a run of an input would change in a folder, in words; nothing where the sweep there is the same.
+
+    Raises SweepError if there is no sweep, ConfigError if a system is no input of a run.
+    """
+    return _changes(systems_of(root), _listed(sweep, Folder(Path(root)))[0])
+
+
+def _changes(earlier: SweepListing, listing: SweepListing) -> list[str]:
+    before, now = ({system.key for system in one.systems} for one in (earlier, listing))
     if before == now:
         return []
-    counts = f"{len(now - before)} systems are new, {len(before & now)} are the same"
-    if before - now:
-        counts += f", {len(before - now)} are no longer listed: their files stay, and their input is in earlier/"
-    return [f"{folder.root}: is another sweep than it was: {counts}", *_differences(earlier, listing)]
+    counts = f"new systems: {len(now - before)}, the same: {len(before & now)}, no longer listed: {len(before - now)}"
+    if not before & now:
+        counts += "; as none is the same, it needs another output folder or name"
+    elif before - now:
+        counts += "; files of these stay, and their input is kept in earlier/"
+    return [counts, *_differences(earlier, listing)]
 
 
 def _differences(before: SweepListing, now: SweepListing) -> list[str]:

@@ -110,7 +110,7 @@ FILES: Calls = {
             "device": None, "memory": None, "retry": False, "shard": (1, 1), "scheduler_file": None,
         },
     ),
-    "sweep_status": (c.sweep_status, {"sweep": "nowhere"}),
+    "sweep_status": (c.sweep_status, {"sweep": "nowhere", "why": "sweep.toml", "settings": None, "reduced": False}),
     "sweep_collect": (c.sweep_collect, {"sweep": "nowhere", "output": None}),
     "sweep_verify": (c.sweep_verify, {"sweep": "nowhere", "aside": False}),
     "sweep_slurm": (

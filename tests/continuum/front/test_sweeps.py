@@ -176,9 +176,16 @@ def test_a_folder_says_what_was_run_in_it_and_what_is_other_than_before(
     assert "another sweep than it was" not in capsys.readouterr().err
     seeds = c.sweep_status(root).listing.axes[0].values
     given = f"surface.seed=[{seeds[0][0]}, 17]"
+    asked = ["sweep", "status", str(root), "--why", str(many)]
+    assert main([*asked, "--set", given]) == 0
+    assert "would change: new systems: 1, the same: 1, no longer listed: 1" in capsys.readouterr().out
+    assert main([*asked, "--set", "surface.hurst=0.3"]) == 0
+    assert "none is the same" in capsys.readouterr().out
+    assert main(asked) == 0
+    assert "would change: nothing" in capsys.readouterr().out
     assert main(["sweep", "run", "-q", str(many), *out, "--set", given]) == 0
     said = capsys.readouterr().err
-    assert "1 systems are new, 1 are the same" in said
+    assert "new systems: 1, the same: 1" in said
     assert "surface.seed: " in said
     assert "17]" in said
     # What stands there is an input of just these systems.
