@@ -247,6 +247,7 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
         "element": deck.model.element,
         "model": deck.model.reference,
         "stock": deck.stock,
+        "bonded": deck.model.atom_style == "bond",
         "surface": float(deck.rest[0, 0, 0, 2]),
         "heights": hashlib.sha256(heights.tobytes()).hexdigest(),
         "notes": list(deck.notes),

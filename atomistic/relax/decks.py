@@ -18,11 +18,12 @@ from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.law import native_law
 from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
+from atomistic.lammps.neighbours import distortion
 from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
-from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus, distortion
+from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.description import described
-from atomistic.relax.limits import require_steps
+from atomistic.relax.limits import require_steps, require_strength
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
@@ -165,6 +166,7 @@ def _started(
     notes: tuple[str, ...] = ()
     if steps.control == "mean-pressure":
         states = list(loading.follow(problem, "mean-pressure", steps.values, settings))
+        require_strength(problem, states, settings, model)
         gap = states[0].solution.require().gap
         separations = tuple(state.require().separation for state in states)
         protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)

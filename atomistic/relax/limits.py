@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,8 +14,13 @@ from atomistic.lammps.motion import largest_timestep
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError, Source
 from continuum.model.fourier import Real
+from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
+from continuum.path import loading
+from continuum.path.state import Outcome, PathState
+from continuum.solve.solution import NotConvergedError, Settings
 from continuum.tables import Fault
+from continuum.units import readable
 
 FARTHEST = 100.0
 """Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""
@@ -48,6 +53,41 @@ def require_steps(
         if steps.windows is not None:
             given |= steps.windows._asdict() | {"window": max(steps.windows.duration)}
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+
+
+def require_strength(problem: ContactProblem, states: Sequence[PathState], settings: Settings, model: Model) -> None:
+    """Refuse mean tensions that the contact does not hold, and say which it does.
+
+    Parameters
+    ----------
+    states : on the lattice, at one mean pressure after the other.
+    settings : of their minimisation.
+
+    Raises
+    ------
+    NotConvergedError
+        With the largest tension that is held from the state before on, to a hundredth of it.
+    """
+    lost = next((i for i, state in enumerate(states) if state.outcome is Outcome.PULLED_OFF), None)
+    if lost is None:
+        return
+    held = states[lost - 1] if lost else loading.solve(problem, "mean-pressure", 0.0, settings)
+    asked, gap = states[lost].target, held.require().solution.gap
+    # No mean tension is larger than the largest of the law.
+    low, high = held.target, max(asked, -problem.wall.largest_tension)
+    while low - high > 0.01 * max(abs(low), 1e-3 * abs(high)):
+        middle = (low + high) / 2
+        state = loading.solve(problem, "mean-pressure", middle, settings, gap)
+        if state.status.ok:
+            low, gap = middle, state.solution.gap
+        else:
+            high = middle
+    real = model.real_units
+    said = f"{-low:.3g} E*" + ("" if real is None else f" ({readable(-real.to_si(low, 'pressure'), 'pressure', 3)})")
+    holds = f"the largest that it holds is {said}" if low < 0 else "it holds none"
+    raise NotConvergedError(
+        f"the contact does not hold a mean tension of {-asked:g} E*: {holds}; give pressures above {min(low, 0.0):.3g}"
+    )
 
 
 def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:

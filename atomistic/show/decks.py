@@ -19,6 +19,7 @@ from continuum.measure.contact import contact_map
 from continuum.show.plot import PAGE, SERIES, contact_image, new_axes, save_figure, styled
 from continuum.show.runs import words
 from continuum.show.sheet import Column, Entry, Sheet, pairs
+from continuum.units import readable
 
 _JUMP = 0.25
 """Change of the contact, repulsive and attracted, from one step to the next that is drawn as a jump."""
@@ -54,6 +55,10 @@ def _steps(run: DeckRun) -> Sheet:
         for i, step in enumerate(run.steps, 1)
     ]
     heads = ["step", *columns, "status"]
+    if any(step.slipped for step in run.steps):
+        heads.append("slipped atoms")
+        for row, step in zip(rows, run.steps, strict=True):
+            row.append(step.slipped)
     if real is not None:
         for head, name in (("N/A0 (GPa)", "load"), ("friction/A0 (GPa)", f"lateral_{along}"))[: 2 if along else 1]:
             heads.append(head)
@@ -61,9 +66,24 @@ def _steps(run: DeckRun) -> Sheet:
                 row.append(getattr(step, name) * real.si("pressure") / scipy.constants.giga)
     missing = run.expected - len(run.steps)
     notes = [f"{missing} of {run.expected} steps are not done: the same command goes on with them"] if missing else []
-    notes = [*_means(run), *notes]
+    notes = [*_means(run), *_yield(run), *notes]
     title = f"{run.directory.name}: steps"
     return Sheet.of(title, tuple(map(Column, heads)), [tuple(row) for row in rows], "\n".join(notes))
+
+
+def _yield(run: DeckRun) -> list[str]:
+    """Where the crystal begins to yield, and under which load."""
+    i = run.yielded
+    if i is None:
+        return []
+    real = run.description.real_units
+
+    def told(load: float) -> str:
+        return f"{load:.4g} E*" + ("" if real is None else f" ({readable(real.to_si(load, 'pressure'), 'pressure')})")
+
+    where = f"{run.steps[i].slipped} atoms have other nearest neighbours, N/A0 = {told(run.steps[i].load)}"
+    held = f"; before it the crystal held {told(run.steps[i - 1].load)}" if i else ""
+    return [f"The crystal has yielded in step {i + 1}: {where}{held}."]
 
 
 def _means(run: DeckRun) -> list[str]:
@@ -195,5 +215,9 @@ def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figur
     grid = run.last.slab.grid
     widest = int(np.argmax([step.area_rep for step in run.steps]))
     contact_image(contact, contact_map(run.wall, run.gaps[widest]), grid.lengths)
-    contact.set(xlabel="x ($a_0$)", ylabel="y ($a_0$)", title=f"contact, step {widest + 1}")
+    marked = "; x: slipped" if run.slips[widest].any() else ""
+    if marked:
+        x_slipped, y_slipped = np.nonzero(run.slips[widest])
+        contact.plot(x_slipped + 0.5, y_slipped + 0.5, "x", color=SERIES[2], markersize=3)
+    contact.set(xlabel="x ($a_0$)", ylabel="y ($a_0$)", title=f"contact, step {widest + 1}{marked}")
     return figure

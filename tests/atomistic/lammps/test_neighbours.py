@@ -1,0 +1,74 @@
+"""Atoms whose neighbours changed: none where a crystal is strained or warm, those beside a plane where it slips."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import atomistic as a
+import continuum as c
+from atomistic.crystal.crystal import Slab
+from atomistic.lammps.neighbours import LOST, slipped
+from atomistic.lammps.result import DeckStatus
+
+SLAB = Slab((6, 5), mobile=5)
+SITES = (SLAB.layers, *SLAB.shape, 3)
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 2**32 - 1), st.floats(0, 0.1), st.integers(0, 5))
+def test_atoms_that_move_by_less_than_a_tenth_keep_their_neighbours(seed: int, size: float, axis: int) -> None:
+    # Two atoms that each move by 0.1 a0 at most are 1.2 a0 apart at most, and that is no lost neighbour.
+    assert LOST > 1.2
+    moved = np.random.default_rng(seed).normal(size=SITES)
+    moved *= size / np.linalg.norm(moved, axis=-1, keepdims=True)
+    assert not slipped(SLAB, moved).any()
+    assert not slipped(SLAB, np.roll(moved, axis, axis=1)).any()
+
+
+def test_a_crystal_that_is_stretched_to_its_strength_keeps_its_neighbours() -> None:
+    # By a third across: bonds to the next layer are 1 to (1/2 + (4/3)²/2)^(1/2) = 1.179.
+    moved = np.zeros(SITES)
+    moved[..., 2] = SLAB.positions[..., 2] / 3
+    assert not slipped(SLAB, moved).any()
+
+
+@pytest.mark.parametrize("above", [1, 2, 4])
+@pytest.mark.parametrize("along", [(1, 0), (0, 1), (0, -1), (1, 1)])
+def test_where_a_crystal_slips_both_sides_of_the_plane_have_other_neighbours(
+    above: int, along: tuple[int, int]
+) -> None:
+    moved = np.zeros(SITES)
+    moved[:above, ..., :2] = along
+    expected = np.zeros(SITES[:3], np.bool_)
+    expected[above - 1 : above + 1] = True
+    assert (slipped(SLAB, moved) == expected).all()
+
+
+def test_atoms_that_leave_for_the_wall_have_lost_neighbours_and_found_none() -> None:
+    moved = np.zeros(SITES)
+    moved[0, ..., 2] = 5.0
+    assert not slipped(SLAB, moved).any()
+
+
+def test_copper_under_a_sharp_sphere_is_said_to_have_yielded(tmp_path) -> None:
+    # 3 a0 deep into 12 a0: mean strains of tens of percent, beyond the strength of any crystal.
+    with pytest.warns(UserWarning, match="slope"):
+        contact = c.Contact(c.sphere(c.Grid.square(12), 6.0), wall=c.LennardJonesSpline(0.0))
+    copper = a.EmbeddedAtom.read(a.find_potential("Cu_mishin1.eam.alloy"))
+    deck = a.deck(contact, copper, separations=[0.4, -0.2, -0.6], depth=6)
+    deck.write(tmp_path / "deck")
+    run = a.run_deck(tmp_path / "deck")
+    assert run.yielded == 2
+    assert [step.status for step in run.steps] == ["CONVERGED", "CONVERGED", "YIELDED"]
+    assert [step.slipped > 0 for step in run.steps] == [False, False, True]
+    assert run.slips[2].sum() == run.steps[2].slipped
+    assert not run.converged
+    text = run.sheets()[0].text()
+    assert f"yielded in step 3: {run.steps[2].slipped} atoms have other nearest neighbours" in text
+    assert f"before it the crystal held {run.steps[1].load:.4g} E*" in text
+    with pytest.raises(c.NotConvergedError, match="the crystal has yielded"):
+        run.last.require()
+    assert run.last.status is DeckStatus.YIELDED
