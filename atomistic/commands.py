@@ -20,7 +20,7 @@ from atomistic.lammps import doctor as doctors
 from atomistic.lammps.engine import command_words
 from atomistic.relax.deckrun import DeckRun
 from continuum.arguments import ArgumentError
-from continuum.errors import NOT_CONVERGED, OK, InputError
+from continuum.errors import NOT_CONVERGED, OK
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
 from continuum.files.reference import template
@@ -94,12 +94,6 @@ def deck(
         # A bar only where there is something to wait for.
         bar = cache(lambda total: bars.enter_context(progress(total, "crystal at its temperature, once and for all")))
         made = decks.deck(file, progress=lambda done, total: bar(total)(done, ""))
-    if not made.stock and (not run or lmp_command is not None):
-        raise InputError(
-            f"{file}: LAMMPS has no formula for the heights of this wall above where the atoms are "
-            '(follows = "atom"): no stock LAMMPS can run the deck; run it in this process (--run, without '
-            '--lmp-command), or let the wall follow the sites (follows = "site")'
-        )
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if run:

@@ -150,7 +150,7 @@ class DeckConfig(Document):
     """law between wall and surface"""
     follows: Literal["site", "atom"] = "site"
     """where the height above an atom is taken: above its lattice site, as in the paper, or where it is; then the force
-    is lateral, too.  Heights that are no sphere, cylinder, punch or sum of a few waves then run in this process only"""
+    is lateral, too"""
     separation: float | None = None
     """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None

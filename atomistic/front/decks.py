@@ -47,7 +47,7 @@ def deck(
     depth : of the slab, in a0; its width if None.
     follows : where the height above an atom is taken: above its lattice site ("site", the default), or where it is
         ("atom"), and then the force is lateral, too.  Between the sites the heights are the sum of their waves where
-        these are few, else a spline, which no stock LAMMPS knows; or a shape with a formula, whose heights they are.
+        these are few, else a bicubic spline; or a shape with a formula, whose heights they are.
     progress : called while a crystal is measured at a temperature, about a minute, with how many runs are done and how
         many there are; not at all if that is known.
 

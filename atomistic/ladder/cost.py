@@ -15,6 +15,7 @@ from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
 from atomistic.ladder.comparison import paths_of
+from atomistic.lammps.shape import has_formula
 from atomistic.relax.specimen import BYTES, BYTES_PER_ATOM
 from continuum.model.grid import Grid
 
@@ -70,6 +71,8 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
         steps = 1 if protocol is None else len(protocol.steps().values)
         tried = steps * (_SEEN["to_a_pressure"] if config.steps().control == "mean-pressure" else 1)
         evaluations = round(tried * _SEEN["per_side"] * max(config.slab.n, config.slab.depth))
-    wall = _SEEN["table" if config.wall.law == "table" else "formula"] + _SEEN["following"] * (config.follows == "atom")
+    wall = _SEEN["table" if config.wall.law == "table" else "formula"]
+    if config.follows == "atom":
+        wall += _SEEN["following" if has_formula(config.surface) else "map"]
     seconds = evaluations * (seen["evaluation"] * atoms + wall * config.slab.n**2) + (1 + tried / 4) * _SEEN["start"]
     return AtomsCost(atoms, steps, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

@@ -81,7 +81,7 @@ class Deck:
         self._check_numbers()
 
     def write(self, directory: str | Path, *, force: bool = False) -> Path:
-        """Write it into a directory, which a stock ``lmp -in in.contact`` runs if :attr:`stock`; returns it.
+        """Write it into a directory, which a stock ``lmp -in in.contact`` runs; returns it.
 
         Parameters
         ----------
@@ -130,11 +130,6 @@ class Deck:
             raise ArgumentError("separation", self.separation, f"that of the first step, {protocol.separations[0]}")
         if misfit := protocol.misfit(self.slab.mobile, stays=self.shape is None):
             raise ArgumentError(*misfit)
-
-    @property
-    def stock(self) -> bool:
-        """Whether a stock LAMMPS runs it; else only this process does."""
-        return self.shape is None or self.shape.lines() is not None
 
     @property
     def start(self) -> Real:

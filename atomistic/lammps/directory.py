@@ -58,16 +58,6 @@ _TITLE = "fcc(100) slab of {} x {} atoms x ({} mobile + {} frozen) layers, at re
 """First line of ``slab.data``."""
 
 
-_COMMANDS = """\
-    lmp -in in.contact
-    mpiexec -n 4 lmp -in in.contact
-
-No other file and no Python are needed."""
-_IN_PROCESS = """\
-The wall is an array of heights above where the atoms are, which no stock LAMMPS knows.  `atomistic deck FILE --run`
-runs it, and so does atomistic.run_deck("this directory") in Python."""
-
-
 class _Template(string.Template):
     """Placeholders are @{name}: $ belongs to LAMMPS."""
 
@@ -110,7 +100,6 @@ def render(deck: Deck) -> dict[str, str]:
         "notes": "".join(f"{textwrap.fill(''.join(filter(str.isprintable, note)), 118)}\n" for note in deck.notes),
         "potential": "".join(f"{name:13} the potential, as its authors wrote it\n" for name in model.files),
         "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
-        "commands": _COMMANDS if deck.stock else _IN_PROCESS,
         **force_lines(deck.shape),
         **_steps(deck),
     }
@@ -246,7 +235,6 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
         "wall": {"law": type(wall).__name__, **numbers},
         "element": deck.model.element,
         "model": deck.model.reference,
-        "stock": deck.stock,
         "bonded": deck.model.atom_style == "bond",
         "surface": float(deck.rest[0, 0, 0, 2]),
         "heights": hashlib.sha256(heights.tobytes()).hexdigest(),

@@ -26,19 +26,16 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from atomistic.lammps.directory import read_slab
 from atomistic.lammps.earlier import finished_steps, remove_outputs
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import (
     DeckDescription,
-    DeckError,
     DeckResult,
     LammpsError,
     read_description,
     read_result,
     tail,
 )
-from atomistic.lammps.shape import follow_atoms
 from continuum.arguments import ArgumentError, instance
 
 Progress = Callable[[int, int], None]
@@ -77,28 +74,12 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
                 if timeout is not None:
                     lammps.command(f"variable timeout index {max(1, math.ceil(timeout))}")
                 lammps.command(f"variable last index {step}")
-                _run(lammps, directory, deck)
+                guard(partial(lammps.file, "in.contact"), directory)
             if len(finished_steps(directory)) < step:
                 break  # time was up in the middle of a window
             if progress is not None:
                 progress(step, steps)
     return read_result(directory)
-
-
-def _run(lammps: Any, directory: Path, deck: DeckDescription) -> None:
-    run_script = partial(guard, lambda: lammps.file("in.contact"), directory)
-    if deck.stock:
-        run_script()
-        return
-    # The script stops where the wall is made, is given its heights, and goes on.
-    lammps.command("variable stage string 1")
-    run_script()
-    check = follow_atoms(lammps, read_slab(directory / "slab.data").shape)
-    lammps.command("variable stage string 2")
-    try:
-        run_script()
-    finally:
-        check()
 
 
 def run_command(
@@ -119,9 +100,9 @@ def run_command(
     timeout : seconds after which the run is ended, and fails.
     progress : called when steps are finished with the number of the last and how many there are.
 
-    Raises ArgumentError if the command is no line of a shell; DeckError if a stock LAMMPS cannot run this deck;
-    LammpsError if the command is not found, fails or takes too long; OutputError if another run of this deck is under
-    way; ValueError if both a command and a number of ranks are given, or there are no ranks.
+    Raises ArgumentError if the command is no line of a shell; LammpsError if the command is not found, fails or takes
+    too long; OutputError if another run of this deck is under way; ValueError if both a command and a number of ranks
+    are given, or there are no ranks.
     """
     if ranks < 1 or (command is not None and ranks != 1):
         msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
@@ -129,11 +110,6 @@ def run_command(
     words = command_words(command)
     directory = Path(directory).absolute()
     deck = read_description(directory)
-    if not deck.stock:
-        raise DeckError(
-            f"{directory}: the wall is an array of heights above where the atoms are, for which LAMMPS has no formula: "
-            "let it run in this process, on one core, with no command of the site"
-        )
     if ranks > 1:
         words = [script("mpiexec"), "-n", str(ranks), *words]
     words += ["-in", "in.contact", "-screen", "none"]

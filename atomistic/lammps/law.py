@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PPoly
 
-from atomistic.lammps.language import formatted
+from atomistic.lammps.language import formatted, vector
 from continuum.model.fourier import Real
 from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.tabulated import TabulatedWall
@@ -176,20 +176,13 @@ def _table(wall: TabulatedWall, tolerance: float) -> NativeLaw:
     text = _filled(
         _TABLE,
         pieces=str(c.shape[1]),
-        beginning=_vector(x[:-1]),
-        coefficients="\n".join(f'variable        a{i} vector "{_vector(c[3 - i])}"' for i in range(4)),
-        first_energy=_vector(energy[:-1] - energy[-1]),
+        beginning=vector(x[:-1]),
+        coefficients="\n".join(f'variable        a{i} vector "{vector(c[3 - i])}"' for i in range(4)),
+        first_energy=vector(energy[:-1] - energy[-1]),
         start=float(x[0]),
         length=float((x[-1] - x[0]) / c.shape[1]),
     )
     return _with_core(wall, text, error=error)
-
-
-def _vector(values: Real) -> str:
-    """A vector of numbers, which LAMMPS reads once, over several lines."""
-    numbers = [formatted(value) for value in values]
-    rows = (",".join(numbers[i : i + 5]) for i in range(0, len(numbers), 5))
-    return "[" + ",&\n".join(rows) + "]"
 
 
 LAWS: dict[type[Wall], Callable[[Any, float], NativeLaw]] = {

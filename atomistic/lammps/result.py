@@ -166,8 +166,6 @@ class DeckDescription:
     """Chemical symbol, "X" for none."""
     model: str
     """What holds the atoms together, in words."""
-    stock: bool
-    """Whether a stock LAMMPS runs it; else only this process does."""
     surface: float
     """Height of the surface at rest above its lattice plane, in a0."""
     notes: tuple[str, ...]
@@ -204,6 +202,7 @@ def read_description(directory: Path) -> DeckDescription:
         numbers = json.loads(path.read_text(encoding="utf-8"))
         if numbers.pop("format") != FORMAT:
             raise ValueError(f"it is no {FORMAT}")
+        numbers.pop("stock", None)  # of earlier versions
         real, notes = numbers.pop("real_units"), tuple(numbers.pop("notes"))
         return DeckDescription(notes=notes, real_units=None if real is None else Units(**real), **numbers)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:

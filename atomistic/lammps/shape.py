@@ -4,8 +4,8 @@ The gap of an atom at (x, y, z) is separation + h(x, y) - z, its energy w(gap) a
 
     F_z = -p a0²,      F_x = p dh/dx a0²,      F_y = p dh/dy a0²,      p = -dw/dgap,
 
-the gradient of one energy; the wall feels the opposite.  Shapes with a formula are written in LAMMPS' language; any
-other array is interpolated in this process and handed to LAMMPS in each evaluation of the forces.
+the gradient of one energy; the wall feels the opposite.  Shapes are written in LAMMPS' language: spheres and waves as
+formulas, any other array as a periodic bicubic spline, whose coefficients an atom looks up by the cell that it is in.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import factorial
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import NdBSpline, make_interp_spline
 
-from atomistic.lammps.language import atom_variable, formatted
+from atomistic.lammps.language import atom_variable, formatted, vector
 from continuum.arguments import ArgumentError, count, flag, pair
 from continuum.arguments import number as number_of
 from continuum.model.fourier import Real
@@ -28,7 +28,7 @@ from continuum.model.surfaces import CylinderSurface, PunchSurface, SineSurface,
 
 MOST_WAVES = 12
 """Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
-_DEGREE = 5
+_DEGREE = 3
 
 
 class WallHeight(NamedTuple):
@@ -46,11 +46,8 @@ class Shape(Protocol):
     def evaluate(self, x: Real, y: Real) -> WallHeight:
         """Height and slopes above given points, in a0."""
 
-    def lines(self) -> list[str] | None:
-        """Lines of LAMMPS that define ``v_height``, ``v_slope_x`` and ``v_slope_y`` by ``v_px`` and ``v_py``.
-
-        None if there is no formula.
-        """
+    def lines(self) -> list[str]:
+        """Lines of LAMMPS that define ``v_height``, ``v_slope_x`` and ``v_slope_y`` by ``v_px`` and ``v_py``."""
 
 
 def _set_period(shape: Round | Waves) -> None:
@@ -170,7 +167,7 @@ class Waves:
 
 @dataclass(frozen=True, eq=False)
 class HeightSpline:
-    """Any heights, between their points a periodic spline of degree 5: smooth to its fourth derivative.
+    """Any heights, between their points a periodic bicubic spline: smooth to its second derivative.
 
     Parameters
     ----------
@@ -194,8 +191,48 @@ class HeightSpline:
         height, slope_x, slope_y = (self._spline(at, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
         return WallHeight(height, slope_x, slope_y)
 
-    def lines(self) -> None:
-        """There is no formula."""
+    @property
+    def cells(self) -> Real:
+        """Coefficients a of the height in each cell between four points, shape (4, 4, nx, ny), in a0.
+
+        In cell (i, j) the height at (x, y) is the sum of a[m, n, i, j] (x - i)^m (y - j)^n.
+        """
+        corners = np.stack(np.meshgrid(*map(np.arange, self.heights.shape), indexing="ij"), axis=-1).astype(np.float64)
+        found = np.empty((4, 4, *self.heights.shape))
+        for m, n in np.ndindex(4, 4):
+            # Third derivatives jump at the points, and are the same everywhere between them.
+            at = corners + 0.5 * (np.array([m, n]) == 3)
+            found[m, n] = self._spline(at, nu=(m, n)) / (factorial(m) * factorial(n))
+        return found
+
+    def lines(self) -> list[str]:
+        nx, ny = self.heights.shape
+        cells = self.cells
+        names = [(m, n) for m in range(4) for n in range(4)]
+        found = [f'variable        a{m}{n} vector "{vector(cells[m, n].ravel())}"' for m, n in names]
+
+        def along_y(m: int, slope: bool = False) -> str:
+            a = [f"c_cell[{4 * m + n + 1}]" for n in range(4)]
+            if slope:
+                return f"{a[1]}+v_sy*(2.0*{a[2]}+v_sy*3.0*{a[3]})"
+            return f"{a[0]}+v_sy*({a[1]}+v_sy*({a[2]}+v_sy*{a[3]}))"
+
+        def along_x(a: list[str]) -> str:
+            return f"{a[0]}+v_sx*({a[1]}+v_sx*({a[2]}+v_sx*({a[3]})))"
+
+        ways = [along_y(m) for m in range(4)]
+        return [
+            *found,
+            atom_variable("ix", "floor(v_px)"),
+            atom_variable("iy", "floor(v_py)"),
+            atom_variable("cell", f"(v_ix-{nx}*floor(v_ix/{nx}))*{ny}+v_iy-{ny}*floor(v_iy/{ny})+1"),
+            f"compute         cell surface global/atom v_cell {' '.join(f'v_a{m}{n}' for m, n in names)}",
+            atom_variable("sx", "v_px-v_ix"),
+            atom_variable("sy", "v_py-v_iy"),
+            atom_variable("height", along_x(ways)),
+            atom_variable("slope_x", f"{ways[1]}+v_sx*(2.0*({ways[2]})+v_sx*3.0*({ways[3]}))"),
+            atom_variable("slope_y", along_x([along_y(m, slope=True) for m in range(4)])),
+        ]
 
     @cached_property
     def error(self) -> tuple[float, float]:
@@ -248,6 +285,11 @@ _FORMULAS: dict[type[SurfaceTable], Callable[[Any, _Period], Shape]] = {
 """Kinds of surfaces that have a formula, as functions of the position over a period."""
 
 
+def has_formula(surface: SurfaceTable) -> bool:
+    """Whether LAMMPS knows a surface between the sites by a formula of its own."""
+    return type(surface) in _FORMULAS
+
+
 def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
     """The wall of an input as a function of the position: the formula of its surface, or that of :func:`shape_of`."""
     formula = _FORMULAS.get(type(surface))
@@ -262,7 +304,7 @@ def shape_notes(shape: Shape | None) -> tuple[str, ...]:
         return ()
     by_height, by_slope = shape.error
     return (
-        "Between the sites the heights are a periodic spline of degree 5.  From the trigonometric interpolant it "
+        "Between the sites the heights are a periodic bicubic spline.  From the trigonometric interpolant it "
         f"differs by at most {by_height:.1e} a0 in height and {by_slope:.1e} in slope.",
     )
 
@@ -281,55 +323,21 @@ def misfit(shape: Shape, heights: Real) -> float:
     return 0.0 if apart <= 1e-9 * (1 + float(np.ptp(heights))) else apart
 
 
-def follow_atoms(lammps: Any, shape: tuple[int, int]) -> Callable[[], None]:
-    """Let the wall of ``slab.data`` follow (nx, ny) surface atoms in a LAMMPS that has read ``in.wall``.
-
-    Its heights, those at the sites, are interpolated; before the force of the wall is evaluated, the height and the
-    slopes above each atom are written into ``d_height``, ``d_slope_x`` and ``d_slope_y``.  What is returned raises
-    what has gone wrong on the way, which LAMMPS would lose.
-    """
-    count = shape[0] * shape[1]
-    wall = HeightSpline(np.array(lammps.gather("d_height", 1, 1), dtype=np.float64)[:count].reshape(shape))
-    length = float(lammps.extract_variable("length_unit"))
-    failures: list[BaseException] = []
-
-    def heights(_: Any, step: int, local: int, tag: NDArray[np.int64], x: Real, f: Real) -> None:
-        try:
-            f[...] = 0.0
-            mine = np.flatnonzero(tag <= count)
-            offset = [float(lammps.extract_variable(f"offset_{name}")) for name in "xy"]
-            found = wall.evaluate(x[mine, 0] / length - offset[0], x[mine, 1] / length - offset[1])
-            for name, values in zip(("d_height", "d_slope_x", "d_slope_y"), found, strict=True):
-                lammps.numpy.extract_atom(name)[mine] = values
-        except BaseException as error:
-            failures.append(error)
-
-    def check() -> None:
-        if failures:
-            raise failures[0]
-
-    lammps.set_fix_external_callback("follow", heights, None)
-    return check
-
-
 def force_lines(shape: Shape | None) -> dict[str, str]:
     """What a script says of where a wall is and how it acts, by placeholders; None is a wall of the lattice site."""
     if shape is None:
         return _SITE
     lines = shape.lines()
     act = [
-        f"variable        lateral_{name} atom v_traction*{slope}_{name}    # of the wall on an atom, E* a0^2"
-        for slope in ["d_slope" if lines is None else "v_slope"]
+        f"variable        lateral_{name} atom v_traction*v_slope_{name}    # of the wall on an atom, E* a0^2"
         for name in "xy"
     ]
     act += [f"variable        force_{name} atom v_lateral_{name}*${{force_unit}}" for name in "xy"]
     act.append("fix             wall surface addforce v_force_x v_force_y v_force energy v_work_done")
     values = {"act": "\n".join(act), "follows": "# The wall is a function of the position: its force is lateral, too."}
-    if lines is None:
-        return _ARRAY | values
     axes = [atom_variable(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}") for name in "xy"]
     about = "# v_height: of the wall above where an atom is now, in a0, with its slopes."
-    return values | {"shape": "\n".join([about, *axes, *lines]), "height": "v_height", "begin": "", "walled": ""}
+    return values | {"shape": "\n".join([about, *axes, *lines]), "height": "v_height"}
 
 
 _SITE = {
@@ -339,16 +347,4 @@ _SITE = {
     "height": "d_height",
     "act": "variable        lateral_x atom 0.0\nvariable        lateral_y atom 0.0\n"
     "fix             wall surface addforce 0 0 v_force energy v_work_done",
-    "begin": "",
-    "walled": "",
-}
-_ARRAY = {
-    "shape": "# d_height and its slopes: of the wall above where an atom is now, in a0, from Python each time.\n"
-    "fix             slopes all property/atom d_slope_x d_slope_y\n"
-    "fix             follow surface external pf/callback 1 1",
-    "height": "d_height",
-    "begin": "variable        stage index 0\n"
-    'if "${stage} == 0" then "print \'This wall has no formula: stickiness runs it, not a stock lmp\'" "quit 1"\n'
-    'if "${stage} == 2" then "jump SELF walled"\n',
-    "walled": 'if "${stage} == 1" then "jump SELF end"\nlabel           walled\n',
 }

@@ -19,7 +19,7 @@ from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.session import Session
-from atomistic.lammps.shape import Round
+from atomistic.lammps.shape import HeightSpline, Round
 from atomistic.relax.relax import apply_wall, lattice_start, relax
 from atomistic.relax.specimen import Specimen
 from atomistic.response.material import model_of
@@ -37,7 +37,7 @@ __all__ = ["CRYSTALS", "WALLS", "equilibrium", "wall"]
 
 SLOPE, AREA = 0.1, 0.1
 CRYSTALS = ("springs", "Lennard-Jones", "copper")
-WALLS = ("none", "spline", "9-3", "table of 1000 rows", "spline, following", "spline, in Python")
+WALLS = ("none", "spline", "9-3", "table of 1000 rows", "spline, following", "spline, any map", "spline, in Python")
 """Whose forces are timed: laws as formulas of LAMMPS, the wall a function of the site unless it says so."""
 
 
@@ -96,8 +96,9 @@ def wall(n: int, kind: str, evaluations: int = 200) -> dict[str, Any]:
     if kind.startswith("table"):
         gap = np.linspace(0.7, 1.0 + law.range, 1000)
         law = TabulatedWall(gap, np.append(law.evaluate(gap[:-1]).traction, 0.0))
-    shape = Round(grid.lengths, 4.0 * n) if "following" in kind else None
     heights, separation = sphere(grid, 4.0 * n), 0.98
+    shapes = {"spline, following": Round(grid.lengths, 4.0 * n), "spline, any map": HeightSpline(heights)}
+    shape = shapes.get(kind)
     deck = Deck(slab, Springs(), law, heights, separation, shape=shape)
     with tempfile.TemporaryDirectory() as folder, Session(write_deck(Path(folder), deck)) as session:
         if kind == "spline, in Python":

@@ -235,12 +235,11 @@ thermostat_layers = 1
     assert (tmp_path / "beside/slide.h5").is_file()
 
 
-def test_an_array_slides_in_this_process(tmp_path):
+def test_an_array_slides(tmp_path):
     with pytest.warns(UserWarning, match="fewer than 4 points"):
         contact = c.Contact(0.02 * np.random.default_rng(1).standard_normal((6, 6)), WALL)
     table = {"kind": "sliding", "separation": 1.0, "distance": 2.0, "velocity": 0.2, "window": 5.0, "temperature": 0.0}
     made = a.deck(contact, protocol=table | {"thermostat_layers": 1}, depth=2.2, follows="atom")
-    assert not made.stock
     run = a.run_deck(made.write(tmp_path / "deck"))
     assert run.finished
     # Two a0 on, the wall is that of the start, shifted by two atoms.
