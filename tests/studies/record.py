@@ -32,6 +32,8 @@ from continuum.sticky.record import Surface, recorded
 from continuum.sticky.verdict import judge_contact
 from continuum.sweeps.collect import PointTable, collect
 
+WHOLE = 512
+"""Points a side of the turns that were all computed; of those on 1024² a part was."""
 LAW = Path(__file__).parents[2] / "docs" / "measured" / "law.csv"
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
@@ -50,7 +52,7 @@ def turned(table: PointTable) -> Iterator[dict[str, object]]:
 
 def judged(rows: DataFrame) -> Iterator[dict[str, object]]:
     """The turns that judged the law of stickiness, docs/measured/law.csv: surfaces that made no theory here."""
-    for row in rows[rows.area == AREA].itertuples():
+    for row in rows[(rows.area == AREA) & (rows.n == WHOLE)].itertuples():
         found = {name: getattr(row, name) for name in SURFACE}
         yield {**found, "rms_height": row.height, "rms_slope": row.slope, "rms_curvature": row.curvature,
                "conformal_energy": row.moment_1 / 4, "range": row.range, "work": row.work, "source": "law",
