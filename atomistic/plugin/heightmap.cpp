@@ -6,8 +6,8 @@
      fix ID group wall/heightmap FILE separation D keyword values ...
 
      FILE        heights of the wall over the period of the box, and the law (see below)
-     separation  D of the plane h = 0 of the wall above z = surface: a number, or v_name of an equal-style variable
-     offset      X Y of the wall: numbers, or v_name of equal-style variables; 0 0 by default
+     separation  D of the plane h = 0 of the wall above z = surface: a number, or v_name of a variable
+     offset      X Y of the wall: numbers, or v_name of variables; 0 0 by default
      surface     z of the surface from which the separation counts; 0 by default
      units       L E: units of length and energy of FILE and of the keywords in those of LAMMPS; 1 1 by default
      site        d_name: the height above each atom is this property of it, and does not change as it moves sideways;
@@ -57,7 +57,7 @@ struct Piece {
   double gap, energy, a0, a1, a2, a3;
 };
 
-/* A number, or the name of an equal-style variable. */
+/* A number, or the name of a variable. */
 struct Quantity {
   std::string name;
   double value = 0.0;
@@ -187,10 +187,9 @@ Quantity FixWallHeightmap::quantity(const char *text)
 double FixWallHeightmap::now(const Quantity &q)
 {
   if (q.name.empty()) return q.value;
-  const int i = input->variable->find(q.name.c_str());
-  if (i < 0 || !input->variable->equalstyle(i))
-    error->all(FLERR, "fix wall/heightmap: there is no equal-style variable " + q.name);
-  return input->variable->compute_equal(i);
+  if (input->variable->find(q.name.c_str()) < 0)
+    error->all(FLERR, "fix wall/heightmap: there is no variable " + q.name);
+  return input->variable->compute_equal("v_" + q.name);    // index-style variables, too
 }
 
 void FixWallHeightmap::read(const std::string &name)
