@@ -153,7 +153,15 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("nvmath", {"continuum.solve.cuda.device", "continuum.solve.cuda.transforms"}),
         ("threading", {"continuum.solve.cpu.engine", "continuum.sweeps.workers"}),
         ("ase", {"atomistic.crystal.crystal"}),
-        ("subprocess", {"atomistic.lammps.engine", "continuum.files.provenance", "continuum.sweeps.workers"}),
+        (
+            "subprocess",
+            {
+                "atomistic.lammps.engine",
+                "atomistic.lammps.plugin",
+                "continuum.files.provenance",
+                "continuum.sweeps.workers",
+            },
+        ),
     ],
 )
 def test_a_library_is_imported_where_it_belongs_only(library: str, allowed: set[str]) -> None:

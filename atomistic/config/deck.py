@@ -151,6 +151,8 @@ class DeckConfig(Document):
     follows: Literal["site", "atom"] = "site"
     """where the height above an atom is taken: above its lattice site, as in the paper, or where it is; then the force
     is lateral, too"""
+    wall_force: Literal["formulas", "plugin"] = "formulas"
+    """whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds here: faster"""
     separation: float | None = None
     """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None

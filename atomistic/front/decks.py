@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,6 +32,7 @@ def deck(
     protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
+    wall_force: Literal["formulas", "plugin"] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
     """A LAMMPS deck: of a contact of your own, or of an input file, which says all else itself.
@@ -48,6 +50,8 @@ def deck(
     follows : where the height above an atom is taken: above its lattice site ("site", the default), or where it is
         ("atom"), and then the force is lateral, too.  Between the sites the heights are the sum of their waves where
         these are few, else a bicubic spline; or a shape with a formula, whose heights they are.
+    wall_force : whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds for the
+        installed LAMMPS when the deck is written; formulas if None.
     progress : called while a crystal is measured at a temperature, about a minute, with how many runs are done and how
         many there are; not at all if that is known.
 
@@ -62,7 +66,7 @@ def deck(
     function("progress", progress)
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
-        others = {"model": model, **steps, "depth": depth, "follows": follows}
+        others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force}
         _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
         config = contact if isinstance(contact, DeckConfig) else deck_input(file_name("contact", contact))
         return deck_of(config, progress)
@@ -77,9 +81,11 @@ def deck(
         shape = shape_of(contact.problem.heights) if follows == "atom" else None
     elif follows is not None:
         shape = check_shape("follows", follows)
-    return deck_under(
-        contact.problem, model, _steps(**steps_in_units(steps, model or Springs())), depth, shape, progress
-    )
+    if wall_force is not None:
+        choice("wall_force", wall_force, ("formulas", "plugin"))
+    done = _steps(**steps_in_units(steps, model or Springs()))
+    made = deck_under(contact.problem, model, done, depth, shape, progress)
+    return replace(made, wall_force=wall_force or "formulas")
 
 
 def _require_nothing_else(contact: object, names: list[str]) -> None:

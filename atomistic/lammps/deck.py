@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from atomistic.crystal.interatomic import Model, check_model
 from atomistic.lammps.law import TOLERANCE, native_law
 from atomistic.lammps.protocol import Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
-from continuum.arguments import ArgumentError, count, file_name, flag, instance, number
+from continuum.arguments import ArgumentError, choice, count, file_name, flag, instance, number
 from continuum.arguments import field as field_of
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -34,6 +35,7 @@ class Deck:
     evaluations : of the forces, at most, by each minimiser.
     wall_tolerance : of the tractions of a wall that is a table, relative to its largest tension, or to the traction
         where that is larger.
+    wall_force : whether formulas of LAMMPS make the force of the wall, or a plugin, built for the installed one.
     rise : by how much each layer of the slab at rest lies above its lattice sites, shape (layers,), in a0: the surface
         of most crystals relaxes.  None for springs, which do not.
     protocol : the steps; one equilibrium at the separation if None.
@@ -61,6 +63,7 @@ class Deck:
     tolerance: float = 1e-11
     evaluations: int = 20000
     wall_tolerance: float = TOLERANCE
+    wall_force: Literal["formulas", "plugin"] = "formulas"
     rise: Real | None = field(default=None, repr=False)
     protocol: Protocol | None = None
     shape: Shape | None = None
@@ -117,6 +120,7 @@ class Deck:
         number("separation", self.separation)
         number("tolerance", self.tolerance, above=0)
         count("evaluations", self.evaluations)
+        choice("wall_force", self.wall_force, ("formulas", "plugin"))
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")

@@ -28,7 +28,7 @@ TOLERANCE = 1e-5
 """Of the traction of a table, relative to its largest tension, or to the traction itself where that is larger."""
 _TABLE_SPACING = 1e-3
 """Largest distance of the knots of ``wall.table``, in a0."""
-_NO_CORE = -1e9
+NO_CORE = -1e9
 """Core of a law that has none, in a0."""
 
 
@@ -165,7 +165,7 @@ def _inverse_powers(wall: InversePowers, tolerance: float) -> NativeLaw:
 def _exponential(wall: Exponential, tolerance: float) -> NativeLaw:
     del tolerance  # a formula is the law
     gamma, rho, stiffness = wall.surface_energy, wall.decay_length, wall.core_stiffness
-    return NativeLaw(_filled(_EXPONENTIAL, core=_NO_CORE, gamma=gamma, rho=rho, stiffness=stiffness))
+    return NativeLaw(_filled(_EXPONENTIAL, core=NO_CORE, gamma=gamma, rho=rho, stiffness=stiffness))
 
 
 def _table(wall: TabulatedWall, tolerance: float) -> NativeLaw:

@@ -109,7 +109,8 @@ def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape, progress)
     notes = described(config, parts.slab, parts.model, parts.wall, parts.heights)
     notes += parts.notes + shape_notes(shape) + made.notes
-    return replace(made, notes=notes, source="" if config.source is None else config.source.text)
+    source = "" if config.source is None else config.source.text
+    return replace(made, notes=notes, source=source, wall_force=config.wall_force)
 
 
 def _wall(config: DeckConfig) -> Wall:

