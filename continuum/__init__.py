@@ -54,7 +54,14 @@ if TYPE_CHECKING:
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm
     from continuum.front.turns import Turn
     from continuum.model.grid import Grid
-    from continuum.model.substrates import CubicLayer, HalfSpace, Layer, LayeredHalfSpace, TabulatedSubstrate
+    from continuum.model.substrates import (
+        CubicLayer,
+        HalfSpace,
+        Layer,
+        LayeredHalfSpace,
+        NonPeriodicHalfSpace,
+        TabulatedSubstrate,
+    )
     from continuum.model.surface import SelfAffine, moments
     from continuum.model.surfaces import sine, sphere
     from continuum.model.walls import (
@@ -95,7 +102,14 @@ _WHERE = {
         "TabulatedWall",
         "attraction_on_core",
     ),
-    "model.substrates": ("CubicLayer", "HalfSpace", "Layer", "LayeredHalfSpace", "TabulatedSubstrate"),
+    "model.substrates": (
+        "CubicLayer",
+        "HalfSpace",
+        "Layer",
+        "LayeredHalfSpace",
+        "NonPeriodicHalfSpace",
+        "TabulatedSubstrate",
+    ),
     "files.tables": ("ConfigError",),
     "files.store": ("StoreError",),
     "runs.analysis": ("Analysis",),
@@ -121,6 +135,7 @@ __all__ = [
     "LayeredHalfSpace",
     "LennardJonesSpline",
     "LoadingPath",
+    "NonPeriodicHalfSpace",
     "NotConvergedError",
     "Prediction",
     "Result",

@@ -19,7 +19,7 @@ from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.substrates import HalfSpace, Substrate
-from continuum.model.surface import Moments, moments, shifted
+from continuum.model.surface import Moments, shifted
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.path.state import Control, Search
@@ -122,7 +122,7 @@ class Contact:
     @cached_property
     def moments(self) -> Moments:
         """Spectral moments of the heights."""
-        return moments(self.grid, self.problem.heights)
+        return self.problem.moments
 
     @property
     def settings(self) -> Settings:
@@ -247,6 +247,8 @@ class Contact:
         """
         if not callable(wall):
             raise ArgumentError("wall", wall, _LAW_OF_A_WORK)
+        if self.problem.open_boundary is not None:
+            raise ArgumentError("substrate", self.substrate, "a periodic one: a turn is looked for by its mean gap")
         number("area", area, above=0, below=1)
         number("width", width, above=0, below=1)
         search = Search(self.area_tolerance)

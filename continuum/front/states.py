@@ -15,8 +15,9 @@ from continuum.measure.contact import Measurement
 from continuum.measure.curve import Adhesion, Curve, adhesion
 from continuum.model.fourier import Real
 from continuum.path import state
+from continuum.path.equilibrium import solver_of
 from continuum.show.sheet import Column, Sheet, pairs
-from continuum.solve.stability import Stability, stability
+from continuum.solve.stability import Stability
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,7 +99,12 @@ class State:
     @cached_property
     def duality_gap(self) -> float:
         """Under a hard wall what another state of this load saves at most, relative to the elastic energy; else NaN."""
-        energy = self.contact.problem.elastic_energy(self.gap)
+        boundary = self.contact.problem.open_boundary
+        energy = (
+            self.contact.problem.elastic_energy(self.gap)
+            if boundary is None
+            else boundary.elastic_energy(self.traction)
+        )
         return self.found.solution.duality_gap / energy if energy > 0 else float("nan")
 
     def require(self) -> State:
@@ -115,7 +121,7 @@ class State:
     def stability(self) -> Stability:
         """Whether it is a minimum: the lowest eigenvalue of its Hessian, by a hundred transforms or two.
 
-        The displacement of the mean is held, as at a given mean gap.
+        The displacement of the mean is held, as at a given mean gap; where nothing is repeated that of the far away.
 
         Raises
         ------
@@ -125,7 +131,8 @@ class State:
         problem = self.contact.problem
         if problem.wall.law is None:
             raise TypeError("under a hard wall the energy is convex: each equilibrium is the minimum")
-        return stability(problem.grid, problem.stiffness_q, problem.wall.law, self.gap, np.inf)
+        mean = np.inf if problem.open_boundary is None else None
+        return solver_of(problem, self.contact.settings).stability(problem.wall.law, self.gap, mean)
 
     @cached_property
     def contact_map(self) -> NDArray[np.uint8]:

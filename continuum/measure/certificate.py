@@ -6,12 +6,14 @@ spectrum, the traction as the derivative of the law's energy by differences, and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import fft
 
 from continuum.model.fourier import Complex, Real
+from continuum.model.grid import Grid
+from continuum.model.open_boundary import OpenBoundary
 from continuum.model.problem import ContactProblem
 
 STEP = 1e-5
@@ -19,6 +21,10 @@ STEP = 1e-5
 area on the map."""
 DIRECTIONS = 6
 """Random displacements along which a minimum is looked at."""
+NO_TRACTION = "under a hard wall no traction follows from the gap of a part of a half-space alone"
+"""Why a state without periodic images is not certified under a hard wall."""
+OUT_OF_REACH = 1e4
+"""How much higher the wall is where there is none, in a0: no law pulls there, and no digits are lost."""
 SINGLE = 2.0**-24
 """Largest rounding of a number that was stored in single precision, relative to it."""
 
@@ -49,9 +55,21 @@ def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int 
     gap : shape ``grid.shape``, in a0.
     rounded : whether the gap was stored in single precision.
     seed : of the random displacements.
+
+    Raises
+    ------
+    ValueError
+        If nothing is repeated and the wall is hard: no traction follows from the gap of a part of a half-space alone.
     """
-    wall, stiffness = problem.wall, _whole(problem)
     coarse = SINGLE * float(np.abs(gap).max()) if rounded else 0.0
+    if problem.open_boundary is not None:
+        return _check_part(problem, problem.open_boundary, gap, coarse, seed)
+    return _check(problem, gap, coarse, seed)
+
+
+def _check(problem: ContactProblem, gap: Real, coarse: float, seed: int) -> StateCheck:
+    """The same for a gap that was rounded by at most ``coarse``."""
+    wall, stiffness = problem.wall, _whole(problem)
     # Rounding is uniform within ± coarse, and the response is that of each wave.
     noise = coarse / np.sqrt(3) * float(np.sqrt(np.mean(stiffness**2)))
     elastic = fft.ifft2(stiffness * fft.fft2(problem.heights - gap)).real
@@ -66,6 +84,39 @@ def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int 
     curvature = min(_curvatures(problem, stiffness, gap, seed))
     return StateCheck(
         float(np.mean(inside)), unsure, float(traction.mean()), float(np.sqrt(np.mean(off**2))), noise, curvature
+    )
+
+
+@dataclass(frozen=True)
+class _Doubled:
+    """The response of the periodic surface of twice the size of which an open boundary makes a half-space."""
+
+    boundary: OpenBoundary
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q over the half spectrum."""
+        assert grid == self.boundary.grid
+        return self.boundary.stiffness_q
+
+
+def _check_part(problem: ContactProblem, boundary: OpenBoundary, gap: Real, coarse: float, seed: int) -> StateCheck:
+    """The same for a part of a half-space, beside which the surface moves as the tractions of its gap make it."""
+    if problem.wall.law is None:
+        raise ValueError(NO_TRACTION)
+    # Counted from the height at which the gap is the one given, as the heights are.
+    displacement = boundary.displacement(_traction(problem, gap))
+    inside = boundary.inside(displacement)
+    displacement += np.mean(problem.heights - gap - inside)
+    inside[...] = problem.heights - gap
+    heights = boundary.around(problem.heights, OUT_OF_REACH + float(problem.heights.max()))
+    doubled = ContactProblem(boundary.grid, problem.wall, heights, _Doubled(boundary))
+    found = _check(doubled, heights - displacement, coarse, seed)
+    return replace(
+        found,
+        area_rep=4 * found.area_rep,
+        uncertain_area=4 * found.uncertain_area,
+        load=4 * found.load,
+        residual=2 * found.residual,
     )
 
 

@@ -12,6 +12,7 @@ Stateless: functions of the displacement return arrays, nothing is remembered.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,8 +21,9 @@ import numpy as np
 from continuum.arguments import field
 from continuum.model.fourier import Complex, Real
 from continuum.model.grid import Grid
+from continuum.model.open_boundary import OpenBoundary
 from continuum.model.substrates import Substrate
-from continuum.model.surface import moments
+from continuum.model.surface import Moments, moments
 from continuum.model.walls import Wall
 
 
@@ -61,16 +63,38 @@ class ContactProblem:
         return float(self.stiffness_q[0, 0])
 
     @cached_property
+    def open_boundary(self) -> OpenBoundary | None:
+        """What the substrate does where nothing is repeated; None for a periodic surface."""
+        made = getattr(self.substrate, "open_boundary", None)
+        found: OpenBoundary | None = None if made is None else made(self.grid)
+        return found
+
+    @cached_property
+    def period(self) -> tuple[Grid, Real]:
+        """Grid and heights of a period: themselves, or continued by mirror images where nothing is repeated."""
+        if self.open_boundary is None:
+            return self.grid, self.heights
+        mirrored = np.concatenate([self.heights, self.heights[::-1]])
+        return self.open_boundary.grid, np.concatenate([mirrored, mirrored[:, ::-1]], axis=1)
+
+    @cached_property
+    def moments(self) -> Moments:
+        """Spectral moments of the heights."""
+        return moments(*self.period)
+
+    @cached_property
     def traction_scale(self) -> float:
         """Traction to which tolerances are relative, in E*: h'rms E*, unless the substrate is softer than E* = 1.
 
         Twice the root-mean-square traction that flattens the surface is h'rms E* of a half-space.  A substrate that is
         softer at the waves of the heights, whatever its unit, is solved as closely in terms of its own tractions.
         """
+        if self.open_boundary is not None:
+            return self.moments.rms_slope
         flat = self.grid.forward(self.heights) * self._finite_stiffness_q
         power = (flat.real**2 + flat.imag**2) * self.grid.mode_weights
         power[0, 0] = 0.0
-        own, slope = 2 * float(np.sqrt(power.sum())), moments(self.grid, self.heights).rms_slope
+        own, slope = 2 * float(np.sqrt(power.sum())), self.moments.rms_slope
         return own if own < (1 - 1e-9) * slope else slope  # on a half-space they differ by rounding
 
     @property
@@ -81,6 +105,19 @@ class ContactProblem:
     def gap(self, displacement: Real, separation: float) -> Real:
         """Height of the wall above the displaced surface, in a0."""
         return separation + self.heights - displacement
+
+    def separation(self, mean_gap: float, load: float, traction: Callable[[], Real]) -> float:
+        """Separation of an equilibrium, in a0; NaN where a free mean leaves none.
+
+        Parameters
+        ----------
+        mean_gap, load : of the equilibrium; in a0, and per area in E*.
+        traction : asked for the traction at each point, in E*, where the mean pressure does not tell.
+        """
+        if self.open_boundary is not None:
+            return mean_gap - self.mean_height + self.open_boundary.mean_displacement(traction())
+        k = self.mean_stiffness
+        return mean_gap - self.mean_height - (load / k if k > 0 else np.nan)
 
     def displacement(self, gap: Real, separation: float) -> Real:
         """The displacement that leaves the given gap, in a0."""

@@ -40,8 +40,8 @@ def steep(rms_slope: float) -> Iterator[str]:
 
 def short_waves(problem: ContactProblem) -> float:
     """Part of the mean square slope in waves of fewer than ``POINTS`` points."""
-    grid = problem.grid
-    spectrum = grid.forward(problem.heights)
+    grid, heights = problem.period
+    spectrum = grid.forward(heights)
     power: Real = (spectrum.real**2 + spectrum.imag**2) * grid.mode_weights * grid.wavenumber**2
     limit = 2 * np.pi / (POINTS * max(grid.spacing))
     total = float(power.sum())

@@ -29,12 +29,22 @@ from continuum.path.secant import (
     area_logarithm,
     area_slope,
     attracts_little,
+    lowest_height,
     rough_slope,
     sample,
     secant_fraction,
     step_to,
 )
-from continuum.path.state import Branch, Outcome, PathState, Search, event, numbers
+from continuum.path.state import (
+    Branch,
+    Outcome,
+    PathState,
+    Search,
+    event,
+    height,
+    nearness,
+    numbers,
+)
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 
@@ -119,15 +129,15 @@ class _Aim:
     def adhesive(self) -> bool:
         return self.problem.wall.work_of_adhesion > 0
 
-    def trial(self, mean_gap: float, settings: Settings, start: Real | None, *, near: bool = False) -> PathState:
+    def trial(self, at: float, settings: Settings, start: Real | None, *, near: bool = False) -> PathState:
         """Equilibrium at a mean gap; near its start it is looked for on the fine grid, and in that basin, only."""
         if near:
             settings = replace(settings, warm_grids=0)
-        state = equilibrium(self.problem, "mean-gap", mean_gap, settings, start, self.branch, self.solver)
+        state = equilibrium(self.problem, nearness(self.problem), at, settings, start, self.branch, self.solver)
         return self.work.add(state)
 
     def done(self, state: PathState, outcome: Outcome | None = None, beyond: PathState | None = None) -> PathState:
-        events = () if beyond is None else (event("mean-gap", self.branch, state, beyond),)
+        events = () if beyond is None else (event(nearness(self.problem), self.branch, state, beyond),)
         return replace(
             state,
             control="repulsive-area",
@@ -183,7 +193,7 @@ def find_area(
         if aim.met(known[0]):
             return replace(aim.done(known[0]), solution=replace(known[0].solution, work=(), iterations=0, seconds=0.0))
         if older is not None:
-            work.slope = area_slope(older, known[0], problem.grid.size)
+            work.slope = area_slope(problem, older, known[0])
             after = older if _beyond(older, known[0], target, branch) else None
     else:
         first, after = _apart(aim)
@@ -202,7 +212,7 @@ def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState
             return aim.done(before)
         if rough and aim.close(before):
             now = aim.settings
-        mean_gap, closed = bracket.next(before)
+        at, closed = bracket.next(before)
         if rough and (closed or aim.met(before)):
             if closed and aim.adhesive:
                 # It may have been about to jump: once more, with equilibria only.
@@ -212,11 +222,11 @@ def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState
                 continue
             # The last state to the full tolerance.
             now = aim.settings
-            state = aim.trial(before.mean_gap, now, before.gap, near=True)
+            state = aim.trial(height(aim.problem, before), now, before.gap, near=True)
         else:
             last = rough and now == aim.settings
             near = last or (aim.adhesive and (misled or bracket.after is not None))
-            state = aim.trial(mean_gap, now, before.gap, near=near)
+            state = aim.trial(at, now, before.gap, near=near)
             if closed:
                 if state.status.ok and not (aim.met(state) or aim.short(state, before)):
                     return aim.done(before, Outcome.JUMPED_OVER, state)
@@ -226,8 +236,8 @@ def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState
             return aim.done(state)
         if closed or aim.met(state) or aim.met(before) or aim.short(state, before):
             bracket.stalled = state.totals.area_rep == before.totals.area_rep
-            if state.mean_gap != before.mean_gap:
-                aim.work.slope = area_slope(before, state, aim.problem.grid.size)
+            if height(aim.problem, state) != height(aim.problem, before):
+                aim.work.slope = area_slope(aim.problem, before, state)
             known[:], rough = [state], now != aim.settings
         else:
             bracket.after = numbers(state)
@@ -259,12 +269,13 @@ class _Bracket:
         if self.aim.work.jump > 0:
             guess, self.aim.work.jump = JUMP_STEP * self.aim.work.jump, 0.0
         self.step = max(guess, 2 * self.step if self.stalled else resolution)
-        mean_gap = before.mean_gap - (self.step if before.totals.area_rep < target else -self.step)
-        return max(mean_gap, (before.mean_gap + _lowest(problem)) / 2)
+        at, step = height(problem, before), self.step if before.totals.area_rep < target else -self.step
+        return max(at - step, (at + lowest_height(problem)) / 2)
 
     def _between(self, before: PathState, after: PathState) -> tuple[float, bool]:
         """Next mean gap inside of the bracket: by the secant, or half the way where that is slow."""
-        old, self.width = self.width, abs(before.mean_gap - after.mean_gap)
+        near, far = height(self.aim.problem, after), height(self.aim.problem, before)
+        old, self.width = self.width, abs(far - near)
         wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
         # Close to the bound of a hard wall all that is left of the mean gap may be less than the resolution.
         resolution = self.aim.search.area_resolution * min(1.0, before.mean_gap - self.aim.problem.wall.bound)
@@ -276,12 +287,7 @@ class _Bracket:
         fraction = 1.0 if closed else 0.5
         if not closed and self.slow <= 1:
             fraction = secant_fraction(before, after, self.aim.target, self.aim.problem.grid.size)
-        return before.mean_gap + fraction * (after.mean_gap - before.mean_gap), closed
-
-
-def _lowest(problem: ContactProblem) -> float:
-    """Mean gap below which there is no state: in full contact a soft wall gives way below zero_gap, up to its core."""
-    return max(problem.wall.core, problem.wall.bound)
+        return far + fraction * (near - far), closed
 
 
 def _loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:
@@ -315,9 +321,9 @@ def _apart(aim: _Aim) -> tuple[PathState, PathState | None]:
         guess = _from_coarser(aim, min(part * aim.target, 1.0))
         if guess is None:
             break
-        mean_gap, start, jump = guess
+        at, start, jump = guess
         for _ in range(JUMP_TRIALS if jump > 0 else 2 if weak else 1):
-            state = aim.trial(mean_gap, aim.loose, start)
+            state = aim.trial(at, aim.loose, start)
             if aim.serves(state):
                 aim.work.jump = jump
                 return state, beyond
@@ -326,10 +332,10 @@ def _apart(aim: _Aim) -> tuple[PathState, PathState | None]:
             beyond = numbers(state)
             if jump > 0:
                 jump, start = JUMP_STEP * jump, None
-                mean_gap += jump
+                at += jump
             elif weak:
                 # Farther by what it is beyond the target, and by a tolerance.
-                mean_gap += aim.left(state, 1 - tolerance) / rough_slope(aim.problem)
+                at += aim.left(state, 1 - tolerance) / rough_slope(aim.problem)
         del guess, start, state
     return _undeformed(aim, beyond)
 
@@ -338,25 +344,27 @@ def _undeformed(aim: _Aim, beyond: PathState | None) -> tuple[PathState, PathSta
     """As :func:`_apart`, from the undeformed surface."""
     problem, heights, weak = aim.problem, sample(aim.problem.heights), attracts_little(aim.problem)
 
+    level = problem.mean_height if nearness(problem) == "mean-gap" else 0.0
+
     def overlapping(part: float) -> float:
-        """Mean gap at which, undeformed, this part of the target would overlap."""
-        return problem.wall.zero_gap + problem.mean_height - float(np.quantile(heights, min(part * aim.target, 1.0)))
+        """Where, undeformed, this part of the target would overlap."""
+        return problem.wall.zero_gap + level - float(np.quantile(heights, min(part * aim.target, 1.0)))
 
     # Of what would overlap, a little less than a half touches; strong attraction adds to it.
     first = [overlapping(part) for part in ((1.2, 0.5, 0.1) if weak else (0.5, 0.1))]
-    mean_gap = next((each for each in first if each > _lowest(problem)), np.nan)
+    at = next((each for each in first if each > lowest_height(problem)), np.nan)
     slope = rough_slope(problem)
-    for attempt in range(COLD_TRIALS if np.isfinite(mean_gap + slope) else 0):
-        state = aim.trial(mean_gap, aim.loose, None)
+    for attempt in range(COLD_TRIALS if np.isfinite(at + slope) else 0):
+        state = aim.trial(at, aim.loose, None)
         if aim.serves(state):
             return state, beyond
         if not state.status.ok:
             break
-        if attempt > 0 and beyond is not None and (seen := area_slope(beyond, state, problem.grid.size)) < 0:
+        if attempt > 0 and beyond is not None and (seen := area_slope(problem, beyond, state)) < 0:
             slope = seen
         # Back to nine tenths of the target, and to less each time.
         beyond = numbers(state)
-        mean_gap += aim.left(state, 0.9 ** (attempt + 1)) / slope
+        at += aim.left(state, 0.9 ** (attempt + 1)) / slope
         del state
     return aim.trial(overlapping(0.0) + min(problem.wall.range, 10.0), aim.loose, None), beyond
 

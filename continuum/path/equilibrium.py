@@ -11,19 +11,24 @@ from dataclasses import replace
 
 import numpy as np
 
+from continuum.arguments import ArgumentError
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Control, PathState, gone, state_of
+from continuum.solve.non_periodic import NonPeriodicSolver
 from continuum.solve.solution import Settings, Solution, Status, Work
 from continuum.solve.solver import Solver
-from continuum.solve.stability import stability
 
 STRETCH = 50
 """Under tension a solve is looked at after so many iterations."""
 
+NO_MEAN_GAP = "another control where nothing is repeated: a part of a half-space has no mean displacement of its own"
+
 
 def solver_of(problem: ContactProblem, settings: Settings) -> Solver:
     """The solver of a problem's surface, for as many states of it as are wanted."""
+    if problem.open_boundary is not None:
+        return NonPeriodicSolver(problem.open_boundary, settings.threads, settings.device)
     return Solver(problem.grid, problem.stiffness_q, settings.threads, settings.device)
 
 
@@ -37,6 +42,8 @@ def equilibrium(
     solver: Solver | None = None,
 ) -> PathState:
     """Equilibrium at one separation, mean gap or mean pressure: as :func:`continuum.path.loading.solve` says."""
+    if control == "mean-gap" and problem.open_boundary is not None:
+        raise ArgumentError("mean-gap", target, NO_MEAN_GAP)
     if control == "mean-pressure" and target < 0 and start is None:
         # Surfaces apart hold no tension: it is applied to what rests at zero load.
         rest = equilibrium(problem, control, 0.0, settings, None, branch, solver)
@@ -54,16 +61,17 @@ def equilibrium(
     if pressure < 0 and problem.wall.largest_tension == 0:
         return gone(problem, target, branch)
     # A solver made here is not kept for longer than it solves.
+    solver = solver or solver_of(problem, settings)
     if pressure < 0 and mean == 0:
-        solution = _pull(problem, solver or solver_of(problem, settings), lift, start, settings, pressure)
+        solution = _pull(problem, solver, lift, start, settings, pressure)
         if not _may_hold(problem, solution.gap, -pressure):
             return gone(problem, target, branch, solution)
     else:
-        solution = _solution(problem, solver or solver_of(problem, settings), lift, mean, pressure, start, settings)
+        solution = _solution(problem, solver, lift, mean, pressure, start, settings)
     if solution.status.ok and solution.gap.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     if solution.status.ok and settings.stability and problem.wall.law is not None:
-        solution = _examined(problem, solution, mean, settings)
+        solution = _examined(problem, solver, solution, mean, settings)
     return state_of(problem, control, target, branch, solution)
 
 
@@ -83,10 +91,10 @@ def _solution(
     return solver.minimise(law, heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
 
 
-def _examined(problem: ContactProblem, solution: Solution, mean: float, settings: Settings) -> Solution:
+def _examined(problem: ContactProblem, solver: Solver, solution: Solution, mean: float, settings: Settings) -> Solution:
     """The solution with the lowest eigenvalue of its Hessian; a bound makes the energy convex, and needs no look."""
     assert problem.wall.law is not None
-    found = stability(problem.grid, problem.stiffness_q, problem.wall.law, solution.gap, mean, settings.shift)
+    found = solver.stability(problem.wall.law, solution.gap, mean, settings.shift)
     status = Status.SADDLE if found.is_saddle else solution.status
     return replace(solution, lowest_eigenvalue=found.eigenvalue, status=status)
 

@@ -29,6 +29,7 @@ from continuum.path.state import (
     event,
     gone,
     kept,
+    nearness,
     numbers,
     state_of,
 )
@@ -70,8 +71,15 @@ def solve(
         field("start", start, problem.grid.shape)
     if control != "repulsive-area":
         return equilibrium(problem, control, target, settings, start, branch, solver)
-    previous = [] if start is None else [state_of(problem, "mean-gap", problem.grid.mean(start), branch, start)]
+    previous = [] if start is None else [_known(problem, start, branch)]
     return find_area(problem, target, settings, search or Search(), previous, branch, solver)
+
+
+def _known(problem: ContactProblem, gap: Real, branch: Branch) -> PathState:
+    """The state from whose gap a search begins."""
+    control, mean_gap = nearness(problem), problem.grid.mean(gap)
+    state = state_of(problem, "mean-gap", mean_gap, branch, gap)
+    return replace(state, control=control, target=coordinate(control, state))
 
 
 # --- paths -------------------------------------------------------------------------------------------------
@@ -147,7 +155,7 @@ def _branch(control: Control, target: float, good: Sequence[PathState]) -> Branc
 
 def _shifted(problem: ContactProblem, control: Control, state: PathState, target: float) -> Real:
     """Gap of a state moved rigidly; where the mean displacement is held or free, the solver does that by itself."""
-    if control == "separation" and np.isfinite(problem.mean_stiffness):
+    if control == "separation" and np.isfinite(problem.mean_stiffness) and problem.open_boundary is None:
         return state.gap + (target - coordinate(control, state))
     return state.gap
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.state import PathState
+from continuum.path.state import PathState, height
 
 RIGID = (0.2, 100.0)
 """Step of a search at least and at most, in units of the one that would do if the surface moved rigidly: it gives way,
@@ -25,8 +25,16 @@ def attracts_little(problem: ContactProblem) -> bool:
 
 def rough_slope(problem: ContactProblem) -> float:
     """Slope d ln(area)/d(mean gap) of a rough surface without adhesion, roughly, in 1/a0; none of a flat one: -inf."""
-    height = float(sample(problem.heights).std())
-    return -DECAY / height if height > 0 else -np.inf
+    rms = float(sample(problem.heights).std())
+    return -DECAY / rms if rms > 0 else -np.inf
+
+
+def lowest_height(problem: ContactProblem) -> float:
+    """Mean gap down to which there are states: in full contact a soft wall gives way below zero_gap, up to its core.
+
+    No separation is too low: a half-space gives way.
+    """
+    return -np.inf if problem.open_boundary is not None else max(problem.wall.core, problem.wall.bound)
 
 
 def area_logarithm(area: float, size: int) -> float:
@@ -39,9 +47,9 @@ def area_logarithm(area: float, size: int) -> float:
     return float(np.log(area) if area <= 0.5 else 2 * np.log(0.5) - np.log(1 - area))
 
 
-def area_slope(one: PathState, other: PathState, size: int) -> float:
+def area_slope(problem: ContactProblem, one: PathState, other: PathState) -> float:
     """Change of the logarithm of the area from one state to another over that of the mean gap, in 1/a0."""
-    change = other.mean_gap - one.mean_gap
+    size, change = problem.grid.size, height(problem, other) - height(problem, one)
     rise = area_logarithm(other.totals.area_rep, size) - area_logarithm(one.totals.area_rep, size)
     return rise / change if change else np.nan
 

@@ -178,9 +178,22 @@ def state_of(
     mean_gap = problem.grid.mean(solution.gap)
     separation = target
     if control != "separation":
-        k = problem.mean_stiffness
-        separation = mean_gap - problem.mean_height - (totals.load / k if k > 0 else np.nan)
+        separation = problem.separation(mean_gap, totals.load, lambda: solution.traction)
     return PathState(control, target, branch, separation, mean_gap, totals, solution)
+
+
+def nearness(problem: ContactProblem) -> Control:
+    """What says how near the wall is where another control is searched for.
+
+    The mean gap, in which the base takes no part; where nothing is repeated, and no mean gap can be given, the
+    separation.
+    """
+    return "mean-gap" if problem.open_boundary is None else "separation"
+
+
+def height(problem: ContactProblem, state: PathState) -> float:
+    """How near the wall is in a state, by :func:`nearness`, in a0."""
+    return state.mean_gap if problem.open_boundary is None else state.separation
 
 
 def kept(state: PathState) -> PathState:

@@ -11,7 +11,7 @@ from continuum.files.tables import refuse
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
-from continuum.model.surface import Moments, moments
+from continuum.model.surface import Moments
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.memory import physical_memory
@@ -71,12 +71,12 @@ def build(config: RunConfig) -> RunSetup:
     if heights is None or wall is None:
         raise refuse(config, *faults)
 
+    problem = ContactProblem(grid, wall, heights, config.substrate.build())
     try:
-        realised = moments(grid, heights)
+        realised = problem.moments
         check_slope(realised.rms_slope)
     except ArgumentError as error:
         raise refuse(config, _unusable("surface", config.surface, error)) from None
-    problem = ContactProblem(grid, wall, heights, config.substrate.build())
     _check_mean_gaps(config, problem)
     expected = config.surface.expected(grid)
     warned = doubts(problem, realised.rms_slope, config.surface.shortest)

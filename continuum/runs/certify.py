@@ -8,7 +8,7 @@ from pathlib import Path
 
 from continuum.files.hdf5 import StoreError
 from continuum.files.tables import restored
-from continuum.measure.certificate import StateCheck, check_state
+from continuum.measure.certificate import NO_TRACTION, StateCheck, check_state
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
@@ -76,6 +76,8 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
         system = build(config)
     except (OSError, ValueError) as error:
         raise StoreError(f"{path}: its surface or wall cannot be made again: {error}") from error
+    if system.problem.open_boundary is not None and system.problem.wall.law is None:
+        raise StoreError(f"{path}: cannot be certified: {NO_TRACTION}")
     stored = result.gap(0) is not None
     states = _stored(result, system) if stored else _again(system)
     for step, (problem, gap) in enumerate(states):

@@ -198,7 +198,11 @@ class RunConfig(Document):
 
     @constraint
     def _load_to_carry(self) -> Iterator[Fault]:
-        cause = "a substrate whose mean is free carries no load at any separation"
         for key, part in ((("loading",), self.loading), (("loading", "retraction"), self.loading.retraction)):
-            if part is not None and part.control == "separation" and self.substrate.mean == "free":
-                yield Fault((*key, "control"), 'another control than "separation" where substrate.mean = "free"', cause)
+            if part is not None and (cause := self.substrate.without(part.control)):
+                yield Fault((*key, "control"), f'another control than "{part.control}" on this substrate', cause)
+
+    @constraint
+    def _a_turn_that_repeats(self) -> Iterator[Fault]:
+        if self.loading.turn is not None and not self.substrate.repeats:
+            yield Fault(("loading", "turn"), "only on a periodic surface", "a turn is looked for by its mean gap")

@@ -67,7 +67,9 @@ def cost_of(config: RunConfig) -> Cost:
             intervals = [abs(b - a) for a, b in pairwise(targets)]
             halvings = sum(np.log2(max(width / resolution, 2.0)) for width in [*intervals[:1], *intervals])
             pairs += _PAIRS["bisection"] * halvings * point
-    return Cost(int(_MEMORY["libraries"] + size * _MEMORY["per_point"] + kept), points, round(pairs), size)
+    beside, longer = (1, 1.0) if config.substrate.repeats else (4, _PAIRS["non_periodic"])
+    memory = _MEMORY["libraries"] + beside * size * _MEMORY["per_point"] + kept
+    return Cost(int(memory), points, round(longer * pairs), size)
 
 
 def _pairs_of_area(config: RunConfig, larger: float) -> float:

@@ -33,7 +33,7 @@ class Point(Totals):
     mean_gap: float = quantity("a0", "mean gap")
     lowest_load: float = quantity("E*", "smallest load on the way from the point before, as far as it was looked at")
     lowest_load_mean_gap: float = quantity("a0", "mean gap there")
-    elastic_energy: float = quantity("E* a0", "elastic energy per area, without the mean mode")
+    elastic_energy: float = quantity("E* a0", "elastic energy per area, of a periodic surface without the mean mode")
     residual: float = quantity("E*", "root-mean-square residual traction")
     duality_gap: float = quantity("E* a0", "bound on the error of the energy per area, under a hard wall; else NaN")
     lowest_eigenvalue: float = quantity("E*/a0", "lowest eigenvalue of the Hessian, where it was asked for; else NaN")
@@ -274,7 +274,7 @@ def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint
 def _elastic_energy(problem: ContactProblem, state: PathState, solver: Solver) -> float:
     """Elastic energy per area without the mean mode, in E* a0."""
     pulled_off = state.outcome is Outcome.PULLED_OFF
-    return 0.0 if pulled_off else solver.elastic_energy(problem.heights, state.gap)
+    return 0.0 if pulled_off else solver.elastic_energy(problem.heights, state.solution)
 
 
 def _times(seconds: list[tuple[float, float]], column: int, what: str) -> Dataset:

@@ -48,7 +48,7 @@ def run_contact_maps(result: Result) -> Figure:
     touching = [i for i, point in enumerate(points) if point.area_rep > 0 and point.branch != "retract"]
     touching = touching or list(range(len(points)))
     chosen = np.unique(np.array(touching)[np.linspace(0, len(touching) - 1, 3).round().astype(int)])
-    figure = plot.new_figure(2.5 * len(chosen) + 0.3, 3.2)
+    figure = plot.new_figure(2.5 * len(chosen) + 0.3, 3.4)
     axes = figure.subplots(1, len(chosen), squeeze=False, sharey=True)[0]
     for axis, step in zip(axes, chosen.tolist(), strict=True):
         plot.contact_image(axis, result.contact_map(step), result.grid.lengths)

@@ -26,6 +26,7 @@ class SmoothGrid:
     threads : of this process that the engine may use.
     coarser : number of coarser grids wanted; fewer if the grid cannot be halved so often.
     finer : the next finer grid, if there is one.
+    sampled : whether coarser grids take every second point of the offset, which may jump, instead of its waves.
     """
 
     FIELDS = 8.4
@@ -44,9 +45,11 @@ class SmoothGrid:
         threads: int,
         coarser: int,
         finer: SmoothGrid | None = None,
+        *,
+        sampled: bool = False,
     ) -> None:
         below = grid.coarser if coarser > 0 and min(grid.shape) > back_end.SMALLEST else None
-        self.grid, self.size = grid, grid.size
+        self.grid, self.size, self._sampled = grid, grid.size, sampled
         self.engine: Engine = back_end.engine(grid, stiffness_q, threads, below, finer.engine if finer else None)
         engine = self.engine
         self.g, self.d = engine.spectrum(), engine.spectrum()
@@ -57,7 +60,7 @@ class SmoothGrid:
         self.low_rows = self.low_columns = 0
         if below is not None:
             stiffness_below = cut(stiffness_q, below.shape_q)
-            self.coarser = SmoothGrid(back_end, below, stiffness_below, threads, coarser - 1, self)
+            self.coarser = SmoothGrid(back_end, below, stiffness_below, threads, coarser - 1, self, sampled=sampled)
             self.low_rows, self.low_columns = below.shape_q[0] // 2, below.shape_q[1] - 1
 
     @property
@@ -112,12 +115,15 @@ class SmoothGrid:
         below = self._below
         if started:
             below.engine.inverse(below.z)
-        mean = self.engine.into("copy", values=self.offset)[0] / self.size
-        self.engine.spectral(forward=True)
-        self.engine.set_mean(mean)
-        self.engine.restrict(self.engine.w, below.engine, below.engine.w)
         below.offset = reused(self.direction, *below.grid.shape)
-        below.engine.inverse(below.offset)
+        if self._sampled:
+            below.engine.sample(self.offset, below.offset)
+        else:
+            mean = self.engine.into("copy", values=self.offset)[0] / self.size
+            self.engine.spectral(forward=True)
+            self.engine.set_mean(mean)
+            self.engine.restrict(self.engine.w, below.engine, below.engine.w)
+            below.engine.inverse(below.offset)
         if started:
             below.engine.reflect(below.z, below.offset, self.lift)
 

@@ -13,6 +13,7 @@ from continuum.solve.hard import constrain
 from continuum.solve.smooth import COARSE_TOLERANCES, minimise
 from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Settings, Solution
+from continuum.solve.stability import Stability, stability
 
 
 class Solver:
@@ -25,6 +26,8 @@ class Solver:
         there is a bound.
     threads : of this process; no bit of a result depends on their number.
     device : name of the back end.
+    sampled : whether a coarser grid takes every second point of an offset, as it must of one that jumps, instead of the
+        waves that it carries.
 
     Raises
     ------
@@ -32,9 +35,11 @@ class Solver:
         If there is no such device.
     """
 
-    def __init__(self, grid: Grid, stiffness_q: Real, threads: int = 1, device: str = "cpu") -> None:
+    def __init__(
+        self, grid: Grid, stiffness_q: Real, threads: int = 1, device: str = "cpu", *, sampled: bool = False
+    ) -> None:
         self._back_end = back_end(device)
-        self._surface = grid, stiffness_q, threads
+        self._surface, self._sampled = (grid, stiffness_q, threads), sampled
         self._mean_stiffness = float(stiffness_q[0, 0])
 
     @property
@@ -105,15 +110,20 @@ class Solver:
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
         return constrain(self._bound, offset, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
 
-    def elastic_energy(self, offset: Real, gap: Real) -> float:
-        """½ <u, K u> of u = offset - gap without its mean, in E* a0, in the arrays that are there."""
+    def elastic_energy(self, offset: Real, solution: Solution) -> float:
+        """½ <u, K u> of a solution's u = offset - gap without its mean, in E* a0, in the arrays that are there."""
         grid = self._bound if "_bound" in vars(self) else self._smooth
-        return grid.elastic_energy(offset, gap)
+        return grid.elastic_energy(offset, solution.gap)
+
+    def stability(self, law: Law, gap: Real, mean_stiffness: float | None = None, shift: float = 0.01) -> Stability:
+        """The lowest eigenvalue of the Hessian at a gap: :func:`continuum.solve.stability.stability`."""
+        grid, stiffness_q, _ = self._surface
+        return stability(grid, stiffness_q, law, gap, mean_stiffness, shift)
 
     @cached_property
     def _smooth(self) -> SmoothGrid:
         self._back_end.reserve(self._surface[0].size, SmoothGrid.FIELDS)
-        return SmoothGrid(self._back_end, *self._surface, coarser=len(COARSE_TOLERANCES))
+        return SmoothGrid(self._back_end, *self._surface, coarser=len(COARSE_TOLERANCES), sampled=self._sampled)
 
     @cached_property
     def _bound(self) -> BoundGrid:

@@ -65,6 +65,9 @@ CALLS: Calls = {
     "LennardJonesSpline": (c.LennardJonesSpline, {"range": 0.3, "minimum_stiffness": 0.5, "core": 0.7}),
     "LennardJonesSpline, length": (c.LennardJonesSpline, {"adhesion_length": 0.01}),
     "LennardJonesSpline.evaluate": (c.LennardJonesSpline(0.3).evaluate, {"gap": GAP}),
+    "NonPeriodicHalfSpace": (c.NonPeriodicHalfSpace, {}),
+    "NonPeriodicHalfSpace.stiffness": (c.NonPeriodicHalfSpace().stiffness, {"grid": GRID}),
+    "NonPeriodicHalfSpace.open_boundary": (c.NonPeriodicHalfSpace().open_boundary, {"grid": GRID}),
     "SelfAffine": (
         c.SelfAffine, {"hurst": 0.8, "rms_slope": 0.1, "lambda_s": 4.0, "lambda_L": 8.0, "rescale": True}
     ),

@@ -18,7 +18,7 @@ from continuum.model.cubic import (
 )
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.substrates.substrate import MeanMode, Substrate, SubstrateTable, check_mean, with_mean
+from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
 from continuum.tables import Fault, Positive, constraint
 
 OTHER_MEAN = 1.5
@@ -80,7 +80,7 @@ class CubicLayer:
         return with_mean(stiffness_q, self.mean)
 
 
-class CrystalTable(SubstrateTable):
+class CrystalTable(PeriodicTable):
     """[substrate] of response "crystal": cubic, (100) surface, the grid's axes along <110>."""
 
     response: Literal["crystal"]

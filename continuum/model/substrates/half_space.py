@@ -8,7 +8,7 @@ from typing import Literal
 from continuum.arguments import instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.model.substrates.substrate import MeanMode, Substrate, SubstrateTable, check_mean, with_mean
+from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class HalfSpace:
         return with_mean(instance("grid", grid, Grid).wavenumber / 2, self.mean)
 
 
-class HalfSpaceTable(SubstrateTable):
+class HalfSpaceTable(PeriodicTable):
     """[substrate] of response "half-space"."""
 
     response: Literal["half-space"]

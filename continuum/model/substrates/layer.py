@@ -12,7 +12,7 @@ from continuum.arguments import instance, number
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.layered import decayed_remainder
-from continuum.model.substrates.substrate import MeanMode, Substrate, SubstrateTable, check_mean, with_mean
+from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
 from continuum.tables import Positive
 
 
@@ -65,7 +65,7 @@ class Layer:
         return with_mean(q / 2 * above / below, self.mean)
 
 
-class LayerTable(SubstrateTable):
+class LayerTable(PeriodicTable):
     """[substrate] of response "layer", bonded to a rigid base."""
 
     response: Literal["layer"]

@@ -13,7 +13,7 @@ from continuum.arguments import ArgumentError, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.model.grid import LONGEST, Grid
 from continuum.model.layered import Solid, layered_stiffness
-from continuum.model.substrates.substrate import MeanMode, Substrate, SubstrateTable, check_mean, with_mean
+from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substrate, check_mean, with_mean
 from continuum.tables import Fault, Table, constraint
 
 CONTRAST = 1e12
@@ -95,7 +95,7 @@ class FilmTable(SolidTable):
     """in a0"""
 
 
-class LayeredTable(SubstrateTable):
+class LayeredTable(PeriodicTable):
     """[substrate] of response "layered-half-space"."""
 
     response: Literal["layered-half-space"]

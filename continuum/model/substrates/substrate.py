@@ -61,10 +61,27 @@ class SubstrateTable(TableFamily):
 
     kind_key: ClassVar[str] = "response"
 
+    repeats: ClassVar[bool] = True
+    """Whether the surface is periodic."""
     response: str
-    mean: _MeanMode
-    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+    def without(self, control: str) -> str:
+        """Why no state belongs to a value of a control; empty if one does."""
+        del control
+        return ""
 
     def build(self) -> Substrate:
         """The response."""
         raise NotImplementedError
+
+
+class PeriodicTable(SubstrateTable):
+    """[substrate] of a periodic surface."""
+
+    mean: _MeanMode
+    """stiffness of the mean displacement: "clamped" (rigid base), "free", or a number in E*/a0"""
+
+    def without(self, control: str) -> str:
+        if control == "separation" and self.mean == "free":
+            return 'a substrate whose mean is free, as by mean = "free", carries no load at any separation'
+        return ""

@@ -257,7 +257,8 @@ def sums_to(config: RunConfig, folder: Path) -> float:
 
 # "To within a factor of about two" is what the estimate says of itself; counts are the same on any machine.
 @pytest.mark.parametrize(
-    "name", ["adhesive", "hard", "layer", "nonadhesive", "pressure", pytest.param("path", marks=pytest.mark.long)]
+    "name",
+    ["adhesive", "hard", "layer", "nonadhesive", "pressure", "sphere", pytest.param("path", marks=pytest.mark.long)],
 )
 def test_the_estimate_of_the_cost_is_honest(name: str, tmp_path: Path) -> None:
     assert 1 / 2 < sums_to(load(f"inputs/smoke/{name}.toml", RunConfig), tmp_path) < 2

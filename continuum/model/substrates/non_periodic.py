@@ -1,0 +1,50 @@
+"""The isotropic half-space without periodic images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from continuum.arguments import instance
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.open_boundary import OpenBoundary
+from continuum.model.substrates.substrate import Substrate, SubstrateTable, with_mean
+
+
+@dataclass(frozen=True)
+class NonPeriodicHalfSpace:
+    """Isotropic half-space under a wall that is not repeated: tractions act on the grid, and nowhere else.
+
+    For spheres, indenters and maps without mirror images.  Each point is a cell under uniform traction, whose
+    displacements are those of Love's formula (:mod:`continuum.model.open_boundary`): a solve takes as long as one of
+    a periodic surface of twice the points along x and y.  Far away the half-space is at rest, and separations are
+    counted from there.  Mean pressure and areas are per area of the grid.  There is no mean gap to be given, since the
+    mean displacement of a part of a half-space is no mode of its own.
+    """
+
+    def stiffness(self, grid: Grid) -> Real:
+        """K_q of the same waves on a periodic surface, E* q/2, and at q = 0 uniform pressure over mean displacement.
+
+        For estimates: the solver takes :meth:`open_boundary`.
+        """
+        return with_mean(instance("grid", grid, Grid).wavenumber / 2, self.open_boundary(grid).mean_stiffness)
+
+    def open_boundary(self, grid: Grid) -> OpenBoundary:
+        """The response to tractions on the points of a grid."""
+        return OpenBoundary(instance("grid", grid, Grid))
+
+
+class NonPeriodicTable(SubstrateTable):
+    """[substrate] of response "non-periodic-half-space": a wall without periodic images."""
+
+    repeats: ClassVar[bool] = False
+    response: Literal["non-periodic-half-space"]
+
+    def without(self, control: str) -> str:
+        if control == "mean-gap":
+            return "a part of a half-space has no mean displacement of its own, and so no mean gap to be given"
+        return ""
+
+    def build(self) -> Substrate:
+        return NonPeriodicHalfSpace()

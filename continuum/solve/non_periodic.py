@@ -1,0 +1,148 @@
+"""Equilibria of a part of a half-space, by the solver of a periodic surface of twice the size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from continuum.model.fourier import Real
+from continuum.model.laws import Law, evaluate
+from continuum.model.open_boundary import OpenBoundary
+from continuum.solve.solution import Settings, Solution, Status
+from continuum.solve.solver import Solver
+from continuum.solve.stability import Stability
+
+FARTHER = 4.0
+"""Factor by which the wall beside the window is taken away where the surface has reached it."""
+ATTEMPTS = 20
+"""How often it is."""
+UNFELT = 1e-3
+"""Traction beside the window, in tolerances, of a law that never ends."""
+
+
+class NonPeriodicSolver(Solver):
+    """As :class:`continuum.solve.solver.Solver`, for tractions on the window of an open boundary only.
+
+    Beside the window the wall is farther away than it acts.  Offsets, starts and gaps are those of the window, and so
+    are residuals: the root-mean-square over it of what all of the surface has.
+    """
+
+    def __init__(self, boundary: OpenBoundary, threads: int = 1, device: str = "cpu") -> None:
+        super().__init__(boundary.grid, boundary.stiffness_q, threads, device, sampled=True)
+        self.boundary = boundary
+
+    def minimise(
+        self,
+        law: Law,
+        offset: Real,
+        start: Real | None,
+        settings: Settings,
+        *,
+        pressure: float = 0.0,
+        lift: float = 0.0,
+        mean_stiffness: float | None = None,
+    ) -> Solution:
+        """Minimise as the periodic solver does.
+
+        Parameters
+        ----------
+        start : gap of an equilibrium, shape of the window: its displacement is where the surface begins.
+        pressure : mean pressure on the window, in E*; of effect with ``mean_stiffness`` 0, a given load.
+        mean_stiffness : 0 under a given load; else that of the half-space.
+
+        The rest is as for :meth:`continuum.solve.solver.Solver.minimise`.
+        """
+        reach = _reach(law, settings.tolerance)
+        for far in self._distances(offset, lift, reach):
+            around = self.boundary.around(offset, far)
+            begin = None if start is None else self._start(law, around, start, lift, loaded=mean_stiffness == 0)
+            mean = self._mean(mean_stiffness)
+            found = super().minimise(
+                law, around, begin, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean
+            )
+            if not found.status.ok or _beside(self.boundary, found.gap).min() > reach:
+                break
+        return self._inside(found)
+
+    def constrain(
+        self,
+        offset: Real,
+        start: Real | None,
+        settings: Settings,
+        *,
+        pressure: float = 0.0,
+        lift: float = 0.0,
+        mean_stiffness: float | None = None,
+    ) -> Solution:
+        """As :meth:`minimise`, under a hard wall, where the start makes no difference."""
+        del start  # the energy is convex, and from the gap of a window alone no pressure follows
+        for far in self._distances(offset, lift, 0.0):
+            around, mean = self.boundary.around(offset, far), self._mean(mean_stiffness)
+            found = super().constrain(
+                around, None, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean
+            )
+            if not found.status.ok or _beside(self.boundary, found.gap).min() > 0:
+                break
+        return self._inside(found)
+
+    def elastic_energy(self, offset: Real, solution: Solution) -> float:
+        """½ <u, K u> per area of the window, of all of the half-space, in E* a0."""
+        del offset
+        return self.boundary.elastic_energy(solution.traction)
+
+    def stability(self, law: Law, gap: Real, mean_stiffness: float | None = None, shift: float = 0.01) -> Stability:
+        """The lowest eigenvalue of the Hessian, of all of the half-space; the rest as for the periodic solver."""
+        beside = max(float(gap.max()), _reach(law, UNFELT)) + 1.0
+        found = super().stability(law, self.boundary.around(gap, beside), self._mean(mean_stiffness), shift)
+        return found._replace(mode=self.boundary.inside(found.mode))
+
+    def _mean(self, given: float | None) -> float | None:
+        """Mean stiffness of the periodic surface of twice the size: zero under a given load, or its own."""
+        if given is not None and np.isinf(given):
+            raise ValueError("a part of a half-space has no mean displacement that could be held")
+        return 0.0 if given == 0 else None
+
+    def _distances(self, offset: Real, lift: float, reach: float) -> list[float]:
+        """Offsets of the wall beside the window, each farther than the last."""
+        least, most = float(offset.min()), float(offset.max())
+        first = max(most, -lift) + reach + (most - least) + 1.0
+        return [first * FARTHER**attempt for attempt in range(ATTEMPTS)]
+
+    def _start(self, law: Law, around: Real, start: Real, lift: float, *, loaded: bool) -> Real:
+        """Gap all around, of the displacement that an equilibrium of this gap has."""
+        traction = Solution(start, Status.CONVERGED, 0.0, 0, law=law).traction
+        displacement = self.boundary.displacement(traction)
+        if loaded:
+            # Counted from another height: that at which the gap is the one given.
+            inside = self.boundary.inside
+            displacement += float(np.mean(inside(around) + lift - start - inside(displacement)))
+        begin: Real = around + lift - displacement
+        return begin
+
+    def _inside(self, found: Solution) -> Solution:
+        """The solution in the window; its residual as if all of it were there."""
+        inside = self.boundary.inside
+        pressure = None if found.pressure is None else inside(found.pressure).copy()
+        gap, duality_gap = inside(found.gap).copy(), 4 * found.duality_gap
+        return replace(found, gap=gap, pressure=pressure, residual=2 * found.residual, duality_gap=duality_gap)
+
+
+def _reach(law: Law, tolerance: float) -> float:
+    """Gap beyond which a law does nothing, or so little that no tolerance sees it."""
+    if np.isfinite(law.reach):
+        return law.reach
+    gaps = np.geomspace(1e-6, 1e12, 400)
+    felt = np.abs(evaluate(law, gaps)[1]) > UNFELT * tolerance
+    return float(gaps[min(np.flatnonzero(felt)[-1] + 1, gaps.size - 1)]) if felt.any() else float(gaps[0])
+
+
+def _closer(settings: Settings) -> Settings:
+    """The window is a quarter of the surface: a root-mean-square over it is at most twice that over all."""
+    return replace(settings, tolerance=settings.tolerance / 2)
+
+
+def _beside(boundary: OpenBoundary, gap: Real) -> Real:
+    """Gaps beside the window."""
+    nx, ny = boundary.window.shape
+    return np.concatenate([gap[nx:].ravel(), gap[:, ny:].ravel()])
