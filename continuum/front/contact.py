@@ -22,7 +22,7 @@ from continuum.model.substrates import HalfSpace, Substrate
 from continuum.model.surface import Moments, shifted
 from continuum.model.walls import Wall
 from continuum.path import loading
-from continuum.path.state import Control, Search
+from continuum.path.state import Control, Search, settled
 from continuum.path.turn import WallOfWork, find_turn
 from continuum.solve.backend import BACK_ENDS
 from continuum.solve.solution import LOOSEST, MOST_THREADS, Settings
@@ -146,7 +146,8 @@ class Contact:
         area : repulsive area, as a fraction of A0.
         mean_gap, separation : in a0.
         pressure : mean pressure, in E*, compression positive.
-        start : state to start from, or its gap, shape (nx, ny), in a0; the undeformed surface if None.
+        start : state to start from, whose imprint a wall that yields keeps, or its gap, shape (nx, ny), in a0; the
+            undeformed surface if None.
 
         Returns
         -------
@@ -155,11 +156,14 @@ class Contact:
         """
         name, given = _chosen(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
         control, target = _CONTROLS[name], _target(name, given)
-        gap = None
+        problem, imprint, gap = self.problem, None, None
+        if isinstance(start, State):
+            before = [start.found]
+            problem, imprint, start = settled(problem, before), before[0].imprint, before[0].gap
         if start is not None:
-            gap = map_of("start", start.gap if isinstance(start, State) else start, self.grid.shape)
-        search = Search(self.area_tolerance)
-        return State(self, loading.solve(self.problem, control, target, self.settings, gap, search=search))
+            gap = map_of("start", start, self.grid.shape)
+        found = loading.solve(problem, control, target, self.settings, gap, search=Search(self.area_tolerance))
+        return State(self, replace(found, imprint=imprint))
 
     def path(
         self,

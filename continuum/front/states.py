@@ -52,6 +52,12 @@ class State:
         return self.found.traction
 
     @property
+    def imprint(self) -> Real:
+        """Depth of the imprint that the wall keeps, of this state and those before it, shape (nx, ny), in a0."""
+        left = self.found.imprint_left
+        return np.zeros(self.gap.shape) if left is None else left
+
+    @property
     def area_rep(self) -> float:
         """Repulsive area, as a fraction of A0."""
         return self.found.totals.area_rep
@@ -99,12 +105,9 @@ class State:
     @cached_property
     def duality_gap(self) -> float:
         """Under a hard wall what another state of this load saves at most, relative to the elastic energy; else NaN."""
-        boundary = self.contact.problem.open_boundary
-        energy = (
-            self.contact.problem.elastic_energy(self.gap)
-            if boundary is None
-            else boundary.elastic_energy(self.traction)
-        )
+        problem = self.contact.problem.dented(self.found.imprint)
+        boundary = problem.open_boundary
+        energy = problem.elastic_energy(self.gap) if boundary is None else boundary.elastic_energy(self.traction)
         return self.found.solution.duality_gap / energy if energy > 0 else float("nan")
 
     def require(self) -> State:

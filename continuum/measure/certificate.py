@@ -76,7 +76,7 @@ def _check(problem: ContactProblem, gap: Real, coarse: float, seed: int) -> Stat
     inside = gap < wall.zero_gap
     unsure = float(np.mean(np.abs(gap - wall.zero_gap) <= coarse))
     if wall.law is None:
-        load, residual = _hard(gap, -elastic, coarse)
+        load, residual = _hard(gap, -elastic, coarse, wall.hardness)
         return StateCheck(float(np.mean(gap <= coarse)), unsure, load, residual, noise, np.nan)
     traction = _traction(problem, gap)
     off = elastic + traction
@@ -157,17 +157,20 @@ def _curvatures(problem: ContactProblem, stiffness: Real, gap: Real, seed: int) 
     return found
 
 
-def _hard(gap: Real, pressure: Real, coarse: float) -> tuple[float, float]:
-    """Load, and how far a state is from the three conditions of a hard wall: no overlap, no tension, no action at a
-    distance.  Elasticity tells the pressure but for its mean, which is such that it vanishes beside the contact.
+def _hard(gap: Real, pressure: Real, coarse: float, hardness: float) -> tuple[float, float]:
+    """Load, and how far a state is from the conditions of a hard wall: no overlap but where it yields, no tension, no
+    pressure above the hardness, no action at a distance.  Elasticity tells the pressure but for its mean, which is such
+    that it vanishes beside the contact, and is the hardness where the wall yields.
     """
-    touching = gap <= coarse
+    touching, yields = gap <= coarse, (gap < -coarse) & np.isfinite(hardness)
     if not touching.any():
         return 0.0, float(np.sqrt(np.mean(pressure**2)))
-    beside = pressure[~touching]
-    # In full contact any mean is one, from the least that holds no tension on.
-    pressure = pressure - (beside.mean() if beside.size else pressure.min())
-    broken = np.where(touching, np.minimum(pressure, 0.0), pressure)
-    overlap = np.minimum(gap + coarse, 0.0)
-    load = float(pressure.mean()) if beside.size else np.nan
+    known = yields | ~touching
+    # In full contact, where nothing yields, any mean is one, from the least that holds no tension on.
+    level = np.mean(pressure[known] - np.where(yields[known], hardness, 0.0)) if known.any() else pressure.min()
+    pressure = pressure - level
+    broken = np.where(touching, pressure - np.clip(pressure, 0.0, hardness), pressure)
+    broken = np.where(yields, pressure - hardness, broken)
+    overlap = np.where(yields, 0.0, np.minimum(gap + coarse, 0.0))
+    load = float(pressure.mean()) if known.any() else np.nan
     return load, float(np.sqrt(np.mean(broken**2) + np.mean(overlap**2)))

@@ -13,7 +13,7 @@ Stateless: functions of the displacement return arrays, nothing is remembered.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ from continuum.model.open_boundary import OpenBoundary
 from continuum.model.substrates import Substrate
 from continuum.model.surface import Moments, moments
 from continuum.model.walls import Wall
+
+_OF_THE_SUBSTRATE = ("stiffness_q", "_finite_stiffness_q", "open_boundary")
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,15 @@ class ContactProblem:
     def mean_height(self) -> float:
         """Mean height of the wall; zero for a synthesised surface."""
         return self.grid.mean(self.heights)
+
+    def dented(self, imprint: Real | None) -> ContactProblem:
+        """The problem whose wall keeps an imprint: heights raised by its depth, shape ``grid.shape``, in a0."""
+        if imprint is None:
+            return self
+        found = replace(self, heights=self.heights + imprint)
+        # The response is the same, and would be computed again.
+        vars(found).update({name: vars(self)[name] for name in _OF_THE_SUBSTRATE if name in vars(self)})
+        return found
 
     def gap(self, displacement: Real, separation: float) -> Real:
         """Height of the wall above the displaced surface, in a0."""

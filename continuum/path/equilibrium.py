@@ -58,6 +58,9 @@ def equilibrium(
     elif control == "mean-pressure":
         # The mean displacement is free, and counted from first touch.
         lift, mean, pressure = problem.wall.zero_gap - float(problem.heights.min()), 0.0, target
+    if mean == 0 and not pressure < problem.wall.hardness:
+        allowed = f"a pressure below the hardness of {problem.wall.hardness:g} E*, at which all of the surface yields"
+        raise ArgumentError("mean-pressure", target, allowed)
     if pressure < 0 and problem.wall.largest_tension == 0:
         return gone(problem, target, branch)
     # A solver made here is not kept for longer than it solves.
@@ -87,7 +90,8 @@ def _solution(
     """Solve with the solver that the wall asks for: the smooth one for a law, the constrained one for a bound."""
     law, heights = problem.wall.law, problem.heights
     if law is None:
-        return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
+        most = problem.wall.hardness
+        return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean, most=most)
     return solver.minimise(law, heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
 
 

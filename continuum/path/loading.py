@@ -11,13 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from continuum.arguments import field
+from continuum.arguments import ArgumentError, field
 from continuum.measure.contact import Totals
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.area import find_area
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import (
+    YIELDS,
     Branch,
     Control,
     Event,
@@ -31,6 +32,7 @@ from continuum.path.state import (
     kept,
     nearness,
     numbers,
+    settled,
     state_of,
 )
 from continuum.solve.solution import Settings
@@ -99,6 +101,7 @@ def follow(
     Each starts from the last converged state, shifted rigidly, never from one that failed; where an area is jumped
     over, from the state before the jump.  With ``search.event_resolution`` the way to it goes by steps that are halved
     where more changes than the threshold of an event, so that jumps on the way are bracketed.
+    Where the wall has yielded it keeps its imprint for the states that follow.
 
     Parameters
     ----------
@@ -119,18 +122,24 @@ def follow(
     good[:] = [state for state in good if state.status.ok][-2:]
     for target in targets:
         check_target(control, target)
+        if control == "mean-gap" and np.isfinite(problem.wall.hardness):
+            raise ArgumentError("mean-gap", target, f"another control along a path where the wall yields: {YIELDS}")
+        here = settled(problem, good)
+        imprint = good[-1].imprint if good else None
         branch = _branch(control, target, good)
         if lost is not None and control == "mean-pressure" and target <= lost.target:
-            yield gone(problem, target, branch)
+            yield gone(here, target, branch)
             continue
         if control == "repulsive-area":
-            state = find_area(problem, target, settings, search, good, branch, solver)
+            known = good if np.isinf(problem.wall.hardness) else list(good)  # trials leave no imprint
+            state = find_area(here, target, settings, search, known, branch, solver)
         elif good and search.event_resolution is not None and problem.wall.work_of_adhesion > 0:
-            state = _walk(problem, control, target, settings, good, branch, search, solver)
+            state = _walk(here, control, target, settings, good, branch, search, solver)
         else:
-            start = _shifted(problem, control, good[-1], target) if good else None
-            state = equilibrium(problem, control, target, settings, start, branch, solver)
+            start = _shifted(here, control, good[-1], target) if good else None
+            state = equilibrium(here, control, target, settings, start, branch, solver)
             del start
+        state = replace(state, imprint=imprint)
         lost = state if state.outcome is Outcome.PULLED_OFF else None
         if lost is not None and good and not state.events:
             state = replace(state, events=(event(control, branch, good[-1], state),))

@@ -20,6 +20,10 @@ Branch = Literal["start", "approach", "retract"]
 EventKind = Literal["jump-in", "jump-out", "pull-off", "turn"]
 
 
+YIELDS = "an imprint changes the mean gap, and with it what a mean gap means"
+"""Why a path under a wall that yields has no given mean gap."""
+
+
 class Outcome(enum.Enum):
     """Why there is no state at a target, although the solver did what it could."""
 
@@ -125,6 +129,8 @@ class PathState:
     """Jumps on the way from the state before."""
     lowest: tuple[float, float] | None = None
     """Smallest load per A0, in E*, and its mean gap, among the equilibria on the way from the state before and it."""
+    imprint: Real | None = field(default=None, repr=False)
+    """Depth of the imprint that the wall had before, shape ``grid.shape``, in a0; None without one."""
     search_pairs: float = 0.0
     """FFT pairs, weighted as those of the solution, of the other equilibria on the way."""
     search_solves: int = 0
@@ -139,6 +145,14 @@ class PathState:
     def gap(self) -> Real:
         """Height of the wall above the deformed surface, shape ``grid.shape``, in a0."""
         return self.solution.gap
+
+    @property
+    def imprint_left(self) -> Real | None:
+        """Depth of the imprint that the state leaves: where the gap is negative the wall has yielded once more."""
+        new = np.maximum(-self.gap, 0.0)
+        if not new.any():
+            return self.imprint
+        return new if self.imprint is None else self.imprint + new
 
     @property
     def traction(self) -> Real:
@@ -206,7 +220,18 @@ def kept(state: PathState) -> PathState:
 def numbers(state: PathState) -> PathState:
     """A state without its fields."""
     nothing = np.broadcast_to(np.nan, state.gap.shape)
-    return replace(kept(state), solution=replace(kept(state).solution, gap=nothing))
+    return replace(kept(state), imprint=None, solution=replace(kept(state).solution, gap=nothing))
+
+
+def settled(problem: ContactProblem, good: list[PathState]) -> ContactProblem:
+    """The problem with the imprint that the last state of a list has left, and that state as one of this problem."""
+    if np.isinf(problem.wall.hardness) or not good:
+        return problem
+    last = good[-1]
+    imprint, gap = last.imprint_left, np.maximum(last.gap, 0.0)
+    solution = replace(last.solution, gap=gap)
+    good[-1] = replace(last, imprint=imprint, mean_gap=problem.grid.mean(gap), solution=solution)
+    return problem.dented(imprint)
 
 
 def gone(problem: ContactProblem, target: float, branch: Branch, solution: Solution | None = None) -> PathState:

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self
 
+import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
@@ -16,7 +17,7 @@ from continuum.model.grid import GridTable
 from continuum.model.substrates import SubstrateTable
 from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import WallTable
-from continuum.path.state import Control, Search
+from continuum.path.state import YIELDS, Control, Search
 from continuum.runs.ranges import expand_range
 from continuum.runs.tables import SolverTable
 from continuum.tables import Fault, Fraction, Table, constraint
@@ -201,6 +202,17 @@ class RunConfig(Document):
         for key, part in ((("loading",), self.loading), (("loading", "retraction"), self.loading.retraction)):
             if part is not None and (cause := self.substrate.without(part.control)):
                 yield Fault((*key, "control"), f'another control than "{part.control}" on this substrate', cause)
+
+    @constraint
+    def _below_the_hardness(self) -> Iterator[Fault]:
+        if np.isinf(self.wall.largest_pressure):
+            return
+        for (control, targets), key in zip(self.loading.legs, (("loading",), ("loading", "retraction")), strict=False):
+            if control == "mean-gap":
+                yield Fault((*key, "control"), f'another control than "{control}" where the wall yields', YIELDS)
+            elif control == "mean-pressure" and max(targets) >= self.wall.largest_pressure:
+                most = f"values below the hardness, {self.wall.largest_pressure:g} E*"
+                yield Fault((*key, "targets"), most, "all of the surface yields at a mean pressure of the hardness")
 
     @constraint
     def _a_turn_that_repeats(self) -> Iterator[Fault]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -124,6 +124,10 @@ class Record:
             datasets[column.name] = Dataset(values, ("step",), **column.metadata)
         if self.fields:
             datasets["gap"] = Dataset(np.array(self.gaps), ("step", "x", "y"), "a0", "gap")
+        if self.good and self.good[-1].imprint_left is not None:
+            what = "depth of the imprint that the wall keeps, to which later heights are raised"
+            kind = np.float64 if restart else np.float32
+            datasets["imprint"] = Dataset(self.good[-1].imprint_left.astype(kind), ("x", "y"), "a0", what)
         if restart and self.good:
             for name in ("control", "target", "branch", "separation", "mean_gap"):
                 values = np.array([getattr(state, name) for state in self.good])
@@ -133,7 +137,7 @@ class Record:
             values = np.array([dataclasses.astuple(state.totals) for state in self.good])
             names = ", ".join(column.name for column in dataclasses.fields(Totals))
             datasets["restart/contact"] = Dataset(values, ("restart_point", "restart_number"), "", names)
-            gap = self.good[-1].gap
+            gap = np.maximum(self.good[-1].gap, 0.0) if "imprint" in datasets else self.good[-1].gap
             datasets["restart/gap"] = Dataset(gap, ("x", "y"), "a0", "gap of the last of these, the start of the next")
         return datasets
 
@@ -204,6 +208,9 @@ class Record:
                 solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
                 state = PathState(control, target, branch, separation, mean_gap, Totals(*contact), solution)
                 record.good = [*map(numbers, record.good), state]
+            if record.good and "imprint" in file.datasets:
+                # That after the last state, whose gap is as if it had been there before.
+                record.good[-1] = replace(record.good[-1], imprint=file["imprint"])
         return record
 
     def remember_lost(self, problem: ContactProblem) -> None:

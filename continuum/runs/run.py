@@ -113,7 +113,7 @@ def states_of(system: RunSetup, record: Record, solver: Solver) -> Iterator[tupl
                 record.remember_lost(system.problem)
             left = targets[done:]
             for state in follow(system.problem, control, left, system.settings, record.good, search, solver):
-                yield system.problem, state
+                yield system.problem.dented(state.imprint), state
         done = max(0, done - len(targets))
 
 

@@ -15,6 +15,8 @@ from importlib import import_module
 from math import prod
 from typing import Any, Protocol
 
+import numpy as np
+
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
@@ -229,8 +231,22 @@ class BoundEngine(Engine, Protocol):
     def misses(self, p: Array, z: Array, level: float, error: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
         """The same as :meth:`continuum.solve.bound_grid.BoundGrid.misses`, in the memory of three fields."""
 
+    def set_largest_pressure(self, most: float) -> None:
+        """The pressure at which the wall gives way; infinite where it does not."""
+
     def duality_gap(self, p: Array, z: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
         """The same as :meth:`continuum.solve.bound_grid.BoundGrid.duality_gap`, in the memory of two fields."""
+
+
+def most_work(height: Real, mean: float, most: float) -> float:
+    """Least mean of p times a height above the lowest point, over all p from 0 to ``most`` of a mean.
+
+    It presses as hard as it may where the height is least.
+    """
+    filled = mean / most * height.size
+    whole = min(int(filled), height.size - 1)
+    lowest = np.partition(height.ravel(), whole)[: whole + 1]
+    return float(most * (lowest[:whole].sum() + (filled - whole) * lowest[whole]) / height.size)
 
 
 def reused(whole: Array, *shape: int) -> Array:

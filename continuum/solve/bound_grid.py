@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import brentq
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.solve.backend import Array, BackEnd, BoundEngine, reused
 from continuum.solve.solution import Work
 
+STEEPEST = 1e30
+"""By more no pressure is scaled: as many of its points press as can."""
 SMALLEST_GAP = float(np.finfo(np.float64).tiny)
 """Gap off the contact, at least: zero marks the contact."""
 
@@ -31,7 +34,7 @@ class BoundGrid:
     FIELDS = 9.2
     """Memory held on a device that keeps its arrays, in fields."""
     below: BoundGrid | None = None
-    mean_stiffness = 0.0
+    mean_stiffness, most = 0.0, np.inf
     _wide = _least = 0.0
     """Mean of the start, and its smallest gap, at least zero."""
     p: Array = None
@@ -56,13 +59,15 @@ class BoundGrid:
 
     # --- the problem ---------------------------------------------------------------------------------------
 
-    def set_problem(self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float) -> bool:
+    def set_problem(
+        self, offset: Real, start: Real | None, *, lift: float, sink: float, mean_stiffness: float, most: float
+    ) -> bool:
         """Set the problem, with p = 0; False if it is not finite.
 
         The offset is ``offset + lift - sink``, the arrays of shape ``grid.shape``; ``mean_stiffness`` is K at q = 0,
-        infinite where the mean of u is held at zero.  The start lies in z.
+        infinite where the mean of u is held at zero; ``most`` is the largest p.  The start lies in z.
         """
-        self._hold(mean_stiffness)
+        self._hold(mean_stiffness, most)
         if not self.engine.upload(self.offset, offset):
             return False
         if start is not None:
@@ -77,9 +82,10 @@ class BoundGrid:
     def _allocate(self) -> None:
         self.p, self.z = self.engine.field(), self.engine.field()
 
-    def _hold(self, mean_stiffness: float) -> None:
+    def _hold(self, mean_stiffness: float, most: float) -> None:
         """Stiffness of the mean; none where it is held, which any pressure does.  Nothing presses yet."""
-        self.mean_stiffness = mean_stiffness
+        self.mean_stiffness, self.most = mean_stiffness, most
+        self.engine.set_largest_pressure(most)
         if not self.engine.KEEPS_FIELDS:
             self._allocate()
         self.engine.set_mean_stiffness(mean_stiffness if np.isfinite(mean_stiffness) else 0.0, held=False)
@@ -97,7 +103,7 @@ class BoundGrid:
             return None
         below = BoundGrid(back_end, grid, cut(stiffness_q, grid.shape_q), threads, self)
         self.engine.coarsen(self.offset, below.engine, below.offset)
-        below._hold(self.mean_stiffness)
+        below._hold(self.mean_stiffness, self.most)
         self.below = below
         return below
 
@@ -130,9 +136,9 @@ class BoundGrid:
         """Set p to a number."""
         self.engine.fill(self.p, pressure)
 
-    def scale(self, factor: float) -> None:
-        """Set p <- factor p."""
-        self.engine.scale(self.p, factor)
+    def scale(self, total: float) -> bool:
+        """Scale p, which is positive somewhere, to a sum; False if its points cannot carry that."""
+        return self._scale(self.p, total, self.total(), self.s)
 
     def total(self) -> float:
         """Sum of p."""
@@ -154,7 +160,7 @@ class BoundGrid:
         return float(mz), float(m)
 
     def select(self, level: float) -> tuple[float, float, float, float]:
-        """Find the contact: the points that press or overlap.
+        """Find the contact: the points that press or overlap, but for those that yield.
 
         Returns how many there are, how many are new or gone, and their sums of m z and of m.
         """
@@ -213,11 +219,34 @@ class BoundGrid:
         self.engine.out_of("advance", z=self.z, step=step, out=self.change)
         self.p, self.s = self.s, self.p
 
-    def arrive(self, factor: float) -> tuple[float, float]:
-        """Scale the trial, and find its gap; returns the energy of the dual as :meth:`displace` does."""
-        if factor != 1:
-            self.engine.scale(self.s, factor)
+    def arrive(self, before: float, after: float) -> tuple[float, float]:
+        """Scale the trial from one sum to another, and find its gap; returns what :meth:`displace` does.
+
+        The energy is infinite if its points cannot carry that sum.
+        """
+        if before != after and not self._scale(self.s, before, after, self.change):
+            return np.inf, 0.0
         return self._gap(self.s, self.change)
+
+    def _scale(self, pressure: Array, wanted: float, total: float, spare: Array) -> bool:
+        """Scale a pressure from one sum to another, but where it is the largest; False if no factor does."""
+        if np.isinf(self.most):
+            self.engine.scale(pressure, wanted / total)
+            return True
+
+        def excess(factor: float, out: Array = spare) -> float:
+            return float(self.engine.sweep("stretch", p=pressure, factor=factor, out=out)[0]) - wanted
+
+        low, high = 0.0, 1.0
+        while excess(high) < 0:
+            if high > STEEPEST:
+                return False
+            low, high = high, 4 * high
+        if excess(low) > 0:
+            return False
+        factor = brentq(excess, low, high, xtol=1e-300, rtol=1e-15)
+        excess(float(factor), pressure)
+        return True
 
     def accept(self) -> None:
         """Accept the trial whose gap :meth:`arrive` has found: p and z."""

@@ -45,8 +45,8 @@ HALVINGS = 30
 """Shortest step that is tried: this power of ½ of the first."""
 VERIFICATIONS = 5
 """How often the iteration goes on with a lower tolerance because the residual computed afresh is too large."""
-ROUNDING = 1e-13
-"""A rise of the energy by this part of its size is none."""
+ROUNDING, LARGER_ROUNDING = 1e-13, 1e-12
+"""A rise of the energy by this part of its size is none; the larger one where pressures are scaled point by point."""
 
 
 def constrain(
@@ -58,6 +58,7 @@ def constrain(
     pressure: float,
     lift: float,
     mean_stiffness: float,
+    most: float,
 ) -> Solution:
     """Minimise ½ <u, K u> - F <u> over u with z = offset + lift - u >= 0 at each point, on a grid that knows K.
 
@@ -65,15 +66,18 @@ def constrain(
     """
     began = time.perf_counter()
     sink = pressure / mean_stiffness if 0 < mean_stiffness < np.inf else 0.0
-    if not grid.set_problem(offset, start, lift=lift, sink=sink, mean_stiffness=mean_stiffness):
+    if not grid.set_problem(offset, start, lift=lift, sink=sink, mean_stiffness=mean_stiffness, most=most):
         points = offset if start is None else start
         return Solution(points, Status.NON_FINITE, np.inf, 0, pressure=np.broadcast_to(0.0, points.shape))
     if mean_stiffness == 0 and not pressure >= 0:
         msg = f"a hard wall only pushes: give a mean pressure of zero or more, not {pressure:g}"
         raise ValueError(msg)
+    if mean_stiffness == 0 and not pressure < most:
+        msg = f"a wall that gives way at a pressure of {most:g} carries no mean pressure of {pressure:g}"
+        raise ValueError(msg)
     if mean_stiffness == 0 and pressure == 0:
         return Solution(grid.touch(), Status.CONVERGED, 0.0, 0, pressure=np.broadcast_to(0.0, offset.shape))
-    if np.isinf(mean_stiffness) and not grid.mean_offset() > 0:
+    if np.isinf(mean_stiffness) and np.isinf(most) and not grid.mean_offset() > 0:
         msg = f"a hard wall leaves no surface at a mean gap of {grid.mean_offset():g} a0: it has to be positive"
         raise ValueError(msg)
     dual = _Dual(grid, pressure, mean_stiffness)
@@ -148,9 +152,9 @@ class _Dual:
         """Scale p to the mean pressure, if that is given; where there is no p, that of flat surfaces."""
         if not np.isfinite(total) or (self.bordered and total <= 0):
             mean = self.pressure if self.loaded else max(0.0, -self.mean_stiffness * self.grid.mean_offset())
-            self.grid.fill(mean)
-        elif self.loaded:
-            self.grid.scale(self.pressure * self.grid.size / total)
+            self.grid.fill(min(mean, self.grid.most))
+        elif self.loaded and not self.grid.scale(self.pressure * self.grid.size):
+            self.grid.fill(self.pressure)
 
     # --- the iteration -------------------------------------------------------------------------------------
 
@@ -248,8 +252,9 @@ class _Dual:
                 self.energy -= 0.5 * step * slope
                 return step
             # The cut adds pressure; the mean stays what it was, since a soft mean mode would not forgive it.
-            energy, size = grid.arrive(before / after if self.bordered and 0 < before < after else 1.0)
-            if energy <= self.energy + ROUNDING * size:
+            scaled = self.bordered and before > 0 and (before < after or np.isfinite(grid.most))
+            energy, size = grid.arrive(before, after) if scaled else grid.arrive(1.0, 1.0)
+            if energy <= self.energy + (ROUNDING if np.isinf(grid.most) else LARGER_ROUNDING) * size:
                 grid.accept()
                 self.energy = energy
                 return step

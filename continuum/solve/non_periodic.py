@@ -74,13 +74,14 @@ class NonPeriodicSolver(Solver):
         pressure: float = 0.0,
         lift: float = 0.0,
         mean_stiffness: float | None = None,
+        most: float = np.inf,
     ) -> Solution:
         """As :meth:`minimise`, under a hard wall, where the start makes no difference."""
         del start  # the energy is convex, and from the gap of a window alone no pressure follows
         for far in self._distances(offset, lift, 0.0):
             around, mean = self.boundary.around(offset, far), self._mean(mean_stiffness)
             found = super().constrain(
-                around, None, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean
+                around, None, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean, most=most
             )
             if not found.status.ok or _beside(self.boundary, found.gap).min() > 0:
                 break

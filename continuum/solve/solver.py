@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import numpy as np
+
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
@@ -83,6 +85,7 @@ class Solver:
         pressure: float = 0.0,
         lift: float = 0.0,
         mean_stiffness: float | None = None,
+        most: float = np.inf,
     ) -> Solution:
         """Minimise ½ <u, K u> - F <u> over u with z = offset + lift - u >= 0 at each point.
 
@@ -94,21 +97,25 @@ class Solver:
         pressure : F, a uniform pressure along u, in E*; of no effect where the mean of u is held.
         mean_stiffness : K at q = 0 instead of that of ``stiffness_q``.  Infinite holds the mean of u at zero; with 0
             the mean pressure is F.
+        most : pressure at which the wall gives way: where it is reached, z may be negative.
 
         Returns
         -------
         Solution
-            Its gap is exactly zero where its traction is positive, and positive elsewhere.  Its residual is the
+            Its gap is exactly zero where its traction is positive, negative where the wall gave way, and positive
+            elsewhere.  Its residual is the
             root-mean-square of K e, e being what closing the contact and lifting the overlaps exactly adds to u: the
             traction by which a surface that fulfils the bound, with this traction, misses its equilibrium.
 
         Raises
         ------
         ValueError
-            If no state exists: F < 0 without mean stiffness (a hard wall cannot pull), or a held mean that overlaps.
+            If no state exists: F < 0 without mean stiffness (a hard wall cannot pull), F at which the wall gives way
+            everywhere, or a held mean that overlaps.
         """
         mean = self._mean_stiffness if mean_stiffness is None else mean_stiffness
-        return constrain(self._bound, offset, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
+        posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean, "most": most}
+        return constrain(self._bound, offset, start, settings, **posed)
 
     def elastic_energy(self, offset: Real, solution: Solution) -> float:
         """½ <u, K u> of a solution's u = offset - gap without its mean, in E* a0, in the arrays that are there."""

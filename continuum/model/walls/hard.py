@@ -8,8 +8,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from continuum.arguments import number
 from continuum.model.fourier import Real
 from continuum.model.walls.wall import Wall, WallTable
+from continuum.tables import Positive
 
 
 @dataclass(frozen=True)
@@ -18,32 +20,58 @@ class HardWall(Wall):
 
     It has no law: its traction is not a function of the gap but what holds the surface, as the solution says.  Contact
     is where the gap is exactly zero.
+
+    With a hardness the traction is at most that.  Where it is reached one of the bodies yields, and keeps its imprint:
+    the gap is then minus the depth of what is new of it, and contact is where the gap is zero or less.  Perfectly
+    plastic, without hardening: Almqvist, Sahlin, Larsson and Glavatskih, Tribol. Int. 40, 574 (2007).
+
+    Parameters
+    ----------
+    hardness : largest traction, in E*; infinite for none.
     """
 
+    hardness: float = np.inf
     law: ClassVar[None] = None
     zero_gap: ClassVar[float] = 0.0
     range: ClassVar[float] = 0.0
     core: ClassVar[float] = -np.inf
-    bound: ClassVar[float] = 0.0
     work_of_adhesion: ClassVar[float] = 0.0
     largest_tension: ClassVar[float] = 0.0
     largest_softening: ClassVar[float] = 0.0
 
+    def __post_init__(self) -> None:
+        if not (isinstance(self.hardness, float) and np.isposinf(self.hardness)):  # the default
+            number("hardness", self.hardness, above=0)
+
+    @property
+    def bound(self) -> float:
+        return 0.0 if np.isinf(self.hardness) else -np.inf
+
     def energy(self, gap: Real) -> Real:
-        """Zero, infinite where the surface would overlap."""
-        return np.where(gap < 0, np.inf, 0.0)
+        """Work that an imprint takes, hardness times depth; zero without one, infinite where nothing yields."""
+        with np.errstate(invalid="ignore"):  # infinity times zero
+            return np.where(gap < 0, -self.hardness * gap, 0.0)
 
     def touches(self, gap: Real) -> NDArray[np.bool_]:
-        """Where the gap is exactly zero, which is where the wall pushes."""
+        """Where the gap is exactly zero, or less where it yields: there the wall pushes."""
         return np.asarray(gap <= 0.0)
 
 
 class RigidWall(WallTable):
     """[wall] of law "hard": non-overlap, no adhesion."""
 
+    newer: ClassVar[frozenset[str]] = frozenset({"hardness"})
+
     law: Literal["hard"]
     has_law: ClassVar[bool] = False
     equivalent_range: ClassVar[float] = 0.0
 
+    hardness: Positive | None = None
+    """pressure at which it yields, in E*; never, if not given"""
+
+    @property
+    def largest_pressure(self) -> float:
+        return np.inf if self.hardness is None else self.hardness
+
     def build(self) -> Wall:
-        return HardWall()
+        return HardWall() if self.hardness is None else HardWall(self.hardness)

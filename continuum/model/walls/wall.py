@@ -58,8 +58,13 @@ class Wall:
         def core(self) -> float:
             """Gap below which the law is continued with constant stiffness."""
 
-    bound: ClassVar[float] = -np.inf
-    """Gap below which no point can go, in a0; none for a law."""
+    hardness: float = np.inf
+    """Traction at which one of the bodies yields, in E*; infinite where none does."""
+
+    @property
+    def bound(self) -> float:
+        """Gap below which no point can go, in a0; none for a law."""
+        return -np.inf
 
     @property
     def reach(self) -> float:
@@ -138,6 +143,12 @@ class WallTable(TableFamily):
 
     kind_key: ClassVar[str] = "law"
     has_law: ClassVar[bool] = True
+
+    @property
+    def largest_pressure(self) -> float:
+        """Mean pressure that no state reaches, in E*; infinite if there is none."""
+        return np.inf
+
     """Whether the traction is a function of the gap."""
     work_key: ClassVar[str] = ""
     """The key that gives the work of adhesion, or most of it; empty where there is none."""

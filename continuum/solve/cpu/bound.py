@@ -9,7 +9,7 @@ import numpy as np
 
 from continuum.model.fourier import Real, padded, rows_forward, rows_inverse
 from continuum.model.grid import Grid
-from continuum.solve.backend import reused
+from continuum.solve.backend import most_work, reused
 from continuum.solve.cpu.compiled import Mask
 from continuum.solve.cpu.engine import KERNELS, CpuEngine, memory, whole_rows
 
@@ -30,10 +30,15 @@ class CpuBoundEngine(CpuEngine):
         self.G = np.divide(1.0, K, out=np.zeros_like(K), where=K > 0)
         self.single = -1 if grid.shape[1] % 2 else grid.shape_q[1] - 1
         self._own["values_q"] = self.windowed_q = np.empty(grid.shape_q)
+        self.set_largest_pressure(np.inf)
 
     def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
         super().set_mean_stiffness(stiffness, held=held)
         self.G[0, 0] = 1.0 / stiffness if stiffness > 0 else 0.0
+
+    def set_largest_pressure(self, most: float) -> None:
+        self.most = most
+        self._own["most"] = most
 
     # --- arrays --------------------------------------------------------------------------------------------
 
@@ -105,7 +110,7 @@ class CpuBoundEngine(CpuEngine):
         stiffest = self.K.max()
         for a, b in pairwise(self.row_edges):
             here = traction[a:b]
-            p[a:b] = np.where(here > stiffest * (start[a:b] - least), np.maximum(here, 0.0), 0.0)
+            p[a:b] = np.where(here > stiffest * (start[a:b] - least), np.clip(here, 0.0, self.most), 0.0)
 
     def cut_kernel(self, window: float, kernel: Real) -> None:
         self.work_q[...] = self.K
@@ -130,6 +135,8 @@ class CpuBoundEngine(CpuEngine):
         product, softness = spare[0], reused(memory(spare[1]), *self.grid.shape_q)
         np.subtract(z, z.min(), out=product)
         product *= p
+        if np.isfinite(self.most):
+            product -= most_work(z - z.min(), self.mean(p), self.most)
         np.multiply(self.G, self.G, out=softness)
         softness *= self.grid.mode_weights
         softness[0, 0] = 0.0

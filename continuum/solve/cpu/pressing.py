@@ -2,7 +2,8 @@
 
 Each is a function of the rows ``start:stop`` of a block, which writes that block's sums.  p is the pressure, z the gap
 up to its level ``shift``, t the direction; s is the preconditioned gap and m the preconditioned field of ones, both
-zero off the contact.
+zero off the contact.  Where p has its largest value, ``most``, and still overlaps, the wall gives way: no contact in
+which p is unknown.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from continuum.solve.cpu.compiled import Mask, compiled
 
 
 @compiled
-def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real) -> None:
-    """Where p presses; sums: of m z, of m."""
+def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: float) -> None:
+    """Where p presses, less than it may; sums: of m z, of m."""
     mz = in_m = 0.0
     for i in range(start, stop):
         for j in range(z.shape[1]):
-            if p[i, j] > 0.0:
+            if 0.0 < p[i, j] < most:
                 mz += m[i, j] * z[i, j]
                 in_m += m[i, j]
     sums[0] = mz
@@ -25,12 +26,15 @@ def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real) -> None
 
 
 @compiled
-def _select(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, mask: Mask, m: Real) -> None:
+def _select(
+    start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, mask: Mask, m: Real, most: float
+) -> None:
     """Contact: the points that press or overlap.  sums: of those, how many are new; that are gone; of m z, of m."""
     entered = left = mz = in_m = count = 0.0
     for i in range(start, stop):
         for j in range(z.shape[1]):
-            touches = p[i, j] > 0.0 or z[i, j] + shift < 0.0
+            gap = z[i, j] + shift
+            touches = (p[i, j] > 0.0 or gap < 0.0) and (p[i, j] < most or gap > 0.0)
             if touches:
                 count += 1.0
                 if not mask[i, j]:
@@ -150,20 +154,33 @@ def _compliance(start: int, stop: int, sums: Real, work: Real, G: Real, single: 
 
 
 @compiled
-def _trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real) -> None:
-    """Pressure out <- p - step t, cut at 0; sums: of what was cut (negative), of p - step t, of out."""
+def _trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real, most: float) -> None:
+    """Pressure out <- p - step t, cut at 0 and ``most``; sums: of what was cut (negative), of p - step t, of out."""
     below = before = after = 0.0
     for i in range(start, stop):
         for j in range(p.shape[1]):
             new = p[i, j] - step * t[i, j]
-            below += min(new, 0.0)
+            below += min(new, 0.0) + min(most - new, 0.0)
             before += new
-            new = max(new, 0.0)
+            new = min(max(new, 0.0), most)
             after += new
             out[i, j] = new
     sums[0] = below
     sums[1] = before
     sums[2] = after
+
+
+@compiled
+def _stretch(start: int, stop: int, sums: Real, p: Real, factor: float, out: Real, most: float) -> None:
+    """Pressure out <- factor p, at most ``most``, which it stays where it is; sums: of out."""
+    total = 0.0
+    for i in range(start, stop):
+        for j in range(p.shape[1]):
+            here = p[i, j]
+            here = here if here >= most else min(factor * here, most)
+            out[i, j] = here
+            total += here
+    sums[0] = total
 
 
 @compiled
@@ -200,22 +217,24 @@ def _accept(start: int, stop: int, sums: Real, z: Real, new: Real) -> None:
 
 
 @compiled
-def _misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, out: Real) -> None:
+def _misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, out: Real, most: float) -> None:
     """Set out <- what closing the contact and lifting the overlaps adds to u."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
             gap = z[i, j] + shift
-            out[i, j] = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
+            out[i, j] = gap if (p[i, j] > 0.0 or gap < 0.0) and (p[i, j] < most or gap > 0.0) else 0.0
 
 
 @compiled
-def _finish(start: int, stop: int, sums: Real, p: Real, z: Real, by: float, smallest: float) -> None:
-    """Gap z <- z + by, exactly zero where p presses and positive elsewhere."""
+def _finish(start: int, stop: int, sums: Real, p: Real, z: Real, by: float, smallest: float, most: float) -> None:
+    """Gap z <- z + by, exactly zero where p presses, negative where the wall gives way, and positive elsewhere."""
     for i in range(start, stop):
         for j in range(z.shape[1]):
             gap = z[i, j] + by
-            gap = smallest if gap < smallest else gap
-            z[i, j] = 0.0 if p[i, j] > 0.0 else gap
+            if p[i, j] > 0.0:
+                z[i, j] = min(gap, 0.0) if p[i, j] >= most else 0.0
+            else:
+                z[i, j] = smallest if gap < smallest else gap
 
 
 @compiled

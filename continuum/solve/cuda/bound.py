@@ -6,6 +6,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
+from continuum.solve.backend import most_work
 from continuum.solve.cuda.device import Array, empty
 from continuum.solve.cuda.engine import CudaEngine
 
@@ -22,12 +23,15 @@ class CudaBoundEngine(CudaEngine):
         super().__init__(grid, K, None, finer)
         self._stiffness_q = np.where(np.isfinite(K), K, 0.0)
         self._own["values_q"] = self.windowed = empty(*grid.shape_q)
-        self._own["factor"] = 1.0
+        self._own |= {"factor": 1.0, "most": np.inf}
         self._mean_stiffness = 0.0
 
     def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
         super().set_mean_stiffness(stiffness, held=held)
         self._mean_stiffness = stiffness
+
+    def set_largest_pressure(self, most: float) -> None:
+        self._own["most"] = most
 
     # --- arrays --------------------------------------------------------------------------------------------
 
@@ -93,4 +97,8 @@ class CudaBoundEngine(CudaEngine):
         K = self._stiffness_q.copy()
         K[0, 0] = np.inf
         softness = float(np.sqrt(np.sum(self.grid.mode_weights / K**2)))
-        return float(pz + total * depth) / self.size, 2 * float(total) / self.size * softness
+        most, saved = self._own["most"], float(pz + total * depth) / self.size
+        if np.isfinite(most):
+            gap = self.download(z)
+            saved -= most_work(gap - gap.min(), float(total) / self.size, most)
+        return saved, 2 * float(total) / self.size * softness

@@ -40,12 +40,12 @@ def _wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
 
 
 @Kernel
-def _guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: float) -> None:
+def _guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: float, most: float) -> None:
     """Pressure of a start: where the traction in work, and ``more``, pushes and it nearly touches."""
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             here = work[i, j] + more
-            p[i, j] = max(here, 0.0) if here > stiffest * (z[i, j] - least) else 0.0
+            p[i, j] = min(max(here, 0.0), most) if here > stiffest * (z[i, j] - least) else 0.0
 
 
 @Kernel
@@ -106,22 +106,23 @@ def _multiply(work: Real, values_q: Real, factor: float) -> None:
 
 
 @Kernel
-def _level(p: Real, z: Real, m: Real, sums: Sums) -> None:
+def _level(p: Real, z: Real, m: Real, most: float, sums: Sums) -> None:
     mz = in_m = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            if p[i, j] > 0.0:
+            if 0.0 < p[i, j] < most:
                 mz += m[i, j] * z[i, j]
                 in_m += m[i, j]
     leave(sums, cuda.grid(1), (mz, in_m))
 
 
 @Kernel
-def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, sums: Sums) -> None:
+def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, most: float, sums: Sums) -> None:
     mz = in_m = count = changed = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            touches = 1 if p[i, j] > 0.0 or z[i, j] + shift < 0.0 else 0
+            gap = z[i, j] + shift
+            touches = 1 if (p[i, j] > 0.0 or gap < 0.0) and (p[i, j] < most or gap > 0.0) else 0
             if touches != mask[i, j]:
                 changed += 1.0
                 mask[i, j] = touches
@@ -211,7 +212,7 @@ def _compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
 
 
 @Kernel
-def _trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
+def _trial(p: Real, t: Real, step: float, out: Real, most: float, sums: Sums) -> None:
     below = before = after = 0.0
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
@@ -220,9 +221,24 @@ def _trial(p: Real, t: Real, step: float, out: Real, sums: Sums) -> None:
             if new < 0.0:
                 below += new
                 new = 0.0
+            elif new > most:
+                below += most - new
+                new = most
             after += new
             out[i, j] = new
     leave(sums, cuda.grid(1), (below, before, after))
+
+
+@Kernel
+def _stretch(p: Real, factor: float, out: Real, most: float, sums: Sums) -> None:
+    total = 0.0
+    for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
+            here = p[i, j]
+            here = here if here >= most else min(factor * here, most)
+            out[i, j] = here
+            total += here
+    sums[0, cuda.grid(1)] = total
 
 
 @Kernel
@@ -260,12 +276,12 @@ def _accept(z: Real, new: Real) -> None:
 
 
 @Kernel
-def _misses(work: Real, p: Real, z: Real, shift: float, scale: float, sums: Sums) -> None:
+def _misses(work: Real, p: Real, z: Real, shift: float, scale: float, most: float, sums: Sums) -> None:
     largest = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j] + shift
-            error = gap if p[i, j] > 0.0 or gap < 0.0 else 0.0
+            error = gap if (p[i, j] > 0.0 or gap < 0.0) and (p[i, j] < most or gap > 0.0) else 0.0
             largest = max(largest, abs(error))
             work[i, j] = scale * error
     sums[0, cuda.grid(1)] = largest
@@ -296,7 +312,11 @@ def _square(work: Real, K: Real, single: int, sums: Sums) -> None:
 
 
 @Kernel
-def _finish(p: Real, z: Real, by: float, smallest: float) -> None:
+def _finish(p: Real, z: Real, by: float, smallest: float, most: float) -> None:
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            z[i, j] = 0.0 if p[i, j] > 0.0 else max(z[i, j] + by, smallest)
+            gap = z[i, j] + by
+            if p[i, j] > 0.0:
+                z[i, j] = min(gap, 0.0) if p[i, j] >= most else 0.0
+            else:
+                z[i, j] = max(gap, smallest)

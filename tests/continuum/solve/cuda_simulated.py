@@ -275,6 +275,10 @@ def test_other_sums_over_modes(case: Case) -> None:
     check(start(KERNELS["energy"], case.rows, work, case.K, case.single, summed=True)[1][0], power.sum())
 
 
+MOST = 0.5
+"""Largest pressure, which some points of a random field have."""
+
+
 # --- under a bound -----------------------------------------------------------------------------------------
 
 
@@ -286,8 +290,8 @@ def test_pressing_starts(case: Case) -> None:
     wide = z >= z.mean()
     check(start(KERNELS["wide"], rows, work, z, z.mean(), summed=True)[1][:2], (field[wide].sum(), wide.sum()))
     here = field + 0.1
-    expected = np.where(here > 0.2 * (z + 1.5), np.maximum(here, 0), 0)
-    check(start(KERNELS["guess"], rows, p, work, z, 0.1, 0.2, -1.5)[0][0], expected)
+    expected = np.where(here > 0.2 * (z + 1.5), np.clip(here, 0, MOST), 0)
+    check(start(KERNELS["guess"], rows, p, work, z, 0.1, 0.2, -1.5, MOST)[0][0], expected)
     coarse, fine, mine, sums = case.field(), np.zeros((2 * rows, 2 * n)), np.zeros((2 * rows, 2 * n)), np.zeros(6)
     SWEEPS["spread"][0](0, 2 * rows, sums, coarse, mine)
     (found, _), total = start(KERNELS["spread"], 2 * rows, fine, coarse, summed=True)
@@ -311,11 +315,11 @@ def test_pressing_preconditions(case: Case) -> None:
     check(out, work[:, :n] * mask)
     check(sums[0], out.sum())
     sums = np.zeros(6)
-    SWEEPS["level"][0](0, rows, sums, p, z, m)
-    check(start(KERNELS["level"], rows, p, z, m, summed=True)[1][:2], sums[:2])
+    SWEEPS["level"][0](0, rows, sums, p, z, m, MOST)
+    check(start(KERNELS["level"], rows, p, z, m, MOST, summed=True)[1][:2], sums[:2])
     mine = mask.astype(bool), m.copy()
-    SWEEPS["select"][0](0, rows, sums, p, z, 0.3, *mine)
-    (_, _, marks, masked), found = start(KERNELS["select"], rows, p, z, 0.3, mask, m, summed=True)
+    SWEEPS["select"][0](0, rows, sums, p, z, 0.3, *mine, MOST)
+    (_, _, marks, masked), found = start(KERNELS["select"], rows, p, z, 0.3, mask, m, MOST, summed=True)
     check(marks, mine[0])
     check(masked, mine[1])
     check(found[:4], sums[:4])
@@ -345,10 +349,14 @@ def test_pressing_steps(case: Case) -> None:
     power = np.abs(case.K * work.view(complex)) ** 2 * case.weights
     check(start(KERNELS["square"], rows, work, case.K, case.single, summed=True)[1][0], power.sum())
     sums = np.zeros(6)
-    SWEEPS["trial"][0](0, rows, sums, p, t, 0.3, out)
-    (_, _, tried), totals = start(KERNELS["trial"], rows, p, t, 0.3, s, summed=True)
+    SWEEPS["trial"][0](0, rows, sums, p, t, 0.3, out, MOST)
+    (_, _, tried), totals = start(KERNELS["trial"], rows, p, t, 0.3, s, MOST, summed=True)
     check(tried, out)
     check(totals[:3], sums[:3])
+    SWEEPS["stretch"][0](0, rows, sums, p, 1.3, out, MOST)
+    (_, stretched), totals = start(KERNELS["stretch"], rows, p, 1.3, s, MOST, summed=True)
+    check(stretched, out)
+    check(totals[0], sums[0])
 
 
 def test_pressing_arrives(case: Case) -> None:
@@ -364,13 +372,16 @@ def test_pressing_arrives(case: Case) -> None:
     check(totals[:2], sums[:2])
     check(start(KERNELS["accept"], rows, z, change)[0], (change, change - z))
     error = np.zeros_like(z)
-    SWEEPS["misses"][0](0, rows, sums, p, z, 0.2, error)
-    (out, *_), totals = start(KERNELS["misses"], rows, work, p, z, 0.2, 0.5, summed=True, largest=0)
+    SWEEPS["misses"][0](0, rows, sums, p, z, 0.2, error, MOST)
+    (out, *_), totals = start(KERNELS["misses"], rows, work, p, z, 0.2, 0.5, MOST, summed=True, largest=0)
     check(out[:, :n], 0.5 * error)
     check(totals[0], np.abs(error).max())
     totals = start(KERNELS["certificate"], rows, p, z, summed=True, largest=2)[1]
     check(totals[:3], np.array([(p * z).sum(), p.sum(), -z.min()]))
-    check(start(KERNELS["finish"], rows, p, z, 0.2, 1e-9)[0][1], np.where(p > 0, 0, np.maximum(z + 0.2, 1e-9)))
+    mine = z.copy()
+    SWEEPS["finish"][0](0, rows, sums, p, mine, 0.2, 1e-9, MOST)
+    assert (mine[p >= MOST] < 0).any()
+    check(start(KERNELS["finish"], rows, p, z, 0.2, 1e-9, MOST)[0][1], mine)
 
 
 def test_transforms_have_the_convention_of_the_grid(case: Case) -> None:
@@ -457,6 +468,7 @@ def test_whole_solves_under_a_law(shape: tuple[int, int], posed: dict[str, Any])
         ((32, 32), {"lift": 1.0, "pressure": 0.02, "mean_stiffness": 0.0}),
         ((16, 24), {"lift": 0.5, "start": 0.4, "mean_stiffness": np.inf}),
         ((15, 17), {"lift": 1.0, "pressure": 0.1, "mean_stiffness": 0.05}),
+        ((16, 16), {"lift": 1.0, "pressure": 0.05, "mean_stiffness": 0.0, "most": 0.1}),
     ],
     ids=lambda x: "x".join(map(str, x)) if isinstance(x, tuple) else "-".join(x),
 )

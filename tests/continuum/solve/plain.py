@@ -6,6 +6,7 @@ They know nothing of engines: no padding, no tiles, no spectra kept for later, o
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import brentq
 
 from continuum.model.fourier import cut
 from continuum.model.laws import evaluate
@@ -152,8 +153,8 @@ class PlainSmoothGrid(Grid_):
 
 
 class PlainBoundGrid(Grid_):
-    def set_problem(self, offset, start, *, lift, sink, mean_stiffness):
-        self.offset, self.start, self.mean_stiffness = offset + lift - sink, start, mean_stiffness
+    def set_problem(self, offset, start, *, lift, sink, mean_stiffness, most):
+        self.offset, self.start, self.mean_stiffness, self.most = offset + lift - sink, start, mean_stiffness, most
         self.K[0, 0] = mean_stiffness if np.isfinite(mean_stiffness) else 0.0
         self.G = np.divide(1.0, self.K, out=np.zeros_like(self.K), where=self.K > 0)
         self.mask, self.p = np.zeros(self.grid.shape, dtype=bool), np.zeros(self.grid.shape)
@@ -166,7 +167,8 @@ class PlainBoundGrid(Grid_):
         self.coarse = PlainBoundGrid(coarser, cut(self.K, coarser.shape_q))
         every = self.offset[::2, ::2]
         sink = every.mean() - self.offset.mean()
-        self.coarse.set_problem(every, None, lift=0.0, sink=sink, mean_stiffness=self.mean_stiffness)
+        posed = {"mean_stiffness": self.mean_stiffness, "most": self.most}
+        self.coarse.set_problem(every, None, lift=0.0, sink=sink, **posed)
         return self.coarse
 
     def mean_offset(self):
@@ -176,7 +178,7 @@ class PlainBoundGrid(Grid_):
         traction = -self.inverse(self.K * self.forward(self.offset - self.start))
         traction -= traction[self.start >= self.start.mean()].mean() if pressure is None else -pressure
         beyond = self.start - max(self.start.min(), 0.0)
-        self.p = np.where(traction > self.K.max() * beyond, np.maximum(traction, 0.0), 0.0)
+        self.p = np.where(traction > self.K.max() * beyond, np.clip(traction, 0.0, self.most), 0.0)
 
     def spread(self):
         p = self.coarse.p
@@ -190,8 +192,20 @@ class PlainBoundGrid(Grid_):
     def fill(self, pressure):
         self.p = np.full(self.grid.shape, pressure)
 
-    def scale(self, factor):
-        self.p = self.p * factor
+    def scale(self, total):
+        if (self.p[self.p >= self.most]).sum() > total:
+            return False
+        self.p = self._scaled(self.p, total, self.total())
+        return True
+
+    def _scaled(self, p, wanted, total):
+        if np.isinf(self.most):
+            return p * (wanted / total)
+
+        def stretched(factor):
+            return np.where(p >= self.most, p, np.minimum(factor * p, self.most))
+
+        return stretched(brentq(lambda factor: stretched(factor).sum() - wanted, 0.0, 1e3, xtol=1e-300, rtol=1e-15))
 
     def total(self):
         return float(self.p.sum())
@@ -216,11 +230,12 @@ class PlainBoundGrid(Grid_):
         self.t, self.change = np.zeros(self.grid.shape), np.zeros(self.grid.shape)
 
     def level(self):
-        m = self.m * (self.p > 0)
+        m = self.m * (self.p > 0) * (self.p < self.most)
         return float((m * self.z).sum()), float(m.sum())
 
     def select(self, level):
-        mask = (self.p > 0) | (self.z + level < 0)
+        gap = self.z + level
+        mask = ((self.p > 0) | (gap < 0)) & ((self.p < self.most) | (gap > 0))
         changed = np.count_nonzero(mask ^ self.mask)
         self.mask, self.m = mask, self.m * mask
         return float(mask.sum()), float(changed), float((self.m * self.z).sum()), float(self.m.sum())
@@ -259,15 +274,16 @@ class PlainBoundGrid(Grid_):
 
     def trial(self, step):
         wanted = self.p - step * self.t
-        self.tried = np.maximum(wanted, 0.0)
-        return float(np.minimum(wanted, 0.0).sum()), float(wanted.sum()), float(self.tried.sum())
+        self.tried = np.clip(wanted, 0.0, self.most)
+        return -float(np.abs(wanted - self.tried).sum()), float(wanted.sum()), float(self.tried.sum())
 
     def advance(self, step):
         self.p, self.change = self.tried, -step * self.Gt
         self.z = self.z + self.change
 
-    def arrive(self, factor):
-        self.tried = self.tried * factor
+    def arrive(self, before, after):
+        if before != after:
+            self.tried = self._scaled(self.tried, before, after)
         self.found, energy, size = self._gap(self.tried)
         return energy, size
 
@@ -276,7 +292,7 @@ class PlainBoundGrid(Grid_):
 
     def misses(self, level):
         gap = self.z + level
-        error = np.where((self.p > 0) | (gap < 0), gap, 0.0)
+        error = np.where(((self.p > 0) | (gap < 0)) & ((self.p < self.most) | (gap > 0)), gap, 0.0)
         missed = self.K * self.forward(error)
         return float(np.sqrt(self.mean(missed, missed))), float(np.abs(error).max())
 
@@ -285,8 +301,14 @@ class PlainBoundGrid(Grid_):
         modes[0, 0] = False
         weights = np.broadcast_to(self.grid.mode_weights, self.K.shape)
         scale = 2 * self.p.mean() * np.sqrt((weights[modes] / self.K[modes] ** 2).sum())
-        return float((self.p * (self.z - self.z.min())).mean()), float(scale)
+        above = self.z - self.z.min()
+        least = 0.0
+        if np.isfinite(self.most):
+            filled = np.clip(self.p.sum() / self.most - np.arange(self.size), 0.0, 1.0)
+            least = self.most * float(np.mean(np.sort(above.ravel()) * filled))
+        return float((self.p * above).mean()) - least, float(scale)
 
     def hand_out(self, level):
-        gap = np.where(self.p > 0, 0.0, np.maximum(self.z + level, np.finfo(float).tiny))
-        return gap, self.p
+        gap = self.z + level
+        closed = np.where(self.p >= self.most, np.minimum(gap, 0.0), 0.0)
+        return np.where(self.p > 0, closed, np.maximum(gap, np.finfo(float).tiny)), self.p

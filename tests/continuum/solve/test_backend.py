@@ -70,12 +70,15 @@ def test_a_grid_in_plain_numpy_finds_the_same_state(adhesion_length: float, star
     np.testing.assert_allclose(found[0].gap, found[1].gap, atol=1e-12)
 
 
-@pytest.mark.parametrize(("mean", "pressure"), [(np.inf, 0.0), (0.0, 1e-3), (0.05, 0.1)])
+@pytest.mark.parametrize(
+    ("mean", "pressure", "most"),
+    [(np.inf, 0.0, np.inf), (0.0, 1e-3, np.inf), (0.05, 0.1, np.inf), (0.0, 0.01, 0.05), (np.inf, 0.0, 0.1)],
+)
 @pytest.mark.parametrize("start", [False, True])
-def test_the_same_holds_under_a_bound(start: bool, mean: float, pressure: float) -> None:
+def test_the_same_holds_under_a_bound(start: bool, mean: float, pressure: float, most: float) -> None:
     h = heights(256)
     first = np.maximum(h + 1.2, 0.0) if start else None
-    posed = {"lift": 1.0, "pressure": pressure, "mean_stiffness": mean}
+    posed = {"lift": 1.0, "pressure": pressure, "mean_stiffness": mean, "most": most}
     found = [each.constrain(h, first, Settings(1e-8), **posed) for each in (solver(256), plain(256))]
     assert all(each.status.ok for each in found)
     assert found[0].iterations == found[1].iterations
