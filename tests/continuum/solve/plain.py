@@ -193,10 +193,9 @@ class PlainBoundGrid(Grid_):
         self.p = np.full(self.grid.shape, pressure)
 
     def scale(self, total):
-        if (self.p[self.p >= self.most]).sum() > total:
-            return False
-        self.p = self._scaled(self.p, total, self.total())
-        return True
+        scaled = self._scaled(self.p, total, self.total())
+        self.p = self.p if scaled is None else scaled
+        return scaled is not None
 
     def _scaled(self, p, wanted, total):
         if np.isinf(self.most):
@@ -205,6 +204,8 @@ class PlainBoundGrid(Grid_):
         def stretched(factor):
             return np.where(p >= self.most, p, np.minimum(factor * p, self.most))
 
+        if not stretched(0.0).sum() <= wanted <= stretched(1e3).sum():
+            return None
         return stretched(brentq(lambda factor: stretched(factor).sum() - wanted, 0.0, 1e3, xtol=1e-300, rtol=1e-15))
 
     def total(self):
@@ -283,7 +284,10 @@ class PlainBoundGrid(Grid_):
 
     def arrive(self, before, after):
         if before != after:
-            self.tried = self._scaled(self.tried, before, after)
+            scaled = self._scaled(self.tried, before, after)
+            if scaled is None:
+                return np.inf, 0.0
+            self.tried = scaled
         self.found, energy, size = self._gap(self.tried)
         return energy, size
 
