@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.motion import ProtocolTable, Steps
+from atomistic.config.motion import LARGEST_PRESSURE, ProtocolTable, Steps
 from atomistic.config.slab import DeckSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files import kinds as kinds  # known to an input when it is defined
@@ -28,8 +28,6 @@ from continuum.units import parse, unit_size
 
 MOST_STEPS = 10_000
 """Equilibria of a protocol."""
-LARGEST_PRESSURE = 1.0
-"""Mean pressure or tension, in E*: beyond it, neighbours have moved past one another, or apart."""
 
 
 class DeckSurface(SurfaceTable):

@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, steps_of
-from atomistic.config.motion import Steps
+from atomistic.config.deck import MOST_STEPS, DeckConfig, steps_of
+from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.slab import DEEPEST, SHALLOWEST
 from atomistic.crystal.interatomic import Potential, Springs, check_potential
 from atomistic.lammps.deck import Deck

@@ -170,15 +170,19 @@ def _started(
         require_strength(problem, states, settings, model)
         gap = states[0].solution.require().gap
         separations = tuple(state.require().separation for state in states)
-        protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
     else:
         gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
         separations = steps.values
+    if steps.windows is not None:
+        model, rise, notes = _warm(specimen, steps.windows, progress)
+        protocol = _motion(steps.windows, specimen.model, model, slab, wall)
+        if protocol.pressure is not None:
+            protocol = replace(protocol, separations=separations * len(protocol.separations))
+        notes += _hold_notes(protocol, model, slab)
+    elif steps.control == "mean-pressure":
+        protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
+    else:
         protocol = None if steps.single else Separations(separations)
-        if steps.windows is not None:
-            model, rise, notes = _warm(specimen, steps.windows, progress)
-            protocol = _motion(steps.windows, specimen.model, model, slab, wall)
-            notes += _hold_notes(protocol, model, slab)
     start = lattice_start(response, wall, gap)
     if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
@@ -239,6 +243,7 @@ def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: W
         windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
         windows.damping, windows.seed, largest_timestep(model, wall), windows.along, windows.hold,
         max(windows.damping, 1 / (2 * swing(model, slab.depth))),  # no other damps the slab's swing more
+        windows.pressure,
     )  # fmt: skip
 
 
