@@ -149,8 +149,9 @@ class DeckConfig(Document):
     follows: Literal["site", "atom"] = "site"
     """where the height above an atom is taken: above its lattice site, as in the paper, or where it is; then the force
     is lateral, too"""
-    wall_force: Literal["formulas", "plugin"] = "formulas"
-    """whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds here: faster"""
+    wall_force: Literal["formulas", "plugin", "atoms"] = "formulas"
+    """whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds here: faster; or
+    the atoms of a rigid crystal, cut along the heights, by a pair law of the same work of adhesion"""
     separation: float | None = None
     """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None
@@ -182,6 +183,12 @@ class DeckConfig(Document):
         if self.protocol is not None and self.protocol.slides and self.follows == "site":
             cause = "a wall that is a function of the site stays with the atoms"
             yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
+
+    @constraint
+    def _of_atoms(self) -> Iterator[Fault]:
+        if self.wall_force == "atoms" and self.follows == "site":
+            cause = "a wall that is a function of the site has no atoms: these act where they are"
+            yield Fault(("follows",), '"atom" with wall_force = "atoms"', cause)
 
     @constraint
     def _moves_as_a_crystal_can(self) -> Iterator[Fault]:
