@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.motion import ProtocolTable, Steps
+from atomistic.config.motion import LARGEST_PRESSURE, ProtocolTable, Steps
 from atomistic.config.slab import DeckSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files import kinds as kinds  # known to an input when it is defined
@@ -28,8 +28,6 @@ from continuum.units import parse, unit_size
 
 MOST_STEPS = 10_000
 """Equilibria of a protocol."""
-LARGEST_PRESSURE = 1.0
-"""Mean pressure or tension, in E*: beyond it, neighbours have moved past one another, or apart."""
 
 
 class DeckSurface(SurfaceTable):
@@ -151,8 +149,9 @@ class DeckConfig(Document):
     follows: Literal["site", "atom"] = "site"
     """where the height above an atom is taken: above its lattice site, as in the paper, or where it is; then the force
     is lateral, too"""
-    wall_force: Literal["formulas", "plugin"] = "formulas"
-    """whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds here: faster"""
+    wall_force: Literal["formulas", "plugin", "atoms"] = "formulas"
+    """whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds here: faster; or
+    the atoms of a rigid crystal, cut along the heights, by a pair law of the same work of adhesion"""
     separation: float | None = None
     """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None
@@ -184,6 +183,12 @@ class DeckConfig(Document):
         if self.protocol is not None and self.protocol.slides and self.follows == "site":
             cause = "a wall that is a function of the site stays with the atoms"
             yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
+
+    @constraint
+    def _of_atoms(self) -> Iterator[Fault]:
+        if self.wall_force == "atoms" and self.follows == "site":
+            cause = "a wall that is a function of the site has no atoms: these act where they are"
+            yield Fault(("follows",), '"atom" with wall_force = "atoms"', cause)
 
     @constraint
     def _moves_as_a_crystal_can(self) -> Iterator[Fault]:

@@ -14,6 +14,8 @@ from continuum.units import Units, parse
 
 LARGEST = 10_000
 """Windows of a protocol."""
+LARGEST_PRESSURE = 1.0
+"""Mean pressure or tension, in E*: beyond it, neighbours have moved past one another, or apart."""
 SHORTEST, LONGEST = 1.0, 1e7
 """Duration of a window, in a0 (m/(E* a0³))^(1/2).  The shortest period of a lattice vibration is about 1: less shows no
 average of anything.  The longest, some 1e8 time steps, is half a microsecond of copper."""
@@ -48,6 +50,8 @@ class TimeWindows(NamedTuple):
     """First windows, in which the slab comes to rest."""
     dwell: int
     """Windows after these, before the wall moves."""
+    pressure: float | None = None
+    """Mean pressure that the wall keeps, in E*, so that its height follows; None if it keeps to ``separations``."""
 
 
 class Steps(NamedTuple):
@@ -59,7 +63,7 @@ class Steps(NamedTuple):
     single: bool = False
     """One equilibrium and no protocol."""
     windows: TimeWindows | None = None
-    """Of a wall that moves above warm atoms; the values are then its separations."""
+    """Of a wall that moves above warm atoms; the values are then its separations, or the pressure that it keeps."""
 
 
 class ProtocolTable(TableFamily):
@@ -224,12 +228,14 @@ class VelocityTable(_MotionTable):
 
 
 class SlidingTable(_MotionTable):
-    """[protocol] of kind "sliding": the wall slides at constant velocity and height; it must follow the atoms."""
+    """[protocol] of kind "sliding": the wall slides at constant velocity; it must follow the atoms."""
 
     kind: Literal["sliding"]
     slides: ClassVar[bool] = True
-    separation: float
-    """height of the plane h = 0 of the wall above the surface at rest, in a0"""
+    separation: float | None = None
+    """height of the plane h = 0 of the wall above the surface at rest, in a0, which it keeps"""
+    pressure: float | None = None
+    """mean pressure that it keeps instead, in E*, compression positive, from -1 to 1: its height follows"""
     distance: Positive
     """that it slides, in a0"""
     velocity: Positive
@@ -244,5 +250,21 @@ class SlidingTable(_MotionTable):
         elif self.velocity <= FASTEST and self.distance / self.velocity < SHORTEST:
             yield Fault(("distance",), f"at least velocity x {SHORTEST:g}, the shortest window")
 
+    @constraint
+    def _keeps_height_or_load(self) -> Iterator[Fault]:
+        if (self.separation is None) == (self.pressure is None):
+            cause = "neither is given" if self.pressure is None else "both are given: a load finds its own height"
+            yield Fault(("separation",), "exactly one of separation and pressure", cause)
+        if self.pressure is not None and not abs(self.pressure) <= LARGEST_PRESSURE:
+            allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*: no crystal holds beyond"
+            yield Fault(("pressure",), allowed, "a pressure in other units: E* of copper is 135 GPa")
+
     def windows(self) -> TimeWindows:
-        return self._windows([(self.separation, 0.0), (self.separation, self.distance)], self.velocity, self.along)
+        height = self.separation or 0.0  # of a wall that keeps a pressure the lattice solution finds it
+        found = self._windows([(height, 0.0), (height, self.distance)], self.velocity, self.along)
+        return found._replace(pressure=self.pressure)
+
+    def steps(self) -> Steps:
+        if self.pressure is None:
+            return super().steps()
+        return Steps("mean-pressure", (self.pressure,), windows=self.windows())

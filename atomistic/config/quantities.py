@@ -17,6 +17,7 @@ QUANTITIES: dict[str, Quantity | Motion] = {
          "rms_height", "lambda_s", "lambda_L", "range", "effective_range", "decay_length", "adhesion_length"), "length"
     ),
     "pressures": "pressure",
+    "pressure": "pressure",
     "surface_energy": "energy_per_area",
     "velocity": "velocity",
     "window": "time",

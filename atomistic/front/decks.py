@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-from atomistic.config.deck import LARGEST_PRESSURE, MOST_STEPS, DeckConfig, steps_of
-from atomistic.config.motion import Steps
+from atomistic.config.deck import MOST_STEPS, DeckConfig, steps_of
+from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.slab import DEEPEST, SHALLOWEST
 from atomistic.crystal.interatomic import Potential, Springs, check_potential
 from atomistic.lammps.deck import Deck
@@ -32,7 +31,7 @@ def deck(
     protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
-    wall_force: Literal["formulas", "plugin"] | None = None,
+    wall_force: Literal["formulas", "plugin", "atoms"] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
     """A LAMMPS deck: of a contact of your own, or of an input file, which says all else itself.
@@ -51,7 +50,8 @@ def deck(
         ("atom"), and then the force is lateral, too.  Between the sites the heights are the sum of their waves where
         these are few, else a bicubic spline; or a shape with a formula, whose heights they are.
     wall_force : whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds for the
-        installed LAMMPS when the deck is written; formulas if None.
+        installed LAMMPS when the deck is written; or "atoms" of a rigid crystal, cut along heights that follow "atom",
+        by a pair law with the work of adhesion of the contact's law; formulas if None.
     progress : called while a crystal is measured at a temperature, about a minute, with how many runs are done and how
         many there are; not at all if that is known.
 
@@ -82,10 +82,9 @@ def deck(
     elif follows is not None:
         shape = check_shape("follows", follows)
     if wall_force is not None:
-        choice("wall_force", wall_force, ("formulas", "plugin"))
+        choice("wall_force", wall_force, ("formulas", "plugin", "atoms"))
     done = _steps(**steps_in_units(steps, model or Springs()))
-    made = deck_under(contact.problem, model, done, depth, shape, progress)
-    return replace(made, wall_force=wall_force or "formulas")
+    return deck_under(contact.problem, model, done, depth, shape, progress, wall_force or "formulas")
 
 
 def _require_nothing_else(contact: object, names: list[str]) -> None:

@@ -74,7 +74,7 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     wall = _SEEN["table" if config.wall.law == "table" else "formula"]
     if config.follows == "atom":
         wall += _SEEN["following" if has_formula(config.surface) else "map"]
-    if config.wall_force == "plugin":
+    if config.wall_force != "formulas":
         wall = 0.0
     seconds = evaluations * (seen["evaluation"] * atoms + wall * config.slab.n**2) + (1 + tried / 4) * _SEEN["start"]
     return AtomsCost(atoms, steps, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

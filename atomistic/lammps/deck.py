@@ -10,6 +10,7 @@ import numpy as np
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, check_model
+from atomistic.lammps.crystal_wall import crystal_wall
 from atomistic.lammps.law import TOLERANCE, native_law
 from atomistic.lammps.protocol import Protocol
 from atomistic.lammps.shape import Shape, check_shape, misfit
@@ -17,6 +18,9 @@ from continuum.arguments import ArgumentError, choice, count, file_name, flag, i
 from continuum.arguments import field as field_of
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
+
+WallForce = Literal["formulas", "plugin", "atoms"]
+"""By what a wall acts: formulas of LAMMPS, the plugin of a map, or the atoms of a rigid crystal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +39,9 @@ class Deck:
     evaluations : of the forces, at most, by each minimiser.
     wall_tolerance : of the tractions of a wall that is a table, relative to its largest tension, or to the traction
         where that is larger.
-    wall_force : whether formulas of LAMMPS make the force of the wall, or a plugin, built for the installed one.
+    wall_force : whether formulas of LAMMPS make the force of the wall, or a plugin, built for the installed one; or
+        "atoms": the wall is a rigid crystal, cut along the shape, whose atoms act by a pair law
+        (:mod:`atomistic.lammps.crystal_wall`).
     rise : by how much each layer of the slab at rest lies above its lattice sites, shape (layers,), in a0: the surface
         of most crystals relaxes.  None for springs, which do not.
     protocol : the steps; one equilibrium at the separation if None.
@@ -63,7 +69,7 @@ class Deck:
     tolerance: float = 1e-11
     evaluations: int = 20000
     wall_tolerance: float = TOLERANCE
-    wall_force: Literal["formulas", "plugin"] = "formulas"
+    wall_force: WallForce = "formulas"
     rise: Real | None = field(default=None, repr=False)
     protocol: Protocol | None = None
     shape: Shape | None = None
@@ -120,7 +126,14 @@ class Deck:
         number("separation", self.separation)
         number("tolerance", self.tolerance, above=0)
         count("evaluations", self.evaluations)
-        choice("wall_force", self.wall_force, ("formulas", "plugin"))
+        choice("wall_force", self.wall_force, ("formulas", "plugin", "atoms"))
+        if self.wall_force == "atoms":
+            if self.shape is None:
+                allowed = (
+                    '"formulas" or "plugin" where the wall is a function of the lattice site: atoms act where they are'
+                )
+                raise ArgumentError("wall_force", self.wall_force, allowed)
+            crystal_wall(self.wall, self.shape, self.slab.shape)  # which has a work of adhesion
         number("wall_tolerance", self.wall_tolerance, above=0)
         if not (isinstance(self.notes, tuple) and all(isinstance(note, str) for note in self.notes)):
             raise ArgumentError("notes", self.notes, "a tuple of texts")

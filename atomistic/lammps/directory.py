@@ -26,13 +26,14 @@ from numpy.typing import NDArray
 import continuum
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.potentials import POTENTIAL
+from atomistic.lammps.acting import wall_files, wall_words
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, steps_to_keep
 from atomistic.lammps.language import formatted, listing
-from atomistic.lammps.law import NO_CORE, native_law, read_law, wall_table
+from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.motion import time_unit
-from atomistic.lammps.plugin import FLAGS, LIBRARY, MAP, SOURCE, build_plugin, source, wall_map
+from atomistic.lammps.plugin import CRYSTAL, CRYSTAL_LIBRARY, CRYSTAL_SOURCE, LIBRARY, MAP, SOURCE, build_plugin
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import folder, save, whole
@@ -45,7 +46,7 @@ FORMAT = "stickiness deck 4"
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
 INPUTS = (
     *SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy",
-    "input.toml", SOURCE, LIBRARY, MAP,
+    "input.toml", SOURCE, LIBRARY, MAP, CRYSTAL_SOURCE, CRYSTAL_LIBRARY, CRYSTAL,
 )  # fmt: skip
 """Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
@@ -103,11 +104,8 @@ def render(deck: Deck) -> dict[str, str]:
         "package": "MOLECULE" if bonds else "that of the pair_style" if model.files else "EXTRA-PAIR",
         **force_lines(deck.shape),
         **_steps(deck),
-        **_BY[deck.wall_force],
+        **wall_words(deck),
     }
-    if deck.wall_force == "plugin":
-        values |= {"height": "f_wall[4]", "site": " site d_height" if deck.shape is None else ""}
-        values["core"] = formatted(wall.core if np.isfinite(wall.core) else NO_CORE)
     protocol = deck.protocol
     script, included = ("single", "in.relax") if protocol is None else (protocol.script, protocol.included)
     names = {name: name for name in (*SCRIPTS, included)} | {"in.contact": f"contact.{script}"}
@@ -119,22 +117,7 @@ def render(deck: Deck) -> dict[str, str]:
         for name, template in names.items()
     }
     mesh = wall_mesh(deck.heights, deck.separation + float(deck.rest[0, 0, 0, 2]), model.length)
-    if deck.wall_force == "plugin":
-        texts |= {SOURCE: source(), MAP: wall_map(wall, deck.shape, deck.slab.shape)}
-    return texts | {"wall.table": wall_table(wall, deck.wall_tolerance), "wall.vtk": mesh}
-
-
-_BY = {
-    "formulas": {"plugin": "", "used": "the formulas of in.wall", "needs": "No other file and no Python are needed."},
-    "plugin": {
-        "plugin": f"{MAP:13} heights and law of the wall, for the plugin\n{SOURCE:13} the plugin, fix wall/heightmap\n"
-        f"{LIBRARY:13} the same, built for the LAMMPS of the machine that wrote this\n",
-        "used": MAP,
-        "needs": "LAMMPS needs its package PLUGIN.  Another LAMMPS than that of the machine that wrote this\n"
-        f"wants the plugin anew:  mpicxx {' '.join(FLAGS)} -I LAMMPS/src {SOURCE} -o {LIBRARY}",
-    },
-}
-"""What the texts of a deck say of formulas and of the plugin."""
+    return texts | wall_files(deck) | {"wall.table": wall_table(wall, deck.wall_tolerance), "wall.vtk": mesh}
 
 
 _INCLUDED = {
@@ -225,9 +208,9 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
                 np.save(file, deck.stiffness)
         if deck.source:
             save(directory / "input.toml", deck.source)
-        if deck.wall_force == "plugin":
-            save(directory / SOURCE, texts[SOURCE])
-            build_plugin(directory)
+        for name in {SOURCE, CRYSTAL_SOURCE}.intersection(texts):
+            save(directory / name, texts[name])
+            build_plugin(directory, name)
         for name in reversed(texts):  # in.contact last
             save(directory / name, texts[name])
     return directory

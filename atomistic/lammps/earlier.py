@@ -15,7 +15,9 @@ from pathlib import Path
 from atomistic.lammps.deck import Deck
 from continuum.errors import OutputError
 
-OUTPUTS = re.compile(r"(?:result(\.\d+)?\.json)|(?:(?:surface|state)(\.\d+)?\.dump)|(?:log(\.\d+)?\.lammps)")
+OUTPUTS = re.compile(
+    r"(?:result(\.\d+)?\.json)|(?:(?:surface|state)(\.\d+)?\.dump)|(?:log(\.\d+)?\.lammps)|(?:height(\.\d+)?\.txt)"
+)
 """Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
 PARTS = ("state.part", "result.part")
 """What a killed run may leave."""

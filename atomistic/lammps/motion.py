@@ -43,6 +43,14 @@ BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
 """LAMMPS' own, in its units."""
 
 
+_UNDER_LOAD = """\
+# The wall keeps the mean pressure {pressure} E*: what the load is too much lifts it, at a velocity in proportion.  Its
+# height is that at the end of the window before and the way made since: by the mean of the load since, times the time.
+variable        lifted delete
+if "${{step}} > 1" then "variable lifted file height.$(v_before:%.0f).txt" else "variable lifted string ${{from}}"
+variable        separation equal ${{lifted}}+{rate}*step*${{dt}}*(f_follow-({load}))"""
+
+
 def time_unit(model: Model) -> float:
     """a0 (m/(E* a0³))^(1/2) in LAMMPS' unit of time."""
     # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
@@ -79,6 +87,16 @@ def swing(model: Model, depth: float) -> float:
     return float(np.pi * np.sqrt(model.elastic_constants[0] / np.sqrt(2)) / (2 * depth))
 
 
+def impedance(model: Model) -> float:
+    """Pressure of a wave of compression along [001] over the velocity of its atoms, ρ c = √(√2 C11 m/a0³).
+
+    In (E* m/a0³)^(1/2).  A wall that gives way to a pressure p at the velocity p/(ρ c) sends no such wave back where it
+    touches all over, and follows a slab within the time that sound takes to cross it (Lysmer and Kuhlemeyer, J. Eng.
+    Mech. Div. 95, 859 (1969), the viscous boundary); a softer contact in as much longer a time as it is softer.
+    """
+    return float(np.sqrt(np.sqrt(2) * model.elastic_constants[0]))
+
+
 def thermal_energy(kelvin: float, real: Units | None) -> float:
     """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no size."""
     if real is None:
@@ -105,6 +123,8 @@ class Motion(Protocol):
     along : direction of the offsets.
     hold : number of first windows in which the thermostat holds all layers that move, so that the slab comes to rest.
     hold_damping : its time constant there; that of ``damping`` if None.
+    pressure : mean pressure that the wall keeps, in E*, compression positive: it starts at the first separation, and
+        its height follows, by the :func:`impedance` of the crystal; None for a wall that keeps to the separations.
 
     Raises ValueError if a number is not allowed, or there is not one more separation and offset than windows.
     """
@@ -121,6 +141,7 @@ class Motion(Protocol):
     along: Literal["x", "y"] = "x"
     hold: int = 0
     hold_damping: float | None = None
+    pressure: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("separations", "offsets", "durations"):
@@ -136,6 +157,8 @@ class Motion(Protocol):
                 raise ValueError(f"the {name} of a motion is a positive finite number, got {value}")
         if not (self.hold >= 0 and (self.hold_damping is None or 0 < self.hold_damping < np.inf)):
             raise ValueError(f"a motion holds no negative number of windows, with a positive damping, got {self.hold}")
+        if self.pressure is not None and not np.isfinite(self.pressure):
+            raise ValueError(f"the pressure that a wall keeps is a finite number, got {self.pressure}")
         if min(self.durations) <= 0 or self.layers < 1 or not 1 <= self.seed <= 1_000_000:
             msg = "a motion has windows of positive duration, at least one warm layer, and a seed of 1 to 1000000"
             raise ValueError(msg)
@@ -169,10 +192,12 @@ class Motion(Protocol):
     def each_step(self) -> Sequence[tuple[object, ...]]:
         places = pairwise(zip(self.separations, self.offsets, strict=True))
         damped = ((i < self.hold, self._damping(i)) for i in range(self.steps))
-        return list(zip(places, self.durations, self.block, damped, strict=True))
+        found = zip(places, self.durations, self.block, damped, strict=True)
+        return list(found) if self.pressure is None else [(*step, self.pressure) for step in found]
 
     def about(self) -> Mapping[str, float]:
-        return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell}
+        kept = {} if self.pressure is None else {"pressure": self.pressure}
+        return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell, **kept}
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         unit, boltzmann = time_unit(model), BOLTZMANN[model.units]
@@ -218,6 +243,21 @@ class Motion(Protocol):
             "means": "\n".join(means),
             "averages": "".join(averages),
             "velocities": " vx vy vz",
+            **self._height(model, surface_atoms),
+        }
+
+    def _height(self, model: Model, surface_atoms: int) -> dict[str, str]:
+        """How scripts say where the wall is: on its way, or where its load leads it."""
+        if self.pressure is None:
+            way = "variable        separation equal ${from}+v_done*(${to}-(${from}))"
+            return {"height_of_wall": way, "follow": "", "unfollow": "", "height_left": ""}
+        rate = formatted(1 / (impedance(model) * surface_atoms * time_unit(model)))
+        load = formatted(self.pressure * surface_atoms)
+        return {
+            "height_of_wall": _UNDER_LOAD.format(rate=rate, load=load, pressure=f"{self.pressure:.6g}"),
+            "follow": "fix             follow all ave/time 1 1 1 c_load ave running    # of this window\n",
+            "unfollow": "unfix           follow\n",
+            "height_left": 'print           "${here}" file height${mark}.txt\n',
         }
 
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:

@@ -1,6 +1,7 @@
 """``fix wall/heightmap``: the wall of a deck by a plugin of LAMMPS, faster than formulas, of any heights and any law.
 
-The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``, which says what it does.  A deck that asks for it
+The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``, which says what it does, as ``crystal.cpp`` is one of
+a wall of atoms.  A deck that asks for it
 brings this source and what the compiler here made of it for the LAMMPS that is installed; for another LAMMPS the same
 command builds it with that one's headers.
 """
@@ -26,6 +27,7 @@ from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 
 SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
+CRYSTAL_SOURCE, CRYSTAL_LIBRARY, CRYSTAL = "crystal.cpp", "crystal.so", "wall.crystal"
 FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
 PRECISION = 1e-12
 """Of the tractions of a law in ``wall.map``, relative to its largest tension, or to the traction itself if larger."""
@@ -40,20 +42,20 @@ class PluginError(InputError):
     """The plugin cannot be built here: the message says what is missing, and what needs none."""
 
 
-def source() -> str:
-    """The text of the plugin."""
-    return (files("atomistic") / "plugin" / SOURCE).read_text(encoding="utf-8")
+def source(name: str = SOURCE) -> str:
+    """The text of a plugin, by the name of its file."""
+    return (files("atomistic") / "plugin" / name).read_text(encoding="utf-8")
 
 
-def build_plugin(folder: Path) -> Path:
-    """Build the plugin for the installed LAMMPS in a folder that holds its source; returns the library.
+def build_plugin(folder: Path, name: str = SOURCE) -> Path:
+    """Build a plugin for the installed LAMMPS in a folder that holds its source of this name; returns the library.
 
     Raises PluginError if there is no compiler, or no headers of LAMMPS and MPI, or it fails.
     """
     words = [os.environ.get("CXX") or next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), "")]
     if not words[0]:
         raise PluginError('there is no C++ compiler (c++, g++, CXX) for the plugin: wall_force = "formulas" needs none')
-    words += [*FLAGS, *(f"-I{place}" for place in _headers()), SOURCE, "-o", LIBRARY]
+    words += [*FLAGS, *(f"-I{place}" for place in _headers()), name, "-o", f"{Path(name).stem}.so"]
     try:
         done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
     except OSError as error:
@@ -61,7 +63,7 @@ def build_plugin(folder: Path) -> Path:
     if done.returncode:
         said = "\n".join(done.stderr.strip().splitlines()[:5])
         raise PluginError(f'{" ".join(words)} failed; wall_force = "formulas" needs no plugin\n{said}')
-    return folder / LIBRARY
+    return folder / f"{Path(name).stem}.so"
 
 
 def _headers() -> list[Path]:

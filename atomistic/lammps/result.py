@@ -186,6 +186,8 @@ class DeckDescription:
     """First windows of a motion, in which a thermostat holds all layers: they are in no mean."""
     dwell: int = 0
     """Windows after these in which the wall rests."""
+    pressure: float | None = None
+    """Mean pressure that a wall keeps as it slides, in E*; None if it keeps its separation."""
 
 
 def read_description(directory: Path) -> DeckDescription:

@@ -65,6 +65,7 @@ class DeckStep:
     wall_energy: float = quantity("E* a0", "energy of the wall per area")
     total_energy: float = quantity("E* a0", "energy of atoms and wall per area")
     temperature: float = quantity("E* a0^3", "k_B T of the mobile atoms")
+    separation_error: float = quantity("a0", "standard error of the separation")
     load_error: float = quantity("E*", "standard error of N/A0")
     lateral_x_error: float = quantity("E*", "standard error of the force along x")
     lateral_y_error: float = quantity("E*", "standard error of the force along y")
@@ -188,6 +189,18 @@ class DeckRun:
         if not self.averaged:
             raise DeckError(f"{self.directory}: no window of a wall that rests (dwell) or slides is finished")
         return WindowMean.of(*(np.array([getattr(step, n) for step in self.averaged]) for n in (name, f"{name}_error")))
+
+    @property
+    def friction(self) -> WindowMean | None:
+        """Friction coefficient and its standard error: mean friction over mean load while the wall slides.
+
+        None if the wall does not slide, or no load pushes by more than three standard errors.
+        See :meth:`WindowMean.of_ratio`.
+        """
+        if not (self.slides and self.averaged and (load := self.mean("load")).mean > 3 * load.error):
+            return None
+        names = (f"lateral_{self.slides}", f"lateral_{self.slides}_error", "load", "load_error")
+        return WindowMean.of_ratio(*(np.array([getattr(step, name) for step in self.averaged]) for name in names))
 
     @property
     def converged(self) -> bool:

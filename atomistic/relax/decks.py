@@ -15,7 +15,8 @@ from atomistic.config.motion import Steps, TimeWindows, kelvin
 from atomistic.config.slab import DeckSolverTable
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
-from atomistic.lammps.deck import Deck
+from atomistic.lammps.crystal_wall import crystal_wall, first_touch
+from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.law import native_law
 from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
 from atomistic.lammps.neighbours import distortion
@@ -110,7 +111,31 @@ def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     notes = described(config, parts.slab, parts.model, parts.wall, parts.heights)
     notes += parts.notes + shape_notes(shape) + made.notes
     source = "" if config.source is None else config.source.text
-    return replace(made, notes=notes, source=source, wall_force=config.wall_force)
+    return _acting(replace(made, notes=notes, source=source), config.wall_force)
+
+
+def _acting(deck: Deck, wall_force: WallForce) -> Deck:
+    """The deck with its wall acting by this; of atoms, from where the slab is at rest and these do not overlap it."""
+    if wall_force != "atoms" or deck.shape is None:
+        return replace(deck, wall_force=wall_force)
+    touch, protocol = first_touch(crystal_wall(deck.wall, deck.shape, deck.slab.shape)), deck.protocol
+    separation = deck.separation
+    if isinstance(protocol, MeanPressures) or (isinstance(protocol, Motion) and protocol.pressure is not None):
+        protocol = replace(protocol, separations=(touch,) * len(protocol.separations))
+        separation = touch
+    if separation < touch:
+        raise NotConvergedError(
+            f"at the separation {separation:g} a0 atoms of the wall overlap those of the surface at rest: begin at "
+            f"{touch:.4g} a0 or above"
+        )
+    note = (
+        f"Wall of atoms: a rigid fcc crystal in the hollows of the surface, cut along the heights to half of a plane; "
+        f"it touches the flat surface at the separation {touch:.4g} a0."
+    )
+    return replace(
+        deck, wall_force=wall_force, displacements=None, protocol=protocol, separation=separation,
+        notes=(*deck.notes, note),
+    )  # fmt: skip
 
 
 def _wall(config: DeckConfig) -> Wall:
@@ -170,15 +195,19 @@ def _started(
         require_strength(problem, states, settings, model)
         gap = states[0].solution.require().gap
         separations = tuple(state.require().separation for state in states)
-        protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
     else:
         gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
         separations = steps.values
+    if steps.windows is not None:
+        model, rise, notes = _warm(specimen, steps.windows, progress)
+        protocol = _motion(steps.windows, specimen.model, model, slab, wall)
+        if protocol.pressure is not None:
+            protocol = replace(protocol, separations=separations * len(protocol.separations))
+        notes += _hold_notes(protocol, model, slab)
+    elif steps.control == "mean-pressure":
+        protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
+    else:
         protocol = None if steps.single else Separations(separations)
-        if steps.windows is not None:
-            model, rise, notes = _warm(specimen, steps.windows, progress)
-            protocol = _motion(steps.windows, specimen.model, model, slab, wall)
-            notes += _hold_notes(protocol, model, slab)
     start = lattice_start(response, wall, gap)
     if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
@@ -239,6 +268,7 @@ def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: W
         windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
         windows.damping, windows.seed, largest_timestep(model, wall), windows.along, windows.hold,
         max(windows.damping, 1 / (2 * swing(model, slab.depth))),  # no other damps the slab's swing more
+        windows.pressure,
     )  # fmt: skip
 
 
@@ -249,6 +279,7 @@ def deck_under(
     depth: float | None = None,
     shape: Shape | None = None,
     progress: Progress | None = None,
+    wall_force: WallForce = "formulas",
 ) -> Deck:
     """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
 
@@ -260,6 +291,7 @@ def deck_under(
     depth : of the slab, in a0; as deep as it is wide if None.
     shape : the wall as a function of the position; of the site if None.
     progress : called as a crystal is measured at a temperature, with how many runs are done and how many there are.
+    wall_force : by what the wall acts, as of a :class:`Deck`.
 
     Raises
     ------
@@ -273,6 +305,8 @@ def deck_under(
     native_law(wall)  # refused before anything is measured
     if shape is not None and (apart := misfit(shape, heights)):
         raise ArgumentError("follows", shape, f"a shape of the heights of the contact, not of others by {apart:.2g} a0")
+    if shape is None and wall_force == "atoms":
+        raise ArgumentError("wall_force", wall_force, 'follows="atom" with it: atoms act where they are')
     if shape is None and steps.windows is not None and any(steps.windows.offsets):
         raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
     measured = model_of(model or Springs())
@@ -280,4 +314,4 @@ def deck_under(
     require_steps(steps, slab, measured, wall, heights)
     specimen = Specimen.of_slab(slab, measured)
     made = _started(specimen, wall, heights, steps, DeckSolverTable(), shape, progress)
-    return replace(made, notes=shape_notes(shape) + made.notes)
+    return _acting(replace(made, notes=shape_notes(shape) + made.notes), wall_force)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -55,6 +55,34 @@ class WindowMean:
             drift, drifts = float(line.slope * (count - 1)), bool(line.pvalue < RARE)
         scatter = float(np.sqrt(among / within)) if within else np.inf
         return cls(mean, max(error, float(np.sqrt(among / count))), count, drift, drifts, scatter, rare)
+
+    @classmethod
+    def of_ratio(cls, over: Real, over_errors: Real, under: Real, under_errors: Real) -> WindowMean:
+        """Ratio r of the means of two quantities, as a friction coefficient, over windows of equal duration.
+
+        To first order, the error of r is that of the mean of over - r under, divided by the mean of under: by the
+        standard errors of the windows, propagated as independent ones (JCGM 100:2008, 5.1.2), or by the scatter of
+        over - r under among the windows (W. G. Cochran, Sampling Techniques, 3rd ed., section 2.11), whichever is
+        larger.  Drift and scatter are those of over - r under, too.
+
+        Parameters
+        ----------
+        over, over_errors, under, under_errors : mean of each window and its standard error, shape (windows,).
+
+        Raises
+        ------
+        ValueError
+            If the mean of ``under`` is within three standard errors of zero: the first order says nothing there.
+        """
+        below = cls.of(under, under_errors)
+        if not abs(below.mean) > 3 * below.error:
+            raise ValueError(f"no ratio to what may be zero: {below.mean:.3g} ± {below.error:.1g}")
+        ratio = float(np.mean(over)) / below.mean
+        rest = cls.of(
+            np.asarray(over) - ratio * np.asarray(under), np.hypot(over_errors, ratio * np.asarray(under_errors))
+        )
+        size = abs(below.mean)
+        return replace(rest, mean=ratio, error=rest.error / size, drift=rest.drift / below.mean)
 
     @property
     def doubts(self) -> str:

@@ -36,8 +36,10 @@ def deck_run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark
 
 
 def _steps(run: DeckRun) -> Sheet:
-    real, along, moves = run.description.real_units, run.slides, bool(run.last.averages)
+    along, moves = run.slides, bool(run.last.averages)
     columns = {f"offset {along} (a0)": f"offset_{along}"} if along else {"separation (a0)": "separation"}
+    if run.description.pressure is not None:
+        columns["separation (a0)"] = "separation"
     columns |= {"mean gap (a0)": "mean_gap", "N/A0 (E*)": "load"}
     if moves:
         columns["± N/A0"] = "load_error"
@@ -59,16 +61,33 @@ def _steps(run: DeckRun) -> Sheet:
         heads.append("slipped atoms")
         for row, step in zip(rows, run.steps, strict=True):
             row.append(step.slipped)
-    if real is not None:
-        for head, name in (("N/A0 (GPa)", "load"), ("friction/A0 (GPa)", f"lateral_{along}"))[: 2 if along else 1]:
-            heads.append(head)
-            for row, step in zip(rows, run.steps, strict=True):
-                row.append(getattr(step, name) * real.si("pressure") / scipy.constants.giga)
+    for head, values in _friction_columns(run).items():
+        heads.append(head)
+        for row, value in zip(rows, values, strict=True):
+            row.append(value)
     missing = run.expected - len(run.steps)
     notes = [f"{missing} of {run.expected} steps are not done: the same command goes on with them"] if missing else []
     notes = [*_means(run), *_yield(run), *notes]
     title = f"{run.directory.name}: steps"
     return Sheet.of(title, tuple(map(Column, heads)), [tuple(row) for row in rows], "\n".join(notes))
+
+
+def _friction_columns(run: DeckRun) -> dict[str, list[float | None]]:
+    """Load in real units, of a wall that slides also friction, and friction over load where the load pushes."""
+    real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, list[float | None]]()
+    named = {"N": "load"} | ({"friction": f"lateral_{run.slides}"} if run.slides else {})
+    if run.slides:
+        found["friction/N"] = [
+            getattr(step, named["friction"]) / step.load if step.load > 3 * step.load_error else None
+            for step in run.steps
+        ]
+    if real is not None:
+        giga, nano = scipy.constants.giga, scipy.constants.nano
+        for head, name in named.items():
+            found[f"{head}/A0 (GPa)"] = [real.to_si(getattr(step, name), "pressure") / giga for step in run.steps]
+        for head, name in named.items() if run.slides else ():
+            found[f"{head} (nN)"] = [real.to_si(getattr(step, name) * atoms, "force") / nano for step in run.steps]
+    return found
 
 
 def _yield(run: DeckRun) -> list[str]:
@@ -90,15 +109,36 @@ def _means(run: DeckRun) -> list[str]:
     """Means over the windows in which the wall slides or rests, a line each, and what speaks against them."""
     if not run.averaged:
         return []
-    named = {"friction over A0": (f"lateral_{run.slides}", " E*")} if run.slides else {}
-    named |= {"N/A0": ("load", " E*"), "A_rep/A0": ("area_rep", "")}
+    real, atoms = run.description.real_units, run.last.gap.size
+    named = {"friction over A0": f"lateral_{run.slides}"} if run.slides else {}
+    named |= {"N/A0": "load", "A_rep/A0": "area_rep"}
     lines = [f"Means over the {len(run.averaged)} windows in which the wall {'slides' if run.slides else 'rests'}:"]
-    for words_of, (name, unit) in named.items():
+    for words_of, name in named.items():
         found = run.mean(name)
+        unit = "" if name == "area_rep" else " E*"
+        if unit and real is not None:
+            pressure, force = real.to_si(found.mean, "pressure"), real.to_si(found.mean * atoms, "force")
+            unit += f" ({readable(pressure, 'pressure')}, {force / scipy.constants.nano:.4g} nN)"
         lines.append(f"  {words_of}: {found.mean:.4g} ± {found.error:.1g}{unit}.  {found.doubts}".rstrip())
-    if run.slides and (load := run.mean("load")).mean > 3 * load.error:
-        lines.append(f"  Friction over load: {run.mean(f'lateral_{run.slides}').mean / load.mean:.3g}.")
-    return lines
+    if (ratio := run.friction) is not None:
+        lines.append(f"  Friction coefficient: {ratio.mean:.4g} ± {ratio.error:.1g}.  {ratio.doubts}".rstrip())
+    return lines + _kept(run)
+
+
+def _kept(run: DeckRun) -> list[str]:
+    """The mean pressure that the wall was to keep, and whether it did."""
+    asked = run.description.pressure
+    if asked is None:
+        return []
+    load, height = run.mean("load"), run.mean("separation")
+    said = f"  The wall was to keep N/A0 = {asked:.6g} E*: its height is {height.mean:.4g} ± {height.error:.1g} a0."
+    if abs(load.mean - asked) <= 3 * load.error:
+        return [said]
+    apart = abs(load.mean - asked) / load.error if load.error else np.inf
+    return [
+        f"{said}  The load is {apart:.3g} standard errors from it: the wall has not come to rest yet (hold, dwell, or "
+        "slide for longer), or the contact does not hold this tension while it slides."
+    ]
 
 
 def _temperatures(run: DeckRun) -> str:

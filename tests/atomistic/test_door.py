@@ -33,6 +33,7 @@ DECK = {
 MOTION = {"temperature": 1e-4, "window": 10.0, "hold": 1, "dwell": 0, "thermostat_layers": 2, "damping": 2.0, "seed": 1}
 VELOCITY = {"kind": "velocity", "separations": [1.2, 1.0], "velocity": 0.01, **MOTION}
 SLIDING = {"kind": "sliding", "separation": 1.2, "distance": 2.0, "velocity": 0.01, "along": "x", **MOTION}
+LOADED = {"kind": "sliding", "pressure": 0.01, "distance": 2.0, "velocity": 0.01, "along": "x", **MOTION}
 QUICK = "inputs/validate/quick.toml"
 
 
@@ -76,6 +77,7 @@ CALLS: Calls = {
     "deck, protocol": (partial(a.deck, CONTACT, depth=4), {"protocol": VELOCITY}),
     "deck, velocity": (protocol, VELOCITY),
     "deck, sliding": (protocol, SLIDING),
+    "deck, sliding under a load": (protocol, LOADED),
     "deck, staircase": (protocol, {"kind": "separations", "separations": [1.2, 1.0], "retract": False}),
     "deck, loads": (protocol, {"kind": "mean-pressures", "pressures": [0.01]}),
     "read": (a.read, {"directory": "nowhere"}),

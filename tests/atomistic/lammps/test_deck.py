@@ -51,7 +51,8 @@ def test_the_script_is_complete_and_holds_the_numbers_of_the_deck():
     deck = make_deck(tolerance=3e-12, evaluations=77)
     texts = render(deck)
     others = {"slab.data", "deck.json", "in.motion", "stiffness.npy", "input.toml"}
-    assert {*texts, *others, "heightmap.cpp", "heightmap.so", "wall.map"} == set(INPUTS)
+    plugins = {"heightmap.cpp", "heightmap.so", "wall.map", "crystal.cpp", "crystal.so", "wall.crystal"}
+    assert {*texts, *others, *plugins} == set(INPUTS)
     assert not [name for name, text in texts.items() if "@{" in text or "np.float64" in text]
     assert f"variable        separation index {deck.separation:.17g} " in texts["in.contact"]
     assert float(texts["in.slab"].split("variable        tolerance index ")[1].split()[0]) == 3e-12

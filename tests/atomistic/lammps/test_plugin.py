@@ -37,7 +37,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def built(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Decks that take the plugin as it was built."""
-    monkeypatch.setattr(directory, "build_plugin", lambda folder: shutil.copy(library, folder))
+    monkeypatch.setattr(directory, "build_plugin", lambda folder, _: shutil.copy(library, folder))
 
 
 def displaced(wall: Wall, shape: HeightSpline | Waves) -> Deck:

@@ -176,6 +176,7 @@ PROTOCOLS = [
     "thermostat_layers = 2\ndamping = 2.0\nseed = 1",
     'kind = "sliding"\nseparation = 1.6\ndistance = 2.0\nvelocity = 0.01\nalong = "x"\ntemperature = 1e-4\n'
     "window = 10.0",
+    'kind = "sliding"\npressure = 0.01\ndistance = 2.0\nvelocity = 0.01\ntemperature = 1e-4\nwindow = 10.0',
 ]
 CRYSTALS = [SPRINGS, 'kind = "lennard-jones"\ncutoff = 2.5', COPPER]
 NUMBERS = st.one_of(
