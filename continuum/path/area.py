@@ -17,14 +17,16 @@ target, and carried from grid to grid.  A grid that carries it only roughly stil
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.path.aim import Aim, SearchWork
 from continuum.path.coarser import carried_gap, coarser_problem
 from continuum.path.equilibrium import equilibrium, solver_of
+from continuum.path.full_contact import NEARLY_FULL, find_nearly_full
 from continuum.path.secant import (
     area_logarithm,
     area_slope,
@@ -40,7 +42,6 @@ from continuum.path.state import (
     Outcome,
     PathState,
     Search,
-    event,
     height,
     nearness,
     numbers,
@@ -56,8 +57,6 @@ FEW_POINTS = 4.5
 """A change of the area by fewer points is no jump before the bracket is a sixteenth of the resolution."""
 FARTHER, NO_FARTHER = 1000.0, 1e-4
 """As LOOSE and LOOSEST, for trials on coarser grids, where attraction adds little: they only tell where to begin."""
-CLOSE = 10.0
-"""A loose trial that misses the area by fewer tolerances is not repeated: the next one has the full tolerance."""
 COLD_TRIALS = 4
 """Mean gaps that are tried from the undeformed surface, before the search begins where nothing touches."""
 JUMP_STEP, JUMP_TRIALS = 4.0, 4
@@ -67,88 +66,6 @@ COARSER = 3.0
 """Tolerances and resolution of the search on the next coarser grid, in units of those on this one."""
 MOST_TRIALS = 80
 """A search gives up after so many equilibria."""
-
-
-class _Work:
-    """What a search has cost, in FFT pairs of one grid, and the last d ln(area)/d(mean gap) that it saw.
-
-    ``jump`` is the width of the bracket of a jump over the area that a coarser grid has; 0 without one.
-    """
-
-    def __init__(self, size: int) -> None:
-        self.size, self.pairs, self.solves, self.slope, self.jump = size, 0.0, 0, np.nan, 0.0
-
-    def add(self, state: PathState) -> PathState:
-        self.pairs += state.solution.fft_pairs * state.solution.gap.size / self.size
-        self.solves += 1
-        return state
-
-
-@dataclass(frozen=True)
-class _Aim:
-    """What is looked for, and how."""
-
-    problem: ContactProblem
-    target: float
-    settings: Settings
-    loose: Settings
-    """Tolerance of trials."""
-    search: Search
-    branch: Branch
-    solver: Solver
-    work: _Work
-
-    @property
-    def allowed(self) -> float:
-        """Largest difference from the target: relative to the contact, or to what is left of the surface beside it."""
-        smaller = min(self.target, 1 - self.target)
-        return max(self.search.area_tolerance * smaller, 0.5 / self.problem.grid.size) * (1 + 1e-9)
-
-    def met(self, state: PathState) -> bool:
-        return abs(state.totals.area_rep - self.target) <= self.allowed
-
-    def serves(self, state: PathState) -> bool:
-        """Whether a search may go on from a state: on a branch, from none beyond the target."""
-        return state.status.ok and (not self.adhesive or state.totals.area_rep <= self.target + self.allowed)
-
-    def left(self, state: PathState, part: float = 1.0) -> float:
-        """What is left from a state to a part of the target, in the logarithm of the area."""
-        size = self.problem.grid.size
-        return area_logarithm(part * self.target, size) - area_logarithm(state.totals.area_rep, size)
-
-    def close(self, state: PathState) -> bool:
-        """Whether what is left to the target is so little that the next trial may be the last."""
-        return abs(state.totals.area_rep - self.target) <= CLOSE * self.allowed
-
-    def short(self, state: PathState, before: PathState) -> bool:
-        """Whether a state is on that side of the target on which the one before it is."""
-        sign = 1.0 if before.totals.area_rep < self.target else -1.0
-        return (self.target - state.totals.area_rep) * sign > 0
-
-    @property
-    def adhesive(self) -> bool:
-        return self.problem.wall.work_of_adhesion > 0
-
-    def trial(self, at: float, settings: Settings, start: Real | None, *, near: bool = False) -> PathState:
-        """Equilibrium at a mean gap; near its start it is looked for on the fine grid, and in that basin, only."""
-        if near:
-            settings = replace(settings, warm_grids=0)
-        state = equilibrium(self.problem, nearness(self.problem), at, settings, start, self.branch, self.solver)
-        return self.work.add(state)
-
-    def done(self, state: PathState, outcome: Outcome | None = None, beyond: PathState | None = None) -> PathState:
-        events = () if beyond is None else (event(nearness(self.problem), self.branch, state, beyond),)
-        return replace(
-            state,
-            control="repulsive-area",
-            target=self.target,
-            branch=self.branch,
-            outcome=outcome,
-            beyond=beyond,
-            events=events,
-            search_pairs=max(0.0, self.work.pairs - state.solution.fft_pairs),
-            search_solves=max(0, self.work.solves - 1),
-        )
 
 
 def find_area(
@@ -161,7 +78,7 @@ def find_area(
     solver: Solver | None = None,
     *,
     loose: Settings | None = None,
-    work: _Work | None = None,
+    work: SearchWork | None = None,
 ) -> PathState:
     """State of a given repulsive area, as a fraction of A0.
 
@@ -180,18 +97,20 @@ def find_area(
         With the work of the search apart from that of its own solve.  :attr:`Outcome.JUMPED_OVER` where the area jumps
         over the target: the state is then the one before the jump, and has the one beyond it and the event.
     """
-    solver, work = solver or solver_of(problem, settings), work or _Work(problem.grid.size)
+    solver, work = solver or solver_of(problem, settings), work or SearchWork(problem.grid.size)
     known = previous if isinstance(previous, list) else list(previous)
     hysteretic = problem.wall.work_of_adhesion > 0 and (bool(known) or not attracts_little(problem))
     careful = hysteretic or target > NARROW
     loose = loose or (settings if careful else _loosened(settings))
-    aim = _Aim(problem, target, settings, loose, search, branch, solver, work)
+    aim = Aim(problem, target, settings, loose, search, branch, solver, work)
+    if target > NEARLY_FULL and problem.wall.bound == 0 and problem.open_boundary is None:
+        return _nearly_full(aim, known)
     after = None
     if known:
         older = known[0] if len(known) == 2 else None
         del known[:-1]
         if aim.met(known[0]):
-            return replace(aim.done(known[0]), solution=replace(known[0].solution, work=(), iterations=0, seconds=0.0))
+            return _again(aim, known[0])
         if older is not None:
             work.slope = area_slope(problem, older, known[0])
             after = older if _beyond(older, known[0], target, branch) else None
@@ -203,7 +122,25 @@ def find_area(
     return _close_in(aim, known, _Bracket(aim, after))
 
 
-def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState:
+def _nearly_full(aim: Aim, known: list[PathState]) -> PathState:
+    """A state close to full contact of a hard wall; no state is needed to begin from."""
+    if known and aim.met(known[-1]):
+        return _again(aim, known[-1])
+
+    def trial(pressure: float, start: Real | None) -> PathState:
+        solved = equilibrium(aim.problem, "mean-pressure", pressure, aim.settings, start, aim.branch, aim.solver)
+        return aim.work.add(solved)
+
+    state, beyond = find_nearly_full(aim.problem, aim.target, aim.allowed, aim.settings.tolerance, trial)
+    return aim.done(state, None if beyond is None else Outcome.JUMPED_OVER, beyond)
+
+
+def _again(aim: Aim, state: PathState) -> PathState:
+    """The last state once more, which costs nothing."""
+    return replace(aim.done(state), solution=replace(state.solution, work=(), iterations=0, seconds=0.0))
+
+
+def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
     """Trials from the last state before the target, the one in ``known``, until one of them meets it."""
     now, misled, rough = aim.loose, False, aim.loose != aim.settings
     while aim.work.solves < MOST_TRIALS:
@@ -248,7 +185,7 @@ def _close_in(aim: _Aim, known: list[PathState], bracket: _Bracket) -> PathState
 class _Bracket:
     """The mean gaps between which the target lies: of the last state before it and, if known, of one beyond it."""
 
-    def __init__(self, aim: _Aim, after: PathState | None) -> None:
+    def __init__(self, aim: Aim, after: PathState | None) -> None:
         self.aim, self.after = aim, after
         self.width, self.span, self.slow = np.inf, np.inf, 0
         self.step, self.stalled = 0.0, False
@@ -303,7 +240,7 @@ def _beyond(older: PathState, last: PathState, target: float, branch: Branch) ->
 # --- where no state is known -------------------------------------------------------------------------------
 
 
-def _apart(aim: _Aim) -> tuple[PathState, PathState | None]:
+def _apart(aim: Aim) -> tuple[PathState, PathState | None]:
     """A state on the approach, at the target or just before, and the numbers of one beyond it if some was met.
 
     Without adhesion, where there is one branch, the state may lie on either side.
@@ -340,7 +277,7 @@ def _apart(aim: _Aim) -> tuple[PathState, PathState | None]:
     return _undeformed(aim, beyond)
 
 
-def _undeformed(aim: _Aim, beyond: PathState | None) -> tuple[PathState, PathState | None]:
+def _undeformed(aim: Aim, beyond: PathState | None) -> tuple[PathState, PathState | None]:
     """As :func:`_apart`, from the undeformed surface."""
     problem, heights, weak = aim.problem, sample(aim.problem.heights), attracts_little(aim.problem)
 
@@ -369,7 +306,7 @@ def _undeformed(aim: _Aim, beyond: PathState | None) -> tuple[PathState, PathSta
     return aim.trial(overlapping(0.0) + min(problem.wall.range, 10.0), aim.loose, None), beyond
 
 
-def _from_coarser(aim: _Aim, target: float) -> tuple[float, Real | None, float] | None:
+def _from_coarser(aim: Aim, target: float) -> tuple[float, Real | None, float] | None:
     """Mean gap and gap of the state of that area on the next coarser grid, if that carries the surface.
 
     Where the area jumps over the target there, they are those before the jump, with the width of its bracket.

@@ -14,6 +14,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.path.full_contact import pressure_of_full_contact
 from continuum.path.loading import solve
 from continuum.path.state import Outcome, Search
 from continuum.solve.solution import Settings
@@ -42,7 +43,7 @@ def test_an_area_is_met_up_to_full_contact_or_said_not_to_be(wall: Wall, target:
     state = solve(problem, "repulsive-area", target, Settings(1e-7))
     if state.status.ok:
         assert abs(state.totals.area_rep - target) <= allowed(target, problem.grid.size)
-        assert state.mean_gap > max(wall.core, wall.bound)
+        assert state.mean_gap > max(wall.core, wall.bound) or state.totals.area_rep == 1
     else:
         assert state.outcome in (Outcome.JUMPED_OVER, Outcome.NOT_FOUND)
 
@@ -119,3 +120,43 @@ def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was() -> Non
     assert 0 < state.mean_gap - state.beyond.mean_gap <= Search().area_resolution
     held = solve(problem, "mean-gap", state.mean_gap, replace(settings, warm_grids=0), state.gap).require()
     assert held.totals.area_rep == state.totals.area_rep
+
+
+@pytest.mark.parametrize("target", [0.7, 0.9, 0.99, 0.999, 0.9999])
+@pytest.mark.parametrize("shape", [(64, 64), (48, 63)])
+def test_a_hard_contact_is_found_up_to_the_last_point(shape: tuple[int, int], target: float) -> None:
+    """Cold, at the price of few pressures: each is some 45 transforms."""
+    heights = SelfAffine(0.5, 0.1, 8, 32).synthesise(Grid(shape, shape), np.random.default_rng(4))
+    problem = ContactProblem(Grid(shape, shape), HardWall(), heights, HalfSpace())
+    found = solve(problem, "repulsive-area", target, Settings(1e-7)).require()
+    assert abs(found.totals.area_rep - target) <= max(0.01 * (1 - target), 0.5 / heights.size) * (1 + 1e-9)
+    assert found.search_pairs + found.solution.fft_pairs < 500
+    # The same state under its pressure, whatever it was found by.
+    again = solve(problem, "mean-pressure", found.load, Settings(1e-7)).require()
+    assert again.totals.area_rep == pytest.approx(found.totals.area_rep, abs=2 / heights.size)
+
+
+def test_full_contact_begins_at_the_largest_tension_of_the_flat_surface() -> None:
+    problem = Rough(48, hard=True).problem()
+    full = pressure_of_full_contact(problem)
+    below, above = (solve(problem, "mean-pressure", part * full, Settings(1e-9)).require() for part in (0.999, 1.001))
+    assert below.totals.area_rep < 1 == above.totals.area_rep
+    assert above.traction.min() == pytest.approx(0.001 * full, rel=1e-4)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    shape=st.tuples(st.integers(3, 16), st.integers(3, 16)),
+    part=st.floats(0.651, 1),
+)
+def test_any_large_area_is_met_or_jumped_over(seed: int, shape: tuple[int, int], part: float) -> None:
+    heights = np.random.default_rng(seed).normal(size=shape)
+    problem = ContactProblem(Grid(shape, shape), HardWall(), heights, HalfSpace())
+    target = min(part, 1 - 1e-12)
+    found = solve(problem, "repulsive-area", target, Settings(1e-8))
+    # Points of an arbitrary surface close in any number at a time; a count between is met to half of one.
+    missed = abs(found.totals.area_rep - target)
+    assert found.status.ok == (missed <= max(0.01 * (1 - target), 0.5 / heights.size) * (1 + 1e-9))
+    assert found.status.ok or found.outcome is Outcome.JUMPED_OVER
+    if found.beyond is not None:
+        assert found.totals.area_rep < target < found.beyond.totals.area_rep
