@@ -13,7 +13,7 @@ from continuum.sticky.criteria import AREA, CRITERIA
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.record import turning_margin
-from continuum.sticky.simulate import UnresolvedError, resolvable
+from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
 from continuum.sticky.solved_turn import SolvedTurn
 from continuum.sticky.verdict import SURE, Answer, Verdict, judge
 
@@ -21,15 +21,16 @@ _length = partial(units.readable, quantity="length", digits=3)
 _pressure = partial(units.readable, quantity="pressure", digits=3)
 _work = partial(units.readable, quantity="energy_per_area", digits=3)
 _force = partial(units.readable, quantity="force", digits=2)
-NEAR = 1.25
-"""Factor of the turn within which a solved answer is called near it: from one realisation of a surface to another the
-turn over the energy of full contact scatters by 1.1 (docs/law.md), so that another place of it may turn elsewhere."""
+NEAR, NEAR_COARSE = 1.5, 2.0
+"""Factors of the turn within which a solved answer is called near it, where the pixels resolve the range and where not.
+With pixels four times finer the turns of eight surfaces moved by up to 1.3 and 1.8."""
 CONFORMS = 0.1
 """Part of w below which full contact costs little: nearly all of the work of adhesion is left."""
-MOST_PAIRS = 30
-"""How many times as long the turn of a map took where single pixels snapped, at most, on synthetic maps."""
-PAIRS = 500
-"""Pairs of transforms of a turn whose range the pixels resolve: 150 to 670 on synthetic maps of 64² to 256² points."""
+PAIRS, PAIRS_PER_SIDE = 300.0, 8.0
+"""Pairs of transforms of a turn whose range the pixels resolve, and for each point along a side where they do
+not: 120 to 400, and 7 to 17, on synthetic maps of 64² to 256² points and their mirror images."""
+BESIDE = 4.0
+"""Time of a pair in the solver over that of its transforms alone, there: 2.3 to 6.5."""
 
 
 def statements(prediction: Prediction) -> list[str]:
@@ -52,11 +53,10 @@ def solving(prediction: Prediction, state: bool) -> str:
     facing = prediction.facing
     shape = tuple(n * (1 if facing.periodic else 2) for n in facing.grid.shape)
     images = "" if facing.periodic else ", the map and its mirror images"
-    seconds = PAIRS * pair_seconds(Grid((shape[0], shape[1]), (1.0, shape[1] / shape[0])))
     text = (
         f"solving for the work of adhesion at which the load at {100 * AREA:g} % area vanishes, on {shape[0]} x "
-        f"{shape[1]} points{images}: about {max(seconds, 1):.2g} s, up to {MOST_PAIRS} times that where single pixels "
-        "snap; --no-solve leaves it out"
+        f"{shape[1]} points{images}: about {_seconds(prediction, shape[0], shape[1])} s, to a factor of three; "
+        "--no-solve leaves it out"
     )
     if not state:
         return text
@@ -65,6 +65,15 @@ def solving(prediction: Prediction, state: bool) -> str:
     except UnresolvedError as error:
         return f"{text}; at the given w nothing will be solved: {error}"
     return f"{text}; then the contact at the given w, often longer{f': {instead}' if instead else ''}"
+
+
+def _seconds(prediction: Prediction, nx: int, ny: int) -> str:
+    """Core-seconds of the turn, from the time of a transform here and now."""
+    contact, side = prediction.contact, (nx * ny) ** 0.5
+    length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
+    resolved = contact.range >= shortest_range(prediction.facing, length)
+    pairs = PAIRS if resolved else max(PAIRS, PAIRS_PER_SIDE * side)
+    return _times(max(BESIDE * pairs * pair_seconds(Grid((nx, ny), (float(nx), float(ny)))), 1.0))
 
 
 def _begun(text: str) -> str:
@@ -115,7 +124,8 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
         return
     bound = turn.most if solved == "sticky" else turn.work
     ratio = w / bound
-    near = ", but near the turn" if max(ratio, 1 / ratio) < NEAR else ""
+    close = NEAR_COARSE if turn.coarse else NEAR
+    near = ", but near the turn" if max(ratio, 1 / ratio) < close else ""
     snaps = ", as the surface snaps" if turn.jumps else ""
     yield (
         f"{_begun(solved)}{near}, solved on the map: w = {_work(w)} is {_times(ratio)} times the {_work(bound)} at "
@@ -136,11 +146,11 @@ def _heights(ratio: float) -> str:
 
 
 def _range_of(turn: SolvedTurn) -> str:
-    if turn.most <= turn.work * (1 + 1e-9):
+    if not turn.coarse:
         return ""
     return (
-        f" (the pixels resolve ranges down to {_length(turn.range)} only: it turns between {_work(turn.work)} and "
-        f"{_work(turn.most)})"
+        f" (the pixels resolve ranges down to {_length(turn.range)} only: by the law of the turn it lies between "
+        f"{_work(turn.work)} and {_work(turn.most)})"
     )
 
 
@@ -192,9 +202,10 @@ def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
     if any(fault.excludes for fault in prediction.faults) and _solved_answer(prediction) is None:
         return f"{start}no number, as nothing was shown of this map"
     if probe.least is not None and probe.apparent is not None:
+        interval = " to ".join(dict.fromkeys((_force(probe.least), _force(probe.most))))
         text = (
-            f"{start}{_force(probe.least)} to {_force(probe.most)}, with an apparent work of adhesion between w - U = "
-            f"{_work(probe.apparent)} and w = {_work(w)} ({kind})"
+            f"{start}{interval}, with an apparent work of adhesion between w - U = {_work(probe.apparent)} and "
+            f"w = {_work(w)} ({kind})"
         )
         return text + ("" if probe.rim is None else f"; on approach, before full contact, below {_force(probe.rim)}")
     if probe.rim is not None:

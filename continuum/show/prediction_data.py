@@ -99,6 +99,7 @@ def as_json(prediction: Prediction) -> str:
         "maps": maps,
         "moments": prediction.roughness.moments._asdict(),
         "interface": vars(prediction.interface),
+        "probe": None if prediction.probe is None else vars(prediction.probe),
         "estimates": estimates,
         "cuts": cuts,
         "warnings": prediction.doubts,

@@ -19,7 +19,7 @@ from continuum import units
 from continuum.arguments import ArgumentError, instance
 from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.materials import Interface
-from continuum.sticky.probe import ProbePullOff, probe_pull_off
+from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
 from continuum.theory import paper
 from continuum.topography.faults import NOT_GAUSSIAN, Findings, MapFault, find_faults
 from continuum.topography.map import Topography, opposed
@@ -89,7 +89,8 @@ class Prediction:
         """Warnings of the prediction, of its solution, or why there is none."""
         solved = [text for one in (self.turn, self.simulation) if one is not None for text in one.warnings]
         missing = [f"not solved: {self.unsolved}"] if self.unsolved else []
-        return tuple(dict.fromkeys((*self.warnings, *solved, *missing)))
+        probe = [] if self.probe is None else probe_doubts(self.contact, self.probe)
+        return tuple(dict.fromkeys((*self.warnings, *solved, *probe, *missing)))
 
     @property
     def solved_sticky(self) -> bool | None:

@@ -11,12 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from continuum import units
 from continuum.arguments import instance, number
 from continuum.sticky.criteria import RoughContact
 from continuum.theory.smooth import JKR, MaugisDugdale, tabor_parameter
 
 HARD, SOFT = 1e-3, 1e3
 """Maugis' λ beyond which the force is DMT's and JKR's to one part in a thousand, and the equations lose digits."""
+
+WIDE_CONTACT = 0.3
+"""Radius of the contact over that of the sphere from which on a sphere is no parabola: heights differ by 2 % there."""
 
 
 def sphere_pull_off(radius: float, work_of_adhesion: float, range: float, contact_modulus: float = 1.0) -> float:
@@ -111,3 +115,21 @@ def probe_pull_off(contact: RoughContact, radius: float, touched: float | None =
         maugis=sphere.parameter,
         tabor=tabor_parameter(radius, w, reach, modulus),
     )
+
+
+def probe_doubts(contact: RoughContact, probe: ProbePullOff) -> list[str]:
+    """Where the contact of a probe is not that of a smooth sphere with an apparent work of adhesion, in words.
+
+    Its contact has to hold the longest waves, λ_L or those of the size of the map, and to be small beside the sphere.
+    """
+    radius = probe.contact_radius
+    doubts = []
+    if contact.roll_off is not None and 2 * radius < contact.roll_off:
+        waves = units.readable(contact.roll_off, "length", 3)
+        doubts.append(
+            f"probe: its contact, {units.readable(2 * radius, 'length', 3)} wide, is smaller than the longest waves, "
+            f"{waves}: it matters where it touches, and its U is less than that of the map"
+        )
+    if radius > WIDE_CONTACT * probe.radius:
+        doubts.append(f"probe: its contact is {radius / probe.radius:.2g} R in radius: a sphere is no parabola there")
+    return doubts

@@ -113,6 +113,9 @@ def test_where_solver_and_theories_differ_that_is_said(gaussian: SolvedTurn) -> 
 def test_a_range_that_was_not_solved_leaves_it_open(gaussian: SolvedTurn) -> None:
     lines = told(gaussian, 1.5 * gaussian.work, most=2 * gaussian.work)
     assert lines[0].startswith("Undecided, solved on the map")
+    assert told(gaussian, 3.5 * gaussian.work, most=2 * gaussian.work)[0].startswith("Sticky, but near the turn")
+    assert told(gaussian, 0.6 * gaussian.work, most=2 * gaussian.work)[0].startswith("Not sticky, but near the turn")
+    assert told(gaussian, 0.6 * gaussian.work)[0].startswith("Not sticky, solved")
 
 
 @pytest.mark.parametrize(
