@@ -20,7 +20,7 @@ from continuum.sticky.verdict import SURE, Answer, Verdict, judge
 _length = partial(units.readable, quantity="length", digits=3)
 _pressure = partial(units.readable, quantity="pressure", digits=3)
 _work = partial(units.readable, quantity="energy_per_area", digits=3)
-_force = partial(units.readable, quantity="force", digits=2)
+_force = partial(units.readable, quantity="force", digits=3)
 NEAR, NEAR_COARSE = 1.5, 2.0
 """Factors of the turn within which a solved answer is called near it, where the pixels resolve the range and where not.
 With pixels four times finer the turns of eight surfaces moved by up to 1.3 and 1.8."""
@@ -186,7 +186,7 @@ def _full_contact(prediction: Prediction) -> str:
     energy, w = contact.conformal_energy, contact.work_of_adhesion
     if energy is None:
         return ""
-    cost = f"U = {_work(energy)}, {_times(energy / w)} of w = {_work(w)}"
+    cost = f"U = {_work(energy)}, {_times(energy / w)} times w = {_work(w)}"
     if energy <= CONFORMS * w:
         return f"Full contact costs little, {cost}: the surface conforms to the roughness that the map shows"
     if energy < w:

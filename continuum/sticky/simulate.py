@@ -133,9 +133,14 @@ def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
     return grid, -(closed.heights - closed.heights.mean()) / unit
 
 
-def solver_doubts(problem: ContactProblem, slope: float, topography: Topography) -> list[str]:
-    """What to doubt of a solution on a map: what its pixels do not show, and how it was continued."""
-    doubts = [f"solver, a0 being Δr and the grid that of the map: {text}" for text in unresolved(problem, slope)]
+def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:
+    """What to doubt of a solution on a map: what its pixels do not show, and how it was continued.
+
+    Parameters
+    ----------
+    unit : what a0 is, in words.
+    """
+    doubts = [f"solver, a0 being {unit} and the grid that of the map: {text}" for text in unresolved(problem, slope)]
     return doubts + ([] if topography.periodic else ["solved on the map and its mirror images"])
 
 
@@ -172,7 +177,7 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     if not state.status.ok:
         raise NotConvergedError(state.status.value)
     contact = state.totals
-    doubts = [*([instead] if instead else []), *solver_doubts(problem, slope, topography)]
+    doubts = [*([instead] if instead else []), *solver_doubts(problem, slope, topography, "Δr")]
     return Simulation(
         area_rep=contact.area_rep,
         area_ratio=contact.area_rep / contact.area_att if contact.area_att else np.inf,

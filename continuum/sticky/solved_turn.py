@@ -132,7 +132,7 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1) -
     return SolvedTurn(
         length * unit * modulus, low * unit * modulus, high * unit * modulus, jumps, reach,
         share * length * unit * modulus, state.totals.area_rep, state.totals.area_att, state.gap, found.wall, grid,
-        topography.grid.shape, topography.lengths, (*doubts, *solver_doubts(found, slope, topography)),
+        topography.grid.shape, topography.lengths, (*doubts, *solver_doubts(found, slope, topography, "the pixel")),
     )  # fmt: skip
 
 

@@ -127,7 +127,7 @@ def test_what_full_contact_costs_is_said_in_parts_of_w(share: float, expected: s
     lines = statements(prediction_of([in_nanometres()], Interface(1e9, energy / share, NANO, None)))
     said = next(line for line in lines if line.startswith("Full contact"))
     assert expected in said
-    assert f"{share:g} of w" in said
+    assert f"{share:g} times w" in said
 
 
 def test_what_does_not_converge_is_said_and_theories_answer(monkeypatch: pytest.MonkeyPatch) -> None:
