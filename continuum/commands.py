@@ -26,12 +26,13 @@ from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
-from continuum.show.console import EstimatedProgress, progress, show, warn
+from continuum.show.answer import statements
+from continuum.show.console import EstimatedProgress, progress, show, tell, warn
+from continuum.show.prediction import reading_order
 from continuum.show.prediction_data import as_csv
 from continuum.show.runs import failed_sheet, progress_line, result_line, status_sheet, table_sheet, turn_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.simulate import UnresolvedError, resolvable
 from continuum.sticky.tables import OPTIONS
 from continuum.sweeps import collect as collecting
 from continuum.topography.instruments import measurements
@@ -234,61 +235,54 @@ def predict(
     json: Annotated[Path | None, Parameter(help="write everything, with the spectrum, in SI units")] = None,
     csv: Annotated[Path | None, Parameter(help="write one row for each of many files, and for each measurement of a "
                                           "container, each a contact by itself; no pages")] = None,
-    solve: Annotated[bool, Parameter(help="also solve the contact of the map and compare")] = False,
-    threads: Annotated[int, Parameter(help="threads of the solver")] = 1,
+    solve: Annotated[bool | None, Parameter(negative="--no-solve")] = None,
+    threads: int = 1,
     contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
     **given: Any,
 ) -> int:  # fmt: skip
     given |= {"contact_modulus": contact_modulus}
     if csv is not None:
-        return _predict_each(maps, csv, threads if solve else 0, given)
+        return _predict_each(maps, csv, solve, threads, given)
     found = _predicted(maps, given)
     # Before hours of work, and after all that can be wrong with the input.
     files.folder(output)
     for path in filter(None, [json]):
         files.distinct(path, maps)
         files.folder(path.parent)
-    if solve:
-        print(_planned(found), flush=True)
-        found = found.solved(threads)
-    for sheet in found.sheets():
-        show(sheet)
-    print(found.sentence)
+    found = predictions.solved(found, solve, threads, tell)
+    for line in statements(found):
+        print(f"{line}.")
     for doubt in found.doubts:
         print(f"warning: {doubt}")
+    for sheet in reading_order(found.sheets()):
+        show(sheet)
     for path in found.write(output, "-".join([*(path.stem for path in maps), "predict"])):
         print(path)
     if json is not None:
         print(files.save(json, found.json()))
-    return NOT_CONVERGED if found.unsolved else OK
+    return NOT_CONVERGED if solve and found.unsolved else OK
 
 
 def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
     try:
-        return predictions.predict(*maps, **given)
+        return predictions.predict(*maps, **given, solve=False)
     except (TopographyError, InterfaceError) as error:
         known = inspect.signature(predictions.predict).parameters
         raise type(error)(as_options(str(error), known)) from error
 
 
-def _planned(found: Prediction) -> str:
-    """What will be solved, or why nothing can be."""
-    try:
-        instead = resolvable(found.facing, found.interface)[1]
-    except UnresolvedError as error:
-        return f"nothing will be solved: {error}"
-    return instead or "the contact of the map will be solved as it is"
+def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: int, given: dict[str, Any]) -> int:
+    """Write a table: each file is a contact by itself, and one that cannot be used has its reason in its row.
 
-
-def _predict_each(maps: Sequence[Path], csv: Path, threads: int, given: dict[str, Any]) -> int:
-    """Write a table: each file is a contact by itself, and one that cannot be used has its reason in its row."""
+    Of many files none is solved unless that is asked for.
+    """
     files.distinct(csv, maps)
     rows: list[dict[str, str | float | None]] = []
     for path, part in _contacts(maps, given):
         named = {"map": str(path)} if part is None else {"map": str(path), "part": part}
         try:
             found = _predicted([path], given if part is None else given | {"part": [part]})
-            found = found.solved(threads) if threads else found
+            found = predictions.solved(found, bool(solve), threads)
         except InterfaceError:
             raise  # the same for all
         except InputError as error:

@@ -113,7 +113,7 @@ _UNITS: dict[Quantity | Motion, Mapping[str, float]] = {
     "temperature": {"K": 1.0, "mK": 1e-3},
 }  # fmt: skip
 _NEVER_SHOWN = {
-    "A", "N/m2", "eV/A3", "N/m", "mN/m", "erg/cm2", "eV/A2", "mN", "uN", "eV/A", "ms", "um/s", "nm/s",
+    "A", "N/m2", "eV/A3", "N/m", "mN/m", "erg/cm2", "eV/A2", "eV/A", "ms", "um/s", "nm/s",
     "nm/ns", "A/ps", "mK",
 }  # fmt: skip
 

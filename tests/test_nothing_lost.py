@@ -383,10 +383,10 @@ COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], list[str]]] = {
     "continuum run -o": (continuum.cli.main, ["run", "run.toml", "-o", "OUT"]),
     "continuum plot": (continuum.cli.main, ["plot", "PATH"]),
     "continuum analyse": (continuum.cli.main, ["analyse", "PATH"]),
-    "continuum predict": (continuum.cli.main, ["predict", "PATH", "--material", "mica"]),
+    "continuum predict": (continuum.cli.main, ["predict", "PATH", "--material", "mica", "--no-solve"]),
     "continuum predict -o": (
         continuum.cli.main,
-        ["predict", "map.npy", "--size", "3um", "--unit", "nm", "--material", "mica", "-o", "OUT"],
+        ["predict", "map.npy", "--size", "3um", "--unit", "nm", "--material", "mica", "--no-solve", "-o", "OUT"],
     ),
     "atomistic validate": (atomistic.cli.main, ["validate", "PATH"]),
     "atomistic validate -o": (atomistic.cli.main, ["validate", "validate.toml", "-j", "1", "-o", "OUT"]),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import get_args
@@ -11,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from continuum.arguments import choice, count, flag
 from continuum.files.inputs import load
+from continuum.show.answer import solving
 from continuum.solve.solution import MOST_THREADS
 from continuum.sticky.materials import InterfaceError, read_interface
 from continuum.sticky.prediction import Prediction, prediction_of
@@ -42,7 +45,8 @@ def predict(
     work: str | None = None,
     range: str | None = None,
     spacing: str | None = None,
-    solve: bool = False,
+    probe: str | None = None,
+    solve: bool | None = None,
     threads: int = 1,
 ) -> Prediction:
     """Is my surface sticky?  Every criterion on a measured topography, or on two that face each other.
@@ -57,9 +61,11 @@ def predict(
     size, unit, dataset, part, periodic, override_size, detrend, fill, crop, cutoff : see
         :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  Of two maps one text for both,
         or one for each, ``"-"`` as the file says.
-    material, modulus, poisson, contact_modulus, work, range, spacing : see
+    material, modulus, poisson, contact_modulus, work, range, spacing, probe : see
         :class:`continuum.sticky.tables.InterfaceTable`.
-    solve, threads : whether to solve the contact of the map, too, and on how many threads.
+    solve : whether to solve the contact of the map: its turn, the work of adhesion from which on it is sticky, and its
+        state at the given one.  If nothing is said, the turn of maps of at most 512 x 512 points is solved.
+    threads : of the solver.
 
     Raises
     ------
@@ -69,7 +75,8 @@ def predict(
         If an argument is of another type, such as a number where a text with its unit is asked for.
     """
     given = {name: value for name, value in locals().items() if name in OPTIONS}
-    flag("solve", solve)
+    if solve is not None:
+        flag("solve", solve)
     count("threads", threads, 1, MOST_THREADS)
     if len(maps) == 1 and isinstance(maps[0], str | Path) and str(maps[0]).endswith(".toml"):
         config = load(maps[0], PredictionInput)
@@ -88,4 +95,24 @@ def predict(
         raise
     contact, limit = contact_of(), share(given["fill"])
     found = prediction_of([prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read], contact)
-    return found.solved(threads) if solve else found
+    return solved(found, solve, threads)
+
+
+def solved(
+    found: Prediction, solve: bool | None, threads: int, told: Callable[[str], None] = lambda text: None
+) -> Prediction:
+    """A prediction with its map solved as far as that is asked for; see :func:`predict`.
+
+    Parameters
+    ----------
+    told : called with what is solved, before it is, and with the time that it took.
+    """
+    if solve is False:
+        return found
+    if solve is None and found.too_much:
+        return replace(found, unsolved=found.too_much)
+    told(solving(found, bool(solve)))
+    began = time.monotonic()
+    done = found.solved(threads, bool(solve))
+    told(f"solved in {time.monotonic() - began:.2g} s" if not done.unsolved else f"not solved: {done.unsolved}")
+    return done

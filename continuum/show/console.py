@@ -136,6 +136,13 @@ def warn(messages: Sequence[str]) -> None:
         sys.stderr.write(f"warning: {message}\n")
 
 
+def tell(text: str) -> None:
+    """Say on the error stream what is being done, so that the output begins with the answer; nothing if quiet."""
+    if _voice.get() != "quiet":
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()
+
+
 def show(sheet: Sheet) -> None:
     """Print a sheet: with rules and as wide as the terminal; as plain text, nothing cut, where there is none."""
     if _voice.get() == "quiet":

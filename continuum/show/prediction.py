@@ -11,15 +11,14 @@ import numpy as np
 from continuum import units
 from continuum.model.surface import Moments
 from continuum.show import plot
+from continuum.show.answer import statements
 from continuum.show.page import Page
-from continuum.show.prediction_data import remedy_options
 from continuum.show.prediction_figures import contact_figure, fault_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.record import turning_margin
-from continuum.sticky.simulate import Simulation
-from continuum.sticky.verdict import SURE, judge, votes
+from continuum.sticky.probe import ProbePullOff
+from continuum.sticky.verdict import votes
 from continuum.theory import paper
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
@@ -35,42 +34,9 @@ def _answer(estimate: Estimate) -> str:
     return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
 
 
-def _faults(prediction: Prediction) -> str:
-    """What is wrong with the maps, and what mends it, before any verdict."""
-    if not prediction.faults:
-        return ""
-    found = "; ".join(fault.text for fault in prediction.faults)
-    remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in prediction.faults if fault.remedy))
-    return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}.  "
-
-
 def prediction_sentence(prediction: Prediction) -> str:
-    """Faults of the maps, what the solver says if it was asked, the verdict of the theories, and the paper's."""
-    estimate, contact, verdict = prediction.paper, prediction.contact, judge(prediction)
-    text, answer = _faults(prediction), verdict.answer
-    if simulation := prediction.simulation:
-        solved = "sticky" if simulation.sticky else "not sticky"
-        text += f"{_begun(solved)}, solved on the map.  "
-        text += f"{'Theories' if answer in (solved, 'undecided') else 'But theories'}: {answer}"
-    else:
-        text += _begun(answer)
-    chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
-    text += f" ({': '.join(filter(None, (chance, '; '.join(verdict.why))))})"
-    if verdict.turn is not None:
-        modulus = contact.contact_modulus * contact.work_of_adhesion / verdict.turn
-        text += f".  By these it turns at w = {_work(verdict.turn)}, or at E* = {_pressure(modulus)}"
-    low, high = (turning_margin((CRITERIA[estimate.key],), contact, p) for p in (1 - SURE, SURE))
-    text += f".  The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record turns between {low:.2g} and "
-    doubt = "" if estimate.valid else ", but it is out of its range (see the warnings)"
-    doubt = ", but that is of other surfaces" if _excluded(prediction) else doubt
-    text += f"{high:.2g} (10 and 90 %){doubt}"
-    if prediction.mended is not None:
-        text += f".  With the faults mended its margin is {prediction.mended.paper.margin:.3g}"
-    return text
-
-
-def _begun(text: str) -> str:
-    return text[0].upper() + text[1:]
+    """The answer in one text: :func:`continuum.show.answer.statements`, one after the other."""
+    return ".  ".join(statements(prediction))
 
 
 def _excluded(prediction: Prediction) -> str:
@@ -78,16 +44,18 @@ def _excluded(prediction: Prediction) -> str:
     return ", ".join(fault.kind for fault in prediction.faults if fault.excludes)
 
 
-def _percent(probability: float) -> str:
-    return f"{100 * probability:.0f} %"
+def reading_order(sheets: list[Sheet]) -> list[Sheet]:
+    """Sheets of a prediction with what was asked first: verdicts, solution, numbers; then what they are made of."""
+    return [*sheets[3:], *sheets[:3]]
 
 
 def prediction_sheets(prediction: Prediction) -> list[Sheet]:
     """Everything there is to say, as tables."""
-    solved = [] if prediction.simulation is None else [_solved(prediction, prediction.simulation)]
+    solved = [] if prediction.simulation is None and prediction.turn is None else [_solved(prediction)]
+    probe = [] if prediction.probe is None else [_probe(prediction.probe)]
     inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
     numbers = [_numbers(prediction), _cuts(prediction), *map(_density, prediction.topographies)]
-    return [*inputs, _verdicts(prediction), *solved, *numbers]
+    return [*inputs, _verdicts(prediction), *solved, *probe, *numbers]
 
 
 def _surfaces(prediction: Prediction) -> Sheet:
@@ -171,7 +139,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
         record = "no record: a necessary condition"
         if support is not None:
             alike = "similar surfaces" if support.similar else "surfaces of the record, none of them similar"
-            record = f"{_percent(support.probability)} sticky, of {support.count} {alike}"
+            record = f"{100 * support.probability:.0f} % sticky, of {support.count} {alike}"
         rows.append(
             (
                 estimate.name,
@@ -240,24 +208,55 @@ def _density(topography: Topography) -> Sheet:
     return Sheet.of(f"Power spectral density, radial average, h_rms² = ∫ C d²q: {topography.source}", head, rows)
 
 
-def _solved(prediction: Prediction, simulation: Simulation) -> Sheet:
-    ratio = prediction.number("area-ratio").value
-    area = f"{100 * simulation.area_rep:.3g} %" + (": jumped past 1 %" if simulation.jumped else "")
-    rows = (
-        ("verdict", _answer(prediction.paper), "sticky" if simulation.sticky else "not sticky"),
-        ("repulsive area", "1 %", area),
-        ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
-        ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),
-        ("A_rep/A_att", f"{ratio:.4g}", f"{simulation.area_ratio:.4g}"),
-    )
-    return Sheet.of("Solved on the map, on approach", ("quantity", "paper", "solver"), rows)
+def _solved(prediction: Prediction) -> Sheet:
+    """The turn, and the state at the given work of adhesion, as far as they were solved, beside what the paper says."""
+    rows: list[tuple[str, str, str]] = []
+    turn, simulation, contact = prediction.turn, prediction.simulation, prediction.contact
+    if turn is not None:
+        by_paper = prediction.paper.turning_work(contact) or 0.0
+        most = "" if turn.most == turn.work else f", with the range given up to {_work(turn.most)}"
+        rows += [
+            ("w at the turn", _work(by_paper), _work(turn.work) + most),
+            ("bracket of the turn", "-", f"{_work(turn.low)} to {_work(turn.high)}"),
+            ("range of attraction", _length(contact.range), _length(turn.range)),
+            ("attracted area at the turn", "-", f"{100 * turn.area_att:.3g} %"),
+        ]
+    if simulation is not None:
+        ratio = prediction.number("area-ratio").value
+        area = f"{100 * simulation.area_rep:.3g} %" + (": jumped past 1 %" if simulation.jumped else "")
+        rows += [
+            ("verdict at the given w", _answer(prediction.paper), "sticky" if simulation.sticky else "not sticky"),
+            ("repulsive area", "1 %", area),
+            ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
+            ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),
+            ("A_rep/A_att", f"{ratio:.4g}", f"{simulation.area_ratio:.4g}"),
+        ]
+    return Sheet.of("Solved on the map, on approach", ("quantity", "paper", "solver"), tuple(rows))
+
+
+def _probe(probe: ProbePullOff) -> Sheet:
+    force = partial(units.readable, quantity="force", digits=3)
+    rows: list[tuple[str, Entry]] = [
+        ("radius R", _length(probe.radius)),
+        ("a smooth sphere: pull-off force, (3/2) to 2 π w R by Maugis", force(probe.smooth)),
+        ("a smooth sphere: contact radius without load, (9π w R²/(2 E*))^(1/3)", _length(probe.contact_radius)),
+        ("Maugis' parameter λ: JKR above 5, DMT below 0.1", f"{probe.maugis:.3g}"),
+        ("Tabor's parameter μ", f"{probe.tabor:.3g}"),
+        ("apparent work of adhesion w - U", "none: U exceeds w" if probe.apparent is None else _work(probe.apparent)),
+        ("pull-off force with w - U", "-" if probe.least is None else force(probe.least)),
+        ("pull-off force with w, over Δr + h_rms", force(probe.most)),
+    ]
+    if probe.rim is not None:
+        rows.append(("largest with at most 1 % in contact, 2π R w (A_rep + A_att)/A0", force(probe.rim)))
+    return pairs("Pull-off force of the probe", rows)
 
 
 def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Path]:
     """Write ``NAME.html``, which needs no other file, and its figures as PNG and PDF; returns HTML and PNG files."""
     figures = {name: (overview(prediction), "Map, spectrum, and what depends on the smallest wavelength counted.")}
-    if prediction.simulation is not None:
-        figures[f"{name}-contact"] = (contact_figure(prediction.simulation), "The contact, solved on the map.")
+    at = " at its turn" if prediction.simulation is None else ""
+    if (solved := prediction.simulation or prediction.turn) is not None:
+        figures[f"{name}-contact"] = (contact_figure(solved), f"The contact, solved on the map{at}.")
     if prediction.faults:
         figures[f"{name}-faults"] = (fault_figure(prediction), "What was looked for on a faulty map.")
     drawn = [(plot.save_figure(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
@@ -267,8 +266,7 @@ def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Pa
         prediction_sentence(prediction) + ".",
         prediction.doubts,
         drawn,
-        # A terminal ends, a page begins with what was asked.
-        [*sheets[3:], *sheets[:3]],
+        reading_order(sheets),
         sources="Criteria and numbers: L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), and the sources in the "
         "tables.  Margins compare one theory with itself: they say nothing of what is wrong with it.",
     )

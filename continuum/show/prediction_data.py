@@ -36,9 +36,17 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
         found[f"{name}: in its range"] = "yes" if vote.estimate.valid else "no"
         if vote.support is not None:
             found[f"{name}: probability"] = vote.support.probability
+    if (turn := prediction.turn) is not None:
+        found["solved: w at the turn_J/m2"] = turn.work
+        found["solved: largest w at the turn_J/m2"] = turn.most
     if prediction.simulation is not None:
         found["solved: load_Pa"] = prediction.simulation.load
-        found["solved: verdict"] = "sticky" if prediction.simulation.sticky else "not sticky"
+    if turn is not None or prediction.simulation is not None:
+        said = {None: "undecided", True: "sticky", False: "not sticky"}
+        found["solved: verdict"] = said[prediction.solved_sticky]
+    if (probe := prediction.probe) is not None:
+        found |= {"probe: pull-off with w - U_N": probe.least, "probe: pull-off with w_N": probe.most}
+        found["probe: largest with 1 % in contact_N"] = probe.rim
     return found
 
 
@@ -91,6 +99,7 @@ def as_json(prediction: Prediction) -> str:
         "maps": maps,
         "moments": prediction.roughness.moments._asdict(),
         "interface": vars(prediction.interface),
+        "probe": None if prediction.probe is None else vars(prediction.probe),
         "estimates": estimates,
         "cuts": cuts,
         "warnings": prediction.doubts,

@@ -15,6 +15,7 @@ from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.prediction import Prediction, rough_contact
 from continuum.sticky.record import support
 from continuum.sticky.simulate import Simulation
+from continuum.sticky.solved_turn import SolvedTurn
 from continuum.sticky.verdict import SURE, judge_contact
 from continuum.topography.faults import Findings
 from continuum.topography.map import Topography
@@ -127,7 +128,7 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
 
 
 @plot.styled
-def contact_figure(simulation: Simulation) -> Figure:
+def contact_figure(simulation: Simulation | SolvedTurn) -> Figure:
     """Where the solved contact repels and attracts."""
     figure, axis = plot.new_axes(4.2, 4.2)
     unit, name = length_scale(max(simulation.lengths))

@@ -25,6 +25,8 @@ _POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
     "pressure": (1.0, 1e13), "energy_per_area": (1e-9, 1e3), "length": (1e-12, 1e-3),
 }  # fmt: skip
 """Values in SI beyond which a number is a slip of the pen; far beyond all materials, interfaces and ranges."""
+_PROBES = (1e-9, 1.0)
+"""Radii of probes in m, from an atomically sharp tip to a lens."""
 _EXAMPLES: dict[units.Quantity, str] = {"pressure": '"2MPa"', "energy_per_area": '"50mJ/m2"', "length": '"0.5nm"'}
 
 
@@ -117,11 +119,13 @@ class Interface:
     """a0 of the atoms, in m."""
     origin: tuple[str, ...] = ()
     """Where the values come from."""
+    probe: float | None = None
+    """Radius of a sphere that one of the bodies is, in m; None where its shape is not asked about."""
 
     def __post_init__(self) -> None:
-        for name in ("contact_modulus", "work_of_adhesion", "range", "spacing"):
+        for name in ("contact_modulus", "work_of_adhesion", "range", "spacing", "probe"):
             value = getattr(self, name)
-            if value is not None or name != "spacing":
+            if value is not None or name not in ("spacing", "probe"):
                 object.__setattr__(self, name, number(name, value, above=0))
 
     @property
@@ -141,13 +145,14 @@ def interface(
     work_of_adhesion: float | None = None,
     range: float | None = None,
     spacing: float | None = None,
+    probe: float | None = None,
 ) -> Interface:
     """Two bodies as one contact.  What is given overrules what the materials say.
 
     Parameters
     ----------
     bodies : one if the other is rigid, or two.
-    contact_modulus, work_of_adhesion, range, spacing : as in :class:`Interface`.
+    contact_modulus, work_of_adhesion, range, spacing, probe : as in :class:`Interface`.
 
     Raises
     ------
@@ -183,7 +188,7 @@ def interface(
         spacing = max((s for s in spacings if s is not None), default=None) if None not in spacings else None
     for material in dict.fromkeys(materials):
         origin += [f"{material.name}: {source}" for source in material.sources]
-    return Interface(contact_modulus, work_of_adhesion, range, spacing, tuple(origin))
+    return Interface(contact_modulus, work_of_adhesion, range, spacing, tuple(origin), probe)
 
 
 def read_interface(
@@ -195,6 +200,7 @@ def read_interface(
     work: str | None = None,
     range: str | None = None,
     spacing: str | None = None,
+    probe: str | None = None,
 ) -> Interface:
     """An interface from text: numbers with their units, names of materials; the first of each for the first body.
 
@@ -220,6 +226,7 @@ def read_interface(
         _amount(faults, "work", work, "energy_per_area"),
         _amount(faults, "range", range, "length"),
         _amount(faults, "spacing", spacing, "length"),
+        _amount(faults, "probe", probe, "length"),
     ]
     if faults:
         raise InterfaceError("\n".join(faults))
@@ -237,10 +244,10 @@ def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quan
     except ValueError as error:
         faults.append(f"`{name}` {error}")
         return None
-    low, high = _POSSIBLE[quantity]
+    what, (low, high) = ("probe", _PROBES) if name == "probe" else ("contact", _POSSIBLE[quantity])
     if not low <= value <= high:
         ends = " to ".join(units.readable(end, quantity, 3) for end in (low, high))
-        faults.append(f"`{name}` {text!r}: no contact has this; possible are {ends}")
+        faults.append(f"`{name}` {text!r}: no {what} has this; possible are {ends}")
     return value
 
 

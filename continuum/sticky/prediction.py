@@ -19,8 +19,9 @@ from continuum import units
 from continuum.arguments import ArgumentError, instance
 from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.materials import Interface
+from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
 from continuum.theory import paper
-from continuum.topography.faults import Findings, MapFault, find_faults
+from continuum.topography.faults import NOT_GAUSSIAN, Findings, MapFault, find_faults
 from continuum.topography.map import Topography, opposed
 from continuum.topography.roughness import Cut, Fit, Roughness, fit_self_affine, roughness_of, spectrum, together
 from continuum.topography.summits import summit_ratios
@@ -28,9 +29,12 @@ from continuum.topography.summits import summit_ratios
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
     from continuum.sticky.simulate import Simulation
+    from continuum.sticky.solved_turn import SolvedTurn
 
 
 _length = partial(units.readable, quantity="length")
+SMALL = 512**2
+"""Points up to which a map is solved without being asked: seconds to minutes on one core."""
 RESOLVED = 8.0
 """Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
 GROWTH = 0.1
@@ -74,15 +78,50 @@ class Prediction:
     mended: Prediction | None = field(default=None, repr=False)
     """The same where faults that have a remedy are mended; None where there are none."""
     simulation: Simulation | None = field(default=None, repr=False)
-    """The contact of the map itself, where it was solved."""
+    """The contact of the map itself at the given work of adhesion, where it was solved."""
+    turn: SolvedTurn | None = field(default=None, repr=False)
+    """The work of adhesion at which the contact of the map itself turns sticky, where it was solved."""
     unsolved: str = ""
-    """Why it could not be solved, where it was tried."""
+    """Why something was not solved, where it was tried or the map is too large to be solved without being asked."""
 
     @property
     def doubts(self) -> tuple[str, ...]:
         """Warnings of the prediction, of its solution, or why there is none."""
-        solved = () if self.simulation is None else self.simulation.warnings
-        return (*self.warnings, *solved, *([f"not solved: {self.unsolved}"] if self.unsolved else []))
+        solved = [text for one in (self.turn, self.simulation) if one is not None for text in one.warnings]
+        missing = [f"not solved: {self.unsolved}"] if self.unsolved else []
+        probe = [] if self.probe is None else probe_doubts(self.contact, self.probe)
+        return tuple(dict.fromkeys((*self.warnings, *solved, *probe, *missing)))
+
+    @property
+    def solved_sticky(self) -> bool | None:
+        """Whether the solver finds it sticky; None if it was not solved, or what was solved leaves it open."""
+        state = None if self.simulation is None else self.simulation.sticky
+        if self.turn is None:
+            return state
+        by_turn = self.turn.sticky(self.contact.work_of_adhesion)
+        return by_turn if by_turn is None or state is None else state
+
+    @property
+    def probe(self) -> ProbePullOff | None:
+        """The pull-off force of the probe that was given, as an interval; None where none was."""
+        if self.interface.probe is None:
+            return None
+        touched = None
+        if self.solved_sticky is False and self.turn is not None:
+            touched = self.turn.area_rep + self.turn.area_att
+        return probe_pull_off(self.contact, self.interface.probe, touched)
+
+    @property
+    def too_much(self) -> str:
+        """Why the map is not solved without being asked, in words; empty if it is."""
+        if any(one.lines or one.measurements for one in self.topographies):
+            return "what was measured is no map"
+        if excluded := [fault.kind for fault in self.faults if fault.excludes and fault.kind != NOT_GAUSSIAN]:
+            return f"{excluded[0]} of the map"
+        if len({one.grid.spacing for one in self.topographies}) > 1:
+            return "the two maps have different pixels"
+        points = min(one.heights.size for one in self.topographies)
+        return f"{points} points are more than {SMALL}" if points > SMALL else ""
 
     @property
     def faults(self) -> tuple[MapFault, ...]:
@@ -125,25 +164,33 @@ class Prediction:
         maps = self.topographies
         return maps[0] if len(maps) == 1 else opposed(*maps)
 
-    def solved(self, threads: int = 1) -> Prediction:
+    def solved(self, threads: int = 1, state: bool = True) -> Prediction:
         """The prediction with the contact of its map, solved, beside it; or with the reason why it cannot be solved.
 
         Parameters
         ----------
         threads : of the solver.
+        state : whether the contact is also solved at the given work of adhesion: often longer than its turn.
 
         Raises
         ------
         TopographyError
             If two maps cannot be put face to face.
         """
-        from continuum.solve.solution import NotConvergedError
-        from continuum.sticky.simulate import UnresolvedError, simulate  # compiled, and rarely asked for
+        from continuum.solve.solution import NotConvergedError  # compiled, and not always asked for
+        from continuum.sticky.simulate import UnresolvedError, simulate
+        from continuum.sticky.solved_turn import solve_turn
 
+        facing, found, missing = self.facing, self, []
         try:
-            return replace(self, simulation=simulate(self.facing, self.interface, threads))
+            found = replace(found, turn=solve_turn(facing, self.interface, threads))
         except (UnresolvedError, NotConvergedError) as error:
-            return replace(self, unsolved=str(error))
+            missing.append(f"its turn: {error}")
+        try:
+            found = replace(found, simulation=simulate(facing, self.interface, threads)) if state else found
+        except (UnresolvedError, NotConvergedError) as error:
+            missing.append(f"its state at this w: {error}")
+        return replace(found, unsolved="; ".join(missing))
 
     @property
     def sentence(self) -> str:

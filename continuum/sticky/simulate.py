@@ -84,23 +84,64 @@ def resolvable(topography: Topography, interface: Interface) -> tuple[Interface,
         If that would exceed the rms height of the map, so that attraction would no longer act beside contacts only.
     """
     instance("interface", interface, Interface)
-    pixel, length = max(instance("topography", topography, Topography).grid.spacing), interface.adhesion_length
-    # Flats under the paper's law of reach r snap above π E*/softening = (π/4) r²/l_a.
-    shortest = LennardJonesSpline(1.0).effective_range * float(np.sqrt(4 / np.pi * SAFE * pixel * length))
+    shortest = shortest_range(instance("topography", topography, Topography), interface.adhesion_length)
     if interface.range >= shortest * np.sqrt(SNAPPING / SAFE):
         return interface, ""
-    needed, given = (units.readable(value, "length", 3) for value in (shortest, interface.range))
-    height = float(topography.heights.std())
-    if shortest > height:
-        raise UnresolvedError(
-            f"the map is too coarse for adhesion so strong and so short-ranged: pixels of "
-            f"{units.readable(pixel, 'length', 3)} resolve ranges above {needed}, more than its rms height of "
-            f"{units.readable(height, 'length', 3)}"
+    check_resolved(topography, shortest)
+    return replace(interface, range=shortest), (f"solved instead: {in_place_of(shortest, interface.range)}")
+
+
+def shortest_range(topography: Topography, adhesion_length: float) -> float:
+    """The shortest effective range that the pixels resolve at a given l_a = w/E*; both in the unit of the map.
+
+    Flats under the paper's law of reach r snap above π E*/softening = (π/4) r²/l_a, which is two pixels here.
+    """
+    pixel = max(topography.grid.spacing)
+    return LennardJonesSpline(1.0).effective_range * float(np.sqrt(4 / np.pi * SAFE * pixel * adhesion_length))
+
+
+def check_resolved(topography: Topography, shortest: float) -> None:
+    """Raise UnresolvedError where the shortest range that the pixels resolve exceeds the rms height of the map."""
+    if shortest > (height := float(topography.heights.std())):
+        pixel, needed, rms = (
+            units.readable(value, "length", 3) for value in (max(topography.grid.spacing), shortest, height)
         )
-    return replace(interface, range=shortest), (
-        f"solved instead: the limit of Johnson, Kendall and Roberts: the same w with a range of {needed}, the shortest "
-        f"that the pixels resolve, in place of {given}"
+        raise UnresolvedError(
+            f"the map is too coarse for adhesion so strong and so short-ranged: pixels of {pixel} resolve ranges above "
+            f"{needed}, more than its rms height of {rms}"
+        )
+
+
+def in_place_of(shortest: float, given: float) -> str:
+    """What is solved where a range in m is too short for the pixels, in words."""
+    needed, short = (units.readable(value, "length", 3) for value in (shortest, given))
+    return (
+        f"the limit of Johnson, Kendall and Roberts: the same w with a range of {needed}, the shortest "
+        f"that the pixels resolve, in place of {short}"
     )
+
+
+def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
+    """Grid, and heights that point down from a wall, of a map continued by its mirror images unless it is periodic.
+
+    Parameters
+    ----------
+    unit : of length, in m; the grid and the heights are in this unit, the heights with a mean of zero.
+    """
+    closed = topography if topography.periodic else mirror(topography)
+    grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit))
+    return grid, -(closed.heights - closed.heights.mean()) / unit
+
+
+def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:
+    """What to doubt of a solution on a map: what its pixels do not show, and how it was continued.
+
+    Parameters
+    ----------
+    unit : what a0 is, in words.
+    """
+    doubts = [f"solver, a0 being {unit} and the grid that of the map: {text}" for text in unresolved(problem, slope)]
+    return doubts + ([] if topography.periodic else ["solved on the map and its mirror images"])
 
 
 def simulate(topography: Topography, interface: Interface, threads: int = 1) -> Simulation:
@@ -121,11 +162,8 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
         If no equilibrium is found.
     """
     interface, instead = resolvable(topography, interface)
-    closed = topography if topography.periodic else mirror(topography)
     unit, modulus = interface.range, interface.contact_modulus
-    grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit))
-    # Summits point down from the wall to the surface.
-    heights = -(closed.heights - closed.heights.mean()) / unit
+    grid, heights = wall_of_map(topography, unit)
     pixel, slope = max(grid.spacing), moments(grid, heights).rms_slope
     wall = attraction_on_core(
         "spline", interface.adhesion_length / unit, 1.0, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel
@@ -139,9 +177,7 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     if not state.status.ok:
         raise NotConvergedError(state.status.value)
     contact = state.totals
-    doubts = [instead] if instead else []
-    doubts += [f"solver, a0 being Δr and the grid that of the map: {text}" for text in unresolved(problem, slope)]
-    doubts += [] if topography.periodic else ["solved on the map and its mirror images"]
+    doubts = [*([instead] if instead else []), *solver_doubts(problem, slope, topography, "Δr")]
     return Simulation(
         area_rep=contact.area_rep,
         area_ratio=contact.area_rep / contact.area_att if contact.area_att else np.inf,

@@ -93,6 +93,8 @@ class InterfaceTable(Table):
     """Range of the attraction (for a law without cut-off, its effective range)."""
     spacing: Length | None = None
     """Spacing a0 of the atoms, for the necessary condition on crystals."""
+    probe: Annotated[str, _quantity("length", '"10um"')] | None = None
+    """Radius of a sphere that is pulled off the surface, such as 10um: its pull-off force is given as an interval."""
 
 
 class PredictionInput(Document):

@@ -23,7 +23,7 @@ from continuum.topography.map import TopographyError
 from tests.problems import Rough
 from tests.wrong import ANYTHING, refused_by_name
 
-KNOWN: dict[str, Any] = {"size": "10nm", "unit": "A", "material": "mica"}
+KNOWN: dict[str, Any] = {"size": "10nm", "unit": "A", "material": "mica", "solve": False}
 ROUGH = Rough(32).heights()
 
 
@@ -158,6 +158,13 @@ def test_a_folder_and_an_impossible_name_are_no_maps(tmp_path: Path, capsys: pyt
         ((ROUGH,), {"threads": 0}, "threads = 0: allowed: a whole number"),
         ((ROUGH,), {"poisson": 0.6}, "poisson = 0.6: allowed"),
         ((ROUGH,), {"work": 0.05}, "work = 0.05: allowed: a text such as "),
+        ((ROUGH,), {"solve": "yes"}, "solve = 'yes': allowed: True or False"),
+        ((ROUGH,), {"probe": 10}, "probe = 10: allowed: a text such as "),
+        ((ROUGH,), {"probe": "0"}, "`probe` '0': a unit of length is missing"),
+        ((ROUGH,), {"probe": "0um"}, "`probe` '0um': .*positive"),
+        ((ROUGH,), {"probe": "banana"}, "`probe` 'banana' is not a number with a unit of length"),
+        ((ROUGH,), {"probe": "10Pa"}, "`probe` '10Pa': 'Pa' is no unit of length"),
+        ((ROUGH,), {"probe": "1e9m"}, "`probe` '1e9m': no probe has this; possible are 1 nm to "),
     ],
 )
 def test_the_argument_that_is_wrong_is_named(maps: Any, options: dict[str, Any], expected: str) -> None:
@@ -167,7 +174,7 @@ def test_the_argument_that_is_wrong_is_named(maps: Any, options: dict[str, Any],
 
 OPTIONS = (
     "size", "unit", "dataset", "part", "periodic", "override_size", "detrend", "fill", "crop", "cutoff", "material",
-    "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "solve", "threads",
+    "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe", "solve", "threads",
 )  # fmt: skip
 
 
@@ -262,12 +269,18 @@ material = ["mica", "mica"]
 def test_an_input_names_the_map_and_the_interface(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.save(tmp_path / "map.npy", ROUGH)
     (tmp_path / "contact.toml").write_text(INPUT)
-    keys: dict[str, Any] = {"size": "10nm", "unit": "A", "detrend": "plane", "material": ["mica", "mica"]}
-    assert c.predict(tmp_path / "contact.toml").json() == c.predict(tmp_path / "map.npy", **keys).json()
+    keys: dict[str, Any] = {
+        "size": "10nm",
+        "unit": "A",
+        "detrend": "plane",
+        "material": ["mica", "mica"],
+        "solve": False,
+    }
+    assert c.predict(tmp_path / "contact.toml", solve=False).json() == c.predict(tmp_path / "map.npy", **keys).json()
     # What is given beside an input overrules its keys.
-    softer = c.predict(tmp_path / "contact.toml", material="pdms")
+    softer = c.predict(tmp_path / "contact.toml", material="pdms", solve=False)
     assert softer.json() == c.predict(tmp_path / "map.npy", **keys | {"material": "pdms"}).json()
-    assert main(["predict", str(tmp_path / "contact.toml"), "-o", str(tmp_path)]) == 0
+    assert main(["predict", str(tmp_path / "contact.toml"), "--no-solve", "-o", str(tmp_path)]) == 0
     assert (tmp_path / "contact-predict.html").exists()
     assert "silicon" not in capsys.readouterr().out
 

@@ -303,9 +303,9 @@ def test_on_soft_solids_the_limit_of_jkr_is_solved_and_said_before(
     command = ["predict", str(tmp_path / "map.npy"), "--size", "64um", "--unit", "um", "--periodic", "--solve"]
     command += ["--modulus", "2MPa", "--poisson", "0.5", "--work", "50mJ/m2", "--range", "0.5nm", "-o", str(tmp_path)]
     assert main([*command, "--json", str(tmp_path / "all.json")]) == 0
-    said = capsys.readouterr().out
-    assert said.startswith("solved instead: the limit of Johnson, Kendall and Roberts")
-    assert "ticky, solved on the map.  " in said
+    told = capsys.readouterr()
+    assert "solved instead: the limit of Johnson, Kendall and Roberts" in told.err
+    assert "ticky, solved on the map: w = 50 mJ/m² is " in told.out.splitlines()[0]
     found = json.loads((tmp_path / "all.json").read_text())
     assert found["row"]["solved: verdict"] in ("sticky", "not sticky")
     assert found["interface"]["range"] == 0.5e-9

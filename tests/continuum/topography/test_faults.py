@@ -72,7 +72,15 @@ def test_the_remedy_that_is_named_mends(tmp_path: Path, capsys: pytest.CaptureFi
     kind, measured = "line noise", faulty("line noise")
     np.save(tmp_path / "map.npy", measured.heights * 1e9)
     remedy = [word for fault in find_faults(as_measured(kind)).faults for word in remedy_options(fault).split()]
-    command = ["predict", str(tmp_path / "map.npy"), "--size", f"{measured.lengths[0] * 1e9}nm", "--unit", "nm"]
+    command = [
+        "predict",
+        str(tmp_path / "map.npy"),
+        "--no-solve",
+        "--size",
+        f"{measured.lengths[0] * 1e9}nm",
+        "--unit",
+        "nm",
+    ]
     command += ["--estar", "1GPa", "--work", "50mJ/m2", "--range", "1nm", "-o", str(tmp_path)]
     assert main(command) == 0
     said = capsys.readouterr().out
@@ -233,7 +241,17 @@ def test_holes_are_filled_or_cut_only_as_asked(
     heights = np.array(base.heights)
     heights[100, 100:103] = np.nan
     np.save(tmp_path / "map.npy", heights)
-    command = ["predict", str(tmp_path / "map.npy"), "--size", "1024nm", "--unit", "m", "--material", "mica"]
+    command = [
+        "predict",
+        str(tmp_path / "map.npy"),
+        "--no-solve",
+        "--size",
+        "1024nm",
+        "--unit",
+        "m",
+        "--material",
+        "mica",
+    ]
     command += ["-o", str(tmp_path / "out")]
     assert main([*command, *options]) == 2
     assert expected in capsys.readouterr().err

@@ -1,0 +1,230 @@
+"""Is my surface sticky?  The answer in statements of one line each: what was solved first, then the theories."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from continuum import units
+from continuum.model.grid import Grid
+from continuum.runs.cost import pair_seconds
+from continuum.show.prediction_data import remedy_options
+from continuum.sticky.criteria import AREA, CRITERIA
+from continuum.sticky.prediction import Prediction
+from continuum.sticky.probe import ProbePullOff
+from continuum.sticky.record import turning_margin
+from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
+from continuum.sticky.solved_turn import SolvedTurn
+from continuum.sticky.verdict import SURE, Answer, Verdict, judge
+
+_length = partial(units.readable, quantity="length", digits=3)
+_pressure = partial(units.readable, quantity="pressure", digits=3)
+_work = partial(units.readable, quantity="energy_per_area", digits=3)
+_force = partial(units.readable, quantity="force", digits=3)
+NEAR, NEAR_COARSE = 1.5, 2.0
+"""Factors of the turn within which a solved answer is called near it, where the pixels resolve the range and where not.
+With pixels four times finer the turns of eight surfaces moved by up to 1.3 and 1.8."""
+CONFORMS = 0.1
+"""Part of w below which full contact costs little: nearly all of the work of adhesion is left."""
+PAIRS, PAIRS_PER_SIDE = 300.0, 8.0
+"""Pairs of transforms of a turn whose range the pixels resolve, and for each point along a side where they do
+not: 120 to 400, and 7 to 17, on synthetic maps of 64² to 256² points and their mirror images."""
+BESIDE = 4.0
+"""Time of a pair in the solver over that of its transforms alone, there: 2.3 to 6.5."""
+
+
+def statements(prediction: Prediction) -> list[str]:
+    """The answer, one line each without a full stop: at most eight.
+
+    Faults of the maps, what the solver says, by which factor it turns, the verdict of the theories, what full contact
+    costs, the pull-off force of a probe if one was given, and the paper's criterion.
+    """
+    verdict, solved = judge(prediction), _solved_answer(prediction)
+    lines = [_faults(prediction), *_solver(prediction, solved), _theories(prediction, verdict, solved)]
+    if verdict.turn is not None:
+        lines.append(f"By the records it turns at {_turning(prediction, verdict.turn)}")
+    probe = prediction.probe
+    lines += [_full_contact(prediction), "" if probe is None else _probe(prediction, probe), _paper(prediction)]
+    return [line for line in lines if line]
+
+
+def solving(prediction: Prediction, state: bool) -> str:
+    """What will be solved, and about how long it takes on one core, or why the state at the given w cannot be."""
+    facing = prediction.facing
+    shape = tuple(n * (1 if facing.periodic else 2) for n in facing.grid.shape)
+    images = "" if facing.periodic else ", the map and its mirror images"
+    text = (
+        f"solving for the work of adhesion at which the load at {100 * AREA:g} % area vanishes, on {shape[0]} x "
+        f"{shape[1]} points{images}: about {_seconds(prediction, shape[0], shape[1])} s, to a factor of three; "
+        "--no-solve leaves it out"
+    )
+    if not state:
+        return text
+    try:
+        instead = resolvable(facing, prediction.interface)[1]
+    except UnresolvedError as error:
+        return f"{text}; at the given w nothing will be solved: {error}"
+    return f"{text}; then the contact at the given w, often longer{f': {instead}' if instead else ''}"
+
+
+def _seconds(prediction: Prediction, nx: int, ny: int) -> str:
+    """Core-seconds of the turn, from the time of a transform here and now."""
+    contact, side = prediction.contact, (nx * ny) ** 0.5
+    length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
+    resolved = contact.range >= shortest_range(prediction.facing, length)
+    pairs = PAIRS if resolved else max(PAIRS, PAIRS_PER_SIDE * side)
+    return _times(max(BESIDE * pairs * pair_seconds(Grid((nx, ny), (float(nx), float(ny)))), 1.0))
+
+
+def _begun(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def _times(ratio: float) -> str:
+    """A factor in plain digits, two that count."""
+    return f"{float(f'{ratio:.2g}'):.12g}" if ratio >= 1e-4 else f"{ratio:.2g}"
+
+
+def _percent(probability: float) -> str:
+    return f"{100 * probability:.0f} %"
+
+
+def _faults(prediction: Prediction) -> str:
+    """What is wrong with the maps, and what mends it, before any verdict."""
+    if not prediction.faults:
+        return ""
+    found = "; ".join(fault.text for fault in prediction.faults)
+    remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in prediction.faults if fault.remedy))
+    return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}"
+
+
+def _solved_answer(prediction: Prediction) -> Answer | None:
+    """What the solver says; None where nothing was solved."""
+    if prediction.turn is None and prediction.simulation is None:
+        return None
+    sticky = prediction.solved_sticky
+    return "undecided" if sticky is None else "sticky" if sticky else "not sticky"
+
+
+def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
+    """What was solved, and by which factors it would turn."""
+    if solved is None:
+        return
+    turn = prediction.turn
+    if turn is None:
+        yield f"{_begun(solved)}, solved on the map at the given work of adhesion only: its turn was not found"
+        return
+    w = prediction.contact.work_of_adhesion
+    if solved == "undecided":
+        yield (
+            f"Undecided, solved on the map: w = {_work(w)} lies between {_work(turn.work)}, where the load at "
+            f"{100 * AREA:g} % repulsive area vanishes with the shortest range that the pixels resolve, and "
+            f"{_work(turn.most)}, where it would with the range given"
+        )
+        return
+    bound = turn.most if solved == "sticky" else turn.work
+    ratio = w / bound
+    close = NEAR_COARSE if turn.coarse else NEAR
+    near = ", but near the turn" if max(ratio, 1 / ratio) < close else ""
+    snaps = ", as the surface snaps" if turn.jumps else ""
+    yield (
+        f"{_begun(solved)}{near}, solved on the map: w = {_work(w)} is {_times(ratio)} times the {_work(bound)} at "
+        f"which the load at {100 * AREA:g} % repulsive area changes its sign{snaps}"
+    )
+    modulus = _pressure(prediction.contact.contact_modulus * ratio)
+    other = (
+        f"It would not be with w below {_work(bound)}, with E* above {modulus}"
+        if solved == "sticky"
+        else f"It would be with w above {_work(bound)}, with E* below {modulus}"
+    )
+    yield f"{other}, or with {_heights(ratio)}{_range_of(turn)}"
+
+
+def _heights(ratio: float) -> str:
+    """What a margin in w is in roughness: the energy of full contact goes with the square of the heights."""
+    return f"heights about {_times(ratio**0.5)} times as large"
+
+
+def _range_of(turn: SolvedTurn) -> str:
+    if not turn.coarse:
+        return ""
+    return (
+        f" (the pixels resolve ranges down to {_length(turn.range)} only: by the law of the turn it lies between "
+        f"{_work(turn.work)} and {_work(turn.most)})"
+    )
+
+
+def _turning(prediction: Prediction, work: float) -> str:
+    contact = prediction.contact
+    ratio = contact.work_of_adhesion / work
+    return (
+        f"w = {_work(work)}, at E* = {_pressure(contact.contact_modulus * ratio)}, or with {_heights(ratio)}: "
+        f"w is {_times(ratio)} times that of the turn"
+    )
+
+
+def _theories(prediction: Prediction, verdict: Verdict, solved: Answer | None) -> str:
+    chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
+    why = f" ({': '.join(filter(None, (chance, '; '.join(verdict.why))))})"
+    if solved is None:
+        return f"{_begun(verdict.answer)}{why}{_why_not_solved(prediction)}"
+    if verdict.answer in (solved, "undecided") or solved == "undecided":
+        return f"Theories: {verdict.answer}{why}"
+    return (
+        f"But theories: {verdict.answer}{why}.  Solver and theories differ here: theories know the moments of the map, "
+        "the solver the summits that touch"
+    )
+
+
+def _why_not_solved(prediction: Prediction) -> str:
+    return f", by the theories only, as it was not solved: {prediction.unsolved}" if prediction.unsolved else ""
+
+
+def _full_contact(prediction: Prediction) -> str:
+    """What full contact costs, over w, and whether the surface conforms."""
+    contact = prediction.contact
+    energy, w = contact.conformal_energy, contact.work_of_adhesion
+    if energy is None:
+        return ""
+    cost = f"U = {_work(energy)}, {_times(energy / w)} times w = {_work(w)}"
+    if energy <= CONFORMS * w:
+        return f"Full contact costs little, {cost}: the surface conforms to the roughness that the map shows"
+    if energy < w:
+        return f"Full contact costs {cost}: it pays, and once it is reached w - U = {_work(w - energy)} are left"
+    return f"Full contact would cost {cost}: it does not pay, and only parts of the surface touch"
+
+
+def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
+    """The pull-off force of the probe, in the words that what was shown allows."""
+    w = prediction.contact.work_of_adhesion
+    start = f"Pull-off force of a probe of radius {_length(probe.radius)}: "
+    kind = f"Maugis' parameter {_times(probe.maugis)}"
+    if any(fault.excludes for fault in prediction.faults) and _solved_answer(prediction) is None:
+        return f"{start}no number, as nothing was shown of this map"
+    if probe.least is not None and probe.apparent is not None:
+        interval = " to ".join(dict.fromkeys((_force(probe.least), _force(probe.most))))
+        text = (
+            f"{start}{interval}, with an apparent work of adhesion between w - U = {_work(probe.apparent)} and "
+            f"w = {_work(w)} ({kind})"
+        )
+        return text + ("" if probe.rim is None else f"; on approach, before full contact, below {_force(probe.rim)}")
+    if probe.rim is not None:
+        return f"{start}not sticky; that of the bare rough surface is below {_force(probe.rim)} ({kind})"
+    return (
+        f"{start}no more than the {_force(probe.most)} of all of w ({kind}); U exceeds w, so that w - U gives no "
+        "apparent work of adhesion, and no lower bound"
+    )
+
+
+def _paper(prediction: Prediction) -> str:
+    estimate = prediction.paper
+    low, high = (turning_margin((CRITERIA[estimate.key],), prediction.contact, p) for p in (1 - SURE, SURE))
+    doubt = "" if estimate.valid else ", but it is out of its range (see the warnings)"
+    excluded = any(fault.excludes for fault in prediction.faults)
+    doubt = ", but that is of other surfaces" if excluded else doubt
+    mended = prediction.mended
+    more = "" if mended is None else f".  With the faults mended its margin is {mended.paper.margin:.3g}"
+    return (
+        f"The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record turns between {low:.2g} and "
+        f"{high:.2g} (10 and 90 %){doubt}{more}"
+    )

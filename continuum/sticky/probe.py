@@ -1,0 +1,135 @@
+"""The pull-off force of a sphere on the rough surface, between what is proven and what a smooth sphere has.
+
+Where roughness is much finer than the contact of the sphere, the contact is that of a smooth sphere with an apparent
+work of adhesion.  Full contact leaves w - U of w, U being the elastic energy that it costs; no state of linear
+elasticity with small slopes gains more than w.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from continuum import units
+from continuum.arguments import instance, number
+from continuum.sticky.criteria import RoughContact
+from continuum.theory.smooth import JKR, MaugisDugdale, tabor_parameter
+
+HARD, SOFT = 1e-3, 1e3
+"""Maugis' λ beyond which the force is DMT's and JKR's to one part in a thousand, and the equations lose digits."""
+
+WIDE_CONTACT = 0.3
+"""Radius of the contact over that of the sphere from which on a sphere is no parabola: heights differ by 2 % there."""
+
+
+def sphere_pull_off(radius: float, work_of_adhesion: float, range: float, contact_modulus: float = 1.0) -> float:
+    """Largest tension on a smooth sphere: (3/2)π w R if compliant, 2π w R if stiff, in between Maugis' transition.
+
+    Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971); Derjaguin, Muller and Toporov, J. Colloid Interface
+    Sci. 53, 314 (1975); Maugis, J. Colloid Interface Sci. 150, 243 (1992), in
+    :class:`continuum.theory.smooth.MaugisDugdale`.
+
+    Parameters
+    ----------
+    radius, work_of_adhesion, range, contact_modulus : R, w, Δr and E*, in any consistent units; Δr is the distance
+        over which the tension w/Δr acts.
+
+    Returns
+    -------
+    float
+        The force, positive where it pulls, in units of w R.
+    """
+    sphere = MaugisDugdale(radius, work_of_adhesion, range, contact_modulus)
+    if sphere.parameter <= HARD:
+        return float(2 * np.pi * work_of_adhesion * radius)
+    if sphere.parameter >= SOFT:
+        return JKR(radius, work_of_adhesion, contact_modulus).pull_off_force
+    return sphere.pull_off_force
+
+
+@dataclass(frozen=True)
+class ProbePullOff:
+    """The pull-off force of a rigid sphere, or of an elastic one with E* of both, in the units of the contact.
+
+    The bounds are of states in equilibrium: instabilities at single summits on the way out can hold more, as on a wavy
+    sphere (Guduru, J. Mech. Phys. Solids 55, 445 (2007)).
+    """
+
+    radius: float
+    """R."""
+    smooth: float
+    """Pull-off force of a smooth sphere."""
+    most: float
+    """Pull-off force with all of w, over a range that the heights lengthen by h_rms: at most 2π w R."""
+    apparent: float | None
+    """Apparent work of adhesion w - U of full contact; None where U exceeds w, and there is none by this."""
+    least: float | None
+    """Pull-off force with w - U; None where U exceeds w."""
+    rim: float | None
+    """Largest pull-off force where at most 1 % is in contact, if that was solved and is not sticky; else None."""
+    contact_radius: float
+    """Of a smooth sphere without load."""
+    maugis: float
+    """Maugis' λ of the smooth sphere: JKR's above 5, DMT's below 0.1."""
+    tabor: float
+    """Tabor's μ of the smooth sphere, with Δr for the equilibrium distance."""
+
+
+def probe_pull_off(contact: RoughContact, radius: float, touched: float | None = None) -> ProbePullOff:
+    """The pull-off force of a sphere on a rough surface, as an interval.
+
+    * At least that with w - U: what full contact leaves of w (Persson and Tosatti, J. Chem. Phys. 115, 5597 (2001);
+      measured on approach: Dalvi and others, PNAS 116, 25484 (2019)).
+    * At most that with w, as no contact gains more.
+    * Where the surface is not sticky, its states under tension have less than 1 % of repulsive area, and no more than
+      the attracted area beside it: the energy gained is below w times the share of both, so that the force is
+      below 2π R w times this share (Derjaguin, Kolloid-Z. 69, 155 (1934)).  That is of approach, not of a sphere that
+      was pressed into full contact.
+
+    Parameters
+    ----------
+    contact : what is known of the rough surface, with its energy of full contact.
+    radius : of the sphere, in the same units.
+    touched : (A_rep + A_att)/A0 of the state of 1 % repulsive area, where that is known and not sticky.
+
+    Raises
+    ------
+    ArgumentError
+        If the radius is not positive.
+    """
+    instance("contact", contact, RoughContact)
+    radius = number("radius", radius, above=0)
+    w, modulus, reach = contact.work_of_adhesion, contact.contact_modulus, contact.range
+    left = None if contact.conformal_energy is None else w - contact.conformal_energy
+    apparent = left if left is not None and left > 0 else None
+    sphere = MaugisDugdale(radius, w, reach, modulus)
+    return ProbePullOff(
+        radius=radius,
+        smooth=sphere_pull_off(radius, w, reach, modulus),
+        most=sphere_pull_off(radius, w, reach + contact.rms_height, modulus),
+        apparent=apparent,
+        least=None if apparent is None else sphere_pull_off(radius, apparent, reach, modulus),
+        rim=None if touched is None else 2 * np.pi * radius * w * min(touched, 1.0),
+        contact_radius=JKR(radius, w, modulus).zero_load_radius,
+        maugis=sphere.parameter,
+        tabor=tabor_parameter(radius, w, reach, modulus),
+    )
+
+
+def probe_doubts(contact: RoughContact, probe: ProbePullOff) -> list[str]:
+    """Where the contact of a probe is not that of a smooth sphere with an apparent work of adhesion, in words.
+
+    Its contact has to hold the longest waves, λ_L or those of the size of the map, and to be small beside the sphere.
+    """
+    radius = probe.contact_radius
+    doubts = []
+    if contact.roll_off is not None and 2 * radius < contact.roll_off:
+        waves = units.readable(contact.roll_off, "length", 3)
+        doubts.append(
+            f"probe: its contact, {units.readable(2 * radius, 'length', 3)} wide, is smaller than the longest waves, "
+            f"{waves}: it matters where it touches, and its U is less than that of the map"
+        )
+    if radius > WIDE_CONTACT * probe.radius:
+        doubts.append(f"probe: its contact is {radius / probe.radius:.2g} R in radius: a sphere is no parabola there")
+    return doubts

@@ -1,0 +1,197 @@
+"""The turn of a map, solved: the same as that of the state at a work of adhesion, in all units; and what is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import continuum as c
+from continuum.cli import main
+from continuum.show.answer import statements
+from continuum.sticky.materials import Interface
+from continuum.sticky.prediction import SMALL, Prediction, prediction_of
+from continuum.sticky.simulate import UnresolvedError, simulate
+from continuum.sticky.solved_turn import WIDTH, SolvedTurn, solve_turn
+from continuum.theory.rough import turning_share
+from continuum.topography.map import Topography
+from tests.continuum.sticky.test_predict import surface
+
+RANGE = 0.35
+NANO = 0.35e-9
+
+
+def sine(n: int = 32, amplitude: float = 0.3) -> Topography:
+    """An egg box of one period."""
+    x, y = 2 * np.pi * np.indices((n, n)) / n
+    return Topography(amplitude * (np.cos(x) + np.cos(y)), (float(n), float(n)), periodic=True)
+
+
+def in_nanometres(n: int = 64) -> Topography:
+    """The same in nm: with E* of 1 GPa works of adhesion are as many J/m² as they are E* a0 in reduced units."""
+    small = surface(n)
+    return Topography(1e-9 * small.heights, (1e-9 * n, 1e-9 * n), periodic=True)
+
+
+@pytest.fixture(scope="module")
+def gaussian() -> SolvedTurn:
+    return solve_turn(in_nanometres(), Interface(1e9, 1.0, NANO, None))
+
+
+@pytest.mark.parametrize("kind", ["sine", "gaussian"])
+def test_on_both_sides_of_the_turn_the_load_has_the_sign_that_it_says(kind: str) -> None:
+    topography = {"sine": sine(), "gaussian": surface()}[kind]
+    turn = solve_turn(topography, Interface(1.0, 1.0, RANGE, None))
+    assert turn.low <= turn.work <= turn.high <= turn.low * (1 + WIDTH) * (1 + 1e-9)
+    assert turn.most == turn.work
+    # Beyond the bracket, and what 3 % of the area move of it.
+    for factor, sticky in ((1 / 1.2, False), (1.2, True)):
+        work = factor * turn.work
+        assert turn.sticky(work) is sticky
+        assert simulate(topography, Interface(1.0, work, RANGE, None)).sticky is sticky
+
+
+def test_the_turn_does_not_depend_on_units_nor_on_the_given_work(gaussian: SolvedTurn) -> None:
+    other = solve_turn(surface(), Interface(1.0, 1e-3, RANGE, None))
+    assert other.work == pytest.approx(gaussian.work, rel=1e-6)  # of rounding, by a search that ends at 1e-4
+    assert other.range == RANGE
+
+
+def test_a_range_below_the_pixels_leaves_an_interval() -> None:
+    """The law of the turn says by how much more w a shorter range asks for."""
+    topography = surface()
+    turn = solve_turn(topography, Interface(1.0, 1.0, 0.01, None))
+    height = topography.heights.std()
+    assert turn.range > 0.01
+    assert turn.most / turn.work == pytest.approx(turning_share(0.01 / height) / turning_share(turn.range / height))
+    assert turn.sticky(0.5 * (turn.work + turn.most)) is None
+    assert turn.sticky(0.99 * turn.work) is False
+    assert turn.sticky(1.01 * turn.most) is True
+    assert "in place of" in turn.warnings[0]
+
+
+def test_a_map_that_is_too_coarse_has_no_turn() -> None:
+    x, y = np.indices((32, 32))
+    rough = Topography(1e-3 * ((x + y) % 2), (32.0, 32.0), periodic=True)
+    with pytest.raises(UnresolvedError, match="too coarse"):
+        solve_turn(rough, Interface(1.0, 1.0, 1e-6, None))
+
+
+# --- what is said -------------------------------------------------------------------------------------------
+
+
+def told(turn: SolvedTurn, given: float, **found: float) -> list[str]:
+    contact = prediction_of([in_nanometres()], Interface(1e9, given, NANO, None))
+    return statements(replace(contact, turn=replace(turn, **found)))
+
+
+def test_what_was_solved_comes_first_with_its_factors(gaussian: SolvedTurn) -> None:
+    far = told(gaussian, 4 * gaussian.work)
+    assert far[0].startswith("Sticky, solved on the map: w = ")
+    assert "is 4 times the" in far[0]
+    assert far[1].startswith("It would not be with w below")
+    assert "E* above 4 GPa, or with heights about 2 times as large" in far[1]
+    assert far[2].startswith("Theories: ")
+    below = told(gaussian, gaussian.work / 4)
+    assert below[0].startswith("Not sticky, solved on the map: w = ")
+    assert "is 0.25 times the" in below[0]
+    assert "E* below 250 MPa, or with heights about 0.5 times as large" in below[1]
+    assert told(gaussian, 1.1 * gaussian.work)[0].startswith("Sticky, but near the turn")
+    assert all(len(lines) <= 9 for lines in (far, below))
+
+
+def test_where_solver_and_theories_differ_that_is_said(gaussian: SolvedTurn) -> None:
+    works = dict.fromkeys(("work", "low", "high", "most"), 100 * gaussian.work)
+    lines = told(gaussian, 30 * gaussian.work, **works)
+    assert lines[0].startswith("Not sticky, solved on the map")
+    assert lines[2].startswith("But theories: sticky")
+    assert "Solver and theories differ" in lines[2]
+
+
+def test_a_range_that_was_not_solved_leaves_it_open(gaussian: SolvedTurn) -> None:
+    lines = told(gaussian, 1.5 * gaussian.work, most=2 * gaussian.work)
+    assert lines[0].startswith("Undecided, solved on the map")
+    assert told(gaussian, 3.5 * gaussian.work, most=2 * gaussian.work)[0].startswith("Sticky, but near the turn")
+    assert told(gaussian, 0.6 * gaussian.work, most=2 * gaussian.work)[0].startswith("Not sticky, but near the turn")
+    assert told(gaussian, 0.6 * gaussian.work)[0].startswith("Not sticky, solved")
+
+
+@pytest.mark.parametrize(
+    ("share", "expected"), [(0.01, "costs little"), (0.5, "it pays"), (2.0, "only parts of the surface touch")]
+)
+def test_what_full_contact_costs_is_said_in_parts_of_w(share: float, expected: str) -> None:
+    energy = prediction_of([in_nanometres()], Interface(1e9, 1.0, NANO, None)).contact.conformal_energy
+    assert energy is not None
+    lines = statements(prediction_of([in_nanometres()], Interface(1e9, energy / share, NANO, None)))
+    said = next(line for line in lines if line.startswith("Full contact"))
+    assert expected in said
+    assert f"{share:g} times w" in said
+
+
+def test_what_does_not_converge_is_said_and_theories_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("continuum.sticky.solved_turn.check_resolved", _refuse)
+    found = prediction_of([in_nanometres()], Interface(1e9, 0.02, 0.01e-9, None)).solved(state=False)
+    assert found.turn is None
+    assert "its turn: no pixels" in found.unsolved
+    assert "by the theories only, as it was not solved: its turn: no pixels" in statements(found)[0]
+    assert found.doubts[-1].startswith("not solved: ")
+
+
+def _refuse(topography: Topography, shortest: float) -> None:
+    raise UnresolvedError("no pixels")
+
+
+# --- what is solved without being asked -----------------------------------------------------------------------
+
+
+def test_small_maps_are_solved_unless_that_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    heights = surface(32).heights
+    known = {"size": "9.6nm", "unit": "A", "material": "silicon", "periodic": True}
+    asked, not_asked = c.predict(heights, **known), c.predict(heights, **known, solve=False)
+    assert asked.turn is not None
+    assert asked.simulation is None
+    assert not_asked.turn is None
+    assert not_asked.unsolved == ""
+    np.save(tmp_path / "map.npy", heights)
+    command = ["predict", str(tmp_path / "map.npy"), "--size", "9.6nm", "--unit", "A", "--material", "silicon"]
+    command += ["--periodic", "--probe", "1um", "-o", str(tmp_path)]
+    assert main(command) == 0
+    said = capsys.readouterr()
+    first = said.out.splitlines()[:10]
+    assert "solved on the map" in first[0]
+    assert any(line.startswith("Pull-off force of a probe") for line in first)
+    assert said.err.startswith("solving for the work of adhesion")
+    assert "solved in " in said.err
+    assert (tmp_path / "map-predict-contact.png").exists()
+    assert main([*command, "--no-solve"]) == 0
+    said = capsys.readouterr()
+    assert "solved on the map" not in said.out
+    assert said.err == ""
+
+
+def large() -> Prediction:
+    rough = np.tile(in_nanometres(32).heights, (17, 17))
+    return prediction_of([Topography(rough, (544e-9, 544e-9), True)], Interface(1e9, 0.01, NANO, None))
+
+
+def test_large_maps_and_lines_are_not_solved_without_being_asked() -> None:
+    assert SMALL < 544**2
+    assert "points are more than" in large().too_much
+    lines = c.predict(np.random.default_rng(1).normal(size=128).cumsum(), size="1um", unit="nm", material="mica")
+    assert lines.turn is None
+    assert "no map" in lines.unsolved
+
+
+@pytest.mark.parametrize(("text", "expected"), [("0", "a unit of length is missing"), ("banana", "not a number")])
+def test_a_probe_that_is_none_is_one_message(
+    text: str, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "map.npy", surface(32).heights)
+    command = ["predict", str(tmp_path / "map.npy"), "--size", "9.6nm", "--unit", "A", "--material", "silicon"]
+    assert main([*command, "--probe", text, "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("--probe ")
+    assert expected in said
+    assert not (tmp_path / "out").exists()
