@@ -164,7 +164,7 @@ class DeckConfig(Document):
 
     @constraint
     def _holds_the_surface(self) -> Iterator[Fault]:
-        yield from self.surface.too_long(self.slab.lengths)
+        yield from self.surface.too_long(self.slab.points, self.slab.lengths)
 
     @constraint
     def _native(self) -> Iterator[Fault]:

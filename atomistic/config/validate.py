@@ -111,7 +111,7 @@ class ValidateConfig(Document):
     @constraint
     def _fits(self) -> Iterator[Fault]:
         yield from self.surface.too_short(self.slab.points, self.slab.lengths)
-        yield from self.surface.too_long(self.slab.lengths)
+        yield from self.surface.too_long(self.slab.points, self.slab.lengths)
         if self.surface.lambda_L < self.surface.lambda_s:
             yield Fault(("surface", "lambda_L"), f"at least surface.lambda_s = {self.surface.lambda_s}")
         for i, case in enumerate(self.case):

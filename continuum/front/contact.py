@@ -44,7 +44,7 @@ class Contact:
 
     Parameters
     ----------
-    heights : of the wall, shape (nx, ny), in a0.
+    heights : of the wall, shape (nx, ny), in a0; (1, n) for a line contact.
     wall : law between wall and surface.
     substrate : its elastic response.
     period : (Lx, Ly), in a0; one a0 from point to point if None.
@@ -106,8 +106,8 @@ class Contact:
         """The contact as the solver takes it."""
         heights = map_of("heights", self.heights)
         shape = (heights.shape[0], heights.shape[1])
-        if min(shape) < 2:
-            raise ArgumentError("heights", heights, "at least two points in each direction")
+        if shape[0] < 1 or shape[1] < 2:
+            raise ArgumentError("heights", heights, "at least two points in each direction, or shape (1, n), a line")
         lengths = (float(shape[0]), float(shape[1]))
         if self.period is not None:
             along_x, along_y = (number("period", length, above=0) for length in pair("period", self.period))

@@ -58,14 +58,19 @@ def cut(values_q: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
     """The part of a half spectrum that lies on the modes of a coarser grid of the same period, in a copy."""
     rows, columns = shape
     n = values_q.shape[0]
-    part: NDArray[Any] = values_q[np.r_[: rows // 2, n - rows // 2 : n], :columns]
+    part: NDArray[Any] = values_q[np.r_[: low_rows(rows), n - rows // 2 : n], :columns]
     return part
+
+
+def low_rows(rows: int) -> int:
+    """Rows of a half spectrum from that without a wave along x up to the shortest wave; a line has one."""
+    return max(rows // 2, 1)
 
 
 def restrict(fine: Complex, coarse: Complex) -> None:
     """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
-    m, n = coarse.shape[0] // 2, coarse.shape[1] - 1
-    coarse[m] = 0
+    m, n = low_rows(coarse.shape[0]), coarse.shape[1] - 1
+    coarse[m : m + 1] = 0
     coarse[:, n] = 0
     coarse[:m, :n] = fine[:m, :n]
     coarse[m + 1 :, :n] = fine[fine.shape[0] - m + 1 :, :n]
@@ -73,7 +78,7 @@ def restrict(fine: Complex, coarse: Complex) -> None:
 
 def prolong(coarse: Complex, fine: Complex) -> None:
     """Half spectrum on a finer grid of the same period: zero beyond the modes of the coarse one."""
-    m, n = coarse.shape[0] // 2, coarse.shape[1] - 1
+    m, n = low_rows(coarse.shape[0]), coarse.shape[1] - 1
     fine[...] = 0
     fine[:m, :n] = coarse[:m, :n]
     fine[fine.shape[0] - m + 1 :, :n] = coarse[m + 1 :, :n]

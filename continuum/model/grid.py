@@ -34,7 +34,8 @@ class Grid:
 
     Parameters
     ----------
-    shape : (nx, ny), at least 2 points each; odd and non-square grids are as good as any.
+    shape : (nx, ny), at least 2 points each; odd and non-square grids are as good as any.  One point along x makes it a
+        line, across which nothing changes.
     lengths : (Lx, Ly), the periods, in a0.
     """
 
@@ -42,7 +43,7 @@ class Grid:
     lengths: tuple[float, float]
 
     def __post_init__(self) -> None:
-        shape = tuple(count("shape", n, 2) for n in pair("shape", self.shape))
+        shape = tuple(count("shape", n, least) for n, least in zip(pair("shape", self.shape), (1, 2), strict=True))
         lengths = tuple(number("lengths", each, least=SHORTEST, most=LONGEST) for each in pair("lengths", self.lengths))
         object.__setattr__(self, "shape", shape)
         object.__setattr__(self, "lengths", lengths)
@@ -59,6 +60,16 @@ class Grid:
         return self.shape[0] * self.shape[1]
 
     @property
+    def is_line(self) -> bool:
+        """Whether it is one point wide: a contact in two dimensions, x and z."""
+        return self.shape[0] == 1
+
+    @property
+    def narrowest(self) -> int:
+        """Points along its shorter side; along itself, for a line."""
+        return self.shape[1] if self.is_line else min(self.shape)
+
+    @property
     def shape_q(self) -> tuple[int, int]:
         """Shape of a half spectrum."""
         return self.shape[0], self.shape[1] // 2 + 1
@@ -67,6 +78,16 @@ class Grid:
     def spacing(self) -> tuple[float, float]:
         """Distance of neighbouring points along x and y, in a0."""
         return self.lengths[0] / self.shape[0], self.lengths[1] / self.shape[1]
+
+    @property
+    def widest_step(self) -> float:
+        """Larger of the distances of neighbouring points, in a0; along itself, for a line."""
+        return self.spacing[1] if self.is_line else max(self.spacing)
+
+    @property
+    def shortest_period(self) -> float:
+        """Shorter of the periods, in a0; along itself, for a line."""
+        return self.lengths[1] if self.is_line else min(self.lengths)
 
     @property
     def area(self) -> float:
@@ -144,9 +165,9 @@ class Grid:
     @property
     def coarser(self) -> Grid | None:
         """The grid of every second point, if its own half spectrum is cut out of this one's; else None."""
-        if self.shape[0] % 4 or self.shape[1] % 4:
+        if (self.shape[0] % 4 and not self.is_line) or self.shape[1] % 4:
             return None
-        return Grid((self.shape[0] // 2, self.shape[1] // 2), self.lengths)
+        return Grid((max(self.shape[0] // 2, 1), self.shape[1] // 2), self.lengths)
 
     def integrate(self, values: Real) -> float:
         """Integral of a field over the period: a traction becomes a load, an energy per area an energy."""
@@ -168,9 +189,9 @@ class GridTable(Table):
 
     n: Annotated[
         tuple[int, int],
-        both_directions(int, 2, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]"),
+        both_directions(int, 1, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]"),
     ]
-    """points along x and y"""
+    """points along x and y; [1, ny] is a line"""
     period: Annotated[
         tuple[float, float] | None,
         both_directions(float, 1, LARGEST_N, f"a whole number of a0 from 1 to {LARGEST_N}, or two [Lx, Ly]"),
@@ -181,6 +202,12 @@ class GridTable(Table):
     def lengths(self) -> tuple[float, float]:
         """Periods, in a0."""
         return self.period or (float(self.n[0]), float(self.n[1]))
+
+    @constraint
+    def _enough_points(self) -> Iterator[Fault]:
+        if self.n[1] < 2:
+            cause = "a line lies along y: [1, ny]" if self.n[0] > 1 else ""
+            yield Fault(("n",), f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]", cause)
 
     @constraint
     def _whole_atoms(self) -> Iterator[Fault]:

@@ -43,7 +43,7 @@ def short_waves(problem: ContactProblem) -> float:
     grid, heights = problem.period
     spectrum = grid.forward(heights)
     power: Real = (spectrum.real**2 + spectrum.imag**2) * grid.mode_weights * grid.wavenumber**2
-    limit = 2 * np.pi / (POINTS * max(grid.spacing))
+    limit = 2 * np.pi / (POINTS * grid.widest_step)
     total = float(power.sum())
     return float(power[grid.wavenumber > limit * (1 + 1e-9)].sum()) / total if total else 0.0
 
@@ -86,7 +86,7 @@ def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None
     rms_slope : h'rms.
     shortest : shortest wavelength of the surface, in a0, if it has one; else the spectrum of the heights is looked at.
     """
-    wall, spacing = problem.wall, max(problem.grid.spacing)
+    wall, spacing = problem.wall, problem.grid.widest_step
     needed = POINTS * spacing
     if shortest is not None and shortest < needed * (1 - 1e-9):
         yield (

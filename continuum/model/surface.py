@@ -60,6 +60,8 @@ class SelfAffine:
              ~ const            q < 2π/λ_L
              = 0                q = 0 and q > 2π/λ_s
 
+    On a line C(q) ~ q^(-1-2H), so that H is again the exponent by which heights differ at a distance.
+
     Since the amplitudes scatter, so does the rms slope of a realisation, by sqrt(Σw²/2)/Σw over independent
     modes with w = C q²; it is therefore rescaled to ``rms_slope``, unless ``rescale`` is false.
 
@@ -88,7 +90,7 @@ class SelfAffine:
         """Expected ``|h_q|²`` over the half spectrum, in a0², normalised to the target slope."""
         q = instance("grid", grid, Grid).wavenumber
         q[0, 0] = np.inf  # no power
-        power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-2 - 2 * self.hurst)
+        power = np.maximum(q, 2 * np.pi / self.lambda_L) ** (-(1 if grid.is_line else 2) - 2 * self.hurst)
         # One part in 1e12: a mode that lies on the cut-off belongs to the surface on every grid.
         power[q > 2 * np.pi / self.lambda_s * (1 + 1e-12)] = 0.0
         slope = _moments(grid, power).rms_slope
@@ -117,12 +119,13 @@ class SelfAffine:
         grid : where the heights are wanted.
         rng : from which phases and amplitudes are drawn, as ``numpy.random.default_rng(seed)`` makes one.
         """
-        finest = 2 * max(instance("grid", grid, Grid).spacing)
+        finest = 2 * instance("grid", grid, Grid).widest_step
         instance("rng", rng, np.random.Generator, _GENERATOR)
         if self.lambda_s < finest * (1 - 1e-12):
             allowed = f"at least {finest:g}; below two grid spacings the grid would alias the surface"
             raise ArgumentError("lambda_s", self.lambda_s, allowed)
-        m, n = _shells(max(int(length / self.lambda_s + 1e-9) for length in grid.lengths))
+        most = max(int(length / self.lambda_s + 1e-9) for length in grid.lengths)
+        m, n = (np.zeros(most, dtype=np.int64), np.arange(1, most + 1)) if grid.is_line else _shells(most)
         # Two streams, so that a smaller λ_s adds modes and leaves the others as they were.
         phases, gaussians = rng.spawn(2)
         amplitude = np.exp(2j * np.pi * phases.random(m.size)) * gaussians.standard_normal(m.size)

@@ -69,7 +69,9 @@ class SurfaceTable(TableFamily):
 
     def too_short(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
         """Waves that a grid of n points over these periods cannot show."""
-        spacing = max(length / points for length, points in zip(lengths, n, strict=True))
+        if n[1] < 2:
+            return  # said of the grid
+        spacing = Grid(n, lengths).widest_step
         if self.shortest is not None and self.shortest < 2 * spacing * (1 - _ROUNDING):
             cause = "too coarse a grid: raise the number of points at the same period, or lambda_s"
             yield Fault(("surface", "lambda_s"), f"at least two spacings, {2 * spacing:g} a0", cause)
@@ -78,11 +80,12 @@ class SurfaceTable(TableFamily):
             cause = "the grid cannot show shorter waves: raise its number of points"
             yield Fault(("surface", "waves"), f"at most half the points, {limits}", cause)
 
-    def too_long(self, lengths: tuple[float, float]) -> Iterator[Fault]:
+    def too_long(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
         """Waves that the periods cannot hold."""
-        if self.longest is not None and self.longest > min(lengths):
+        period = lengths[1] if n[0] == 1 else min(lengths)
+        if self.longest is not None and self.longest > period:
             cause = "too small a period: raise it, or lower lambda_L"
-            yield Fault(("surface", "lambda_L"), f"at most the period, {min(lengths):g} a0", cause)
+            yield Fault(("surface", "lambda_L"), f"at most the period, {period:g} a0", cause)
 
 
 class SelfAffineTable(SurfaceTable):

@@ -30,7 +30,7 @@ class _Cut:
 def coarser_problem(problem: ContactProblem, smallest: int, *, roughly: bool = False) -> ContactProblem | None:
     """The same contact on every second point, if that still shows four points for each wave, or two: roughly."""
     grid, coarse = problem.grid, problem.grid.coarser
-    if problem.open_boundary is not None or coarse is None or coarse.coarser is None or min(coarse.shape) < smallest:
+    if problem.open_boundary is not None or coarse is None or coarse.coarser is None or coarse.narrowest < smallest:
         return None
     heights_q = grid.forward(problem.heights)
     power = (heights_q.real**2 + heights_q.imag**2) * grid.mode_weights * grid.wavenumber**2

@@ -140,7 +140,7 @@ def _expected(result: Result) -> ExpectedContact:
 def _fields(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, numbers: Measurement) -> FieldMeasurement:
     # Twice the diameter shows the gap between patches; the map is held with a margin that wide, hence the limit.
     reach, slope = 2 * numbers.diameter if np.isfinite(numbers.diameter) else 0.0, numbers.rms_slope
-    farthest = min(max(reach, 16 * max(grid.spacing)), min(grid.lengths) / 8)
+    farthest = min(max(reach, 16 * grid.widest_step), grid.shortest_period / 8)
     profile = gap_profile(grid, gap, repulsive, farthest, wall.zero_gap)
     return FieldMeasurement(
         areas(grid, wall, gap),

@@ -15,6 +15,7 @@ from continuum.files import kinds as kinds
 from continuum.files.tables import Document
 from continuum.model.grid import GridTable
 from continuum.model.substrates import SubstrateTable
+from continuum.model.substrates.non_periodic import NO_LINE
 from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import WallTable
 from continuum.path.state import YIELDS, Control, Search
@@ -188,7 +189,7 @@ class RunConfig(Document):
 
     @constraint
     def _holds_the_surface(self) -> Iterator[Fault]:
-        yield from self.surface.too_long(self.grid.lengths)
+        yield from self.surface.too_long(self.grid.n, self.grid.lengths)
 
     @constraint
     def _work_to_change(self) -> Iterator[Fault]:
@@ -213,6 +214,11 @@ class RunConfig(Document):
             elif control == "mean-pressure" and max(targets) >= self.wall.largest_pressure:
                 most = f"values below the hardness, {self.wall.largest_pressure:g} E*"
                 yield Fault((*key, "targets"), most, "all of the surface yields at a mean pressure of the hardness")
+
+    @constraint
+    def _no_line_alone(self) -> Iterator[Fault]:
+        if not self.substrate.repeats and self.grid.n[0] == 1:
+            yield Fault(("grid", "n"), NO_LINE)
 
     @constraint
     def _a_turn_that_repeats(self) -> Iterator[Fault]:

@@ -115,6 +115,12 @@ def map_image(
 ) -> AxesImage:
     """Draw a map of values, shape (nx, ny), over its lengths in a frame; colours run between two values."""
     extent, (low, high) = (0, lengths[0], 0, lengths[1]), ends
-    image = axis.imshow(values.T, cmap=colours, vmin=low, vmax=high, origin="lower", extent=extent, **more)
+    line = values.shape[0] == 1
+    aspect: Any = "auto" if line else "equal"
+    image = axis.imshow(
+        values.T, cmap=colours, vmin=low, vmax=high, origin="lower", extent=extent, aspect=aspect, **more
+    )
+    if line:
+        axis.set_xticks([])
     axis.spines[:].set_visible(True)
     return image

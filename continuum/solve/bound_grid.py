@@ -99,7 +99,7 @@ class BoundGrid:
         """
         back_end, stiffness_q, threads = self._surface
         grid = self.grid.coarser
-        if grid is None or min(self.grid.shape) <= back_end.SMALLEST:
+        if grid is None or self.grid.narrowest <= back_end.SMALLEST:
             return None
         below = BoundGrid(back_end, grid, cut(stiffness_q, grid.shape_q), threads, self)
         self.engine.coarsen(self.offset, below.engine, below.offset)

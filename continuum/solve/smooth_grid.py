@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from continuum.model.fourier import Real, cut
+from continuum.model.fourier import Real, cut, low_rows
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import Array, BackEnd, Engine, reused
@@ -48,7 +48,7 @@ class SmoothGrid:
         *,
         sampled: bool = False,
     ) -> None:
-        below = grid.coarser if coarser > 0 and min(grid.shape) > back_end.SMALLEST else None
+        below = grid.coarser if coarser > 0 and grid.narrowest > back_end.SMALLEST else None
         self.grid, self.size, self._sampled = grid, grid.size, sampled
         self.engine: Engine = back_end.engine(grid, stiffness_q, threads, below, finer.engine if finer else None)
         engine = self.engine
@@ -61,7 +61,7 @@ class SmoothGrid:
         if below is not None:
             stiffness_below = cut(stiffness_q, below.shape_q)
             self.coarser = SmoothGrid(back_end, below, stiffness_below, threads, coarser - 1, self, sampled=sampled)
-            self.low_rows, self.low_columns = below.shape_q[0] // 2, below.shape_q[1] - 1
+            self.low_rows, self.low_columns = low_rows(below.shape_q[0]), below.shape_q[1] - 1
 
     @property
     def work(self) -> Work:

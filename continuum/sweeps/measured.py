@@ -140,7 +140,7 @@ def _geometry(grid: Grid, wall: Wall, file: File, step: int, point: Point, rms_s
     numbers = measure(grid, point, inside, rms_slope)
     found = {**numbers.numbers(), "patches": float(patches(grid, inside).areas.size)}
     if "gap" in file.datasets and wall.range > 0 and inside.any():
-        farthest = min(max(2 * numbers.diameter, 16 * max(grid.spacing)), min(grid.lengths) / 8)
+        farthest = min(max(2 * numbers.diameter, 16 * grid.widest_step), grid.shortest_period / 8)
         gap = file["gap"][step].astype(np.float64)
         found["width"] = gap_profile(grid, gap, inside, farthest, wall.zero_gap).width(wall.range)
     return found

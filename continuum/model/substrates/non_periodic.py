@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from continuum.arguments import instance
+from continuum.arguments import ArgumentError, instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary
 from continuum.model.substrates.substrate import Substrate, SubstrateTable, with_mean
+
+NO_LINE = "points in two directions: under a line load a half-space without images sinks without end"
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,9 @@ class NonPeriodicHalfSpace:
 
     def open_boundary(self, grid: Grid) -> OpenBoundary:
         """The response to tractions on the points of a grid."""
-        return OpenBoundary(instance("grid", grid, Grid))
+        if instance("grid", grid, Grid).is_line:
+            raise ArgumentError("grid", grid, NO_LINE)
+        return OpenBoundary(grid)
 
 
 class NonPeriodicTable(SubstrateTable):

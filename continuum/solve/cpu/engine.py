@@ -71,7 +71,7 @@ class CpuEngine:
         self.threads = threads if grid.size >= _WORTH_THREADS else 1
         self.row_edges = block_edges(grid.shape[0], grid.size)
         self.column_edges = block_edges(grid.shape_q[1], grid.size)
-        low_rows, low_columns = (below.shape_q[0] // 2, below.shape_q[1] - 1) if below else (0, 0)
+        low_rows, low_columns = (fourier.low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
         high = block_edges(grid.shape_q[1] - low_columns, grid.size)
         self.low_edges, self.high_edges = block_edges(low_columns, grid.size), [low_columns + e for e in high]
         self.near = np.zeros((grid.shape[0], -(-self.n // TILE)), dtype=np.bool_)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from continuum.model.fourier import Real
+from continuum.model.fourier import Real, low_rows
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import reused
@@ -45,7 +45,7 @@ class CudaEngine:
         self.transform: Transforms = Transforms(grid.shape, finer.transform if finer else None)
         self.K = to_device(np.where(np.isfinite(K), K, 0.0))
         self.reduction: Reduction = finer.reduction if finer else Reduction()
-        self.low_rows, low_columns = (below.shape_q[0] // 2, below.shape_q[1] - 1) if below else (0, 0)
+        self.low_rows, low_columns = (low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
         self._own: dict[str, Any] = {
             "K": self.K,
             "work": self.w,

@@ -154,7 +154,7 @@ def _energy(work: Real, K: Real, single: int, sums: Sums) -> None:
 @Kernel
 def _restrict(coarse: Real, fine: Real) -> None:
     """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
-    low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
+    low_rows, last = max(coarse.shape[0] // 2, 1), coarse.shape[1] - 2
     for i in range(cuda.blockIdx.x, coarse.shape[0], cuda.gridDim.x):
         source = i if i < low_rows else i + fine.shape[0] - coarse.shape[0]
         for c in range(cuda.threadIdx.x, coarse.shape[1], cuda.blockDim.x):
@@ -164,7 +164,7 @@ def _restrict(coarse: Real, fine: Real) -> None:
 @Kernel
 def _prolong(fine: Real, coarse: Real) -> None:
     """Half spectrum on a finer grid of the same period: zero beyond the modes of the coarse one."""
-    low_rows, last = coarse.shape[0] // 2, coarse.shape[1] - 2
+    low_rows, last = max(coarse.shape[0] // 2, 1), coarse.shape[1] - 2
     rows = fine.shape[0]
     for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
         low = i < low_rows or i > rows - low_rows

@@ -57,7 +57,8 @@ def test_a_plane_wave_lies_on_its_wavevector(shape: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "lengths"), [((1, 8), (1, 1)), ((8, 8), (0, 1)), ((8, 8), (1, np.nan)), ((8, 8), (-1, 1))]
+    ("shape", "lengths"),
+    [((0, 8), (1, 1)), ((8, 1), (1, 1)), ((8, 8), (0, 1)), ((8, 8), (1, np.nan)), ((8, 8), (-1, 1))],
 )
 def test_a_grid_that_is_none_is_refused(shape: tuple[int, int], lengths: tuple[float, float]) -> None:
     with pytest.raises(ArgumentError, match="allowed"):
