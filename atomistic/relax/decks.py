@@ -24,7 +24,7 @@ from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.description import described
-from atomistic.relax.limits import require_steps, require_strength
+from atomistic.relax.limits import require_apart, require_steps, require_strength
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
@@ -90,7 +90,10 @@ def parts_of(config: DeckConfig) -> DeckParts:
         faults.append(Fault(("surface",), str(error)))
     if faults or wall is None or heights is None:
         raise refuse(config, *faults)
-    require_steps(config.steps(), slab, model, wall, heights, config)
+    steps = config.steps()
+    require_steps(steps, slab, model, wall, heights, config)
+    if config.wall_force == "atoms":
+        require_apart(config, steps, wall, shape_of_surface(config.surface, heights), slab)
     return DeckParts(slab, model, wall, heights, notes)
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 
 from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import Steps, TimeWindows, beyond_physics
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
+from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.motion import largest_timestep
+from atomistic.lammps.shape import Shape
+from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError, Source
 from continuum.model.fourier import Real
@@ -53,6 +57,31 @@ def require_steps(
         if steps.windows is not None:
             given |= steps.windows._asdict() | {"window": max(steps.windows.duration)}
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+
+
+def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, slab: Slab) -> None:
+    """Refuse an input whose wall of atoms overlaps the surface at rest at its first separation.
+
+    Raises
+    ------
+    ConfigError
+        If it does, with the smallest separation to begin at; or if the law has no work of adhesion.
+    """
+    try:
+        touch = first_touch(crystal_wall(wall, shape, slab.shape))
+    except ArgumentError as error:
+        raise refuse(config, Fault(("wall",), error.allowed)) from error
+    if steps.control == "separation" and steps.values[0] < touch:
+        place = () if steps.single else ("protocol",)
+        least = f"{ceil(1000 * touch) / 1000:g} or above at first"
+        allowed = f"{least}: below it atoms of the wall overlap those of the surface at rest"
+        raise refuse(config, Fault((*place, _separation_key(steps)), allowed))
+
+
+def _separation_key(steps: Steps) -> str:
+    """Key of an input that has the separations."""
+    one = steps.single or (steps.windows is not None and any(steps.windows.offsets))
+    return "separation" if one else "separations"
 
 
 def require_strength(problem: ContactProblem, states: Sequence[PathState], settings: Settings, model: Model) -> None:
@@ -107,9 +136,8 @@ def _beside_the_slab(steps: Steps, slab: Slab, heights: Real) -> Iterator[Fault]
         return
     lowest = float(heights.min())
     if not all(-slab.depth <= separation + lowest <= FARTHEST for separation in steps.values):
-        one = steps.single or (steps.windows is not None and any(steps.windows.offsets))
         allowed = (
             f"from {-slab.depth - lowest:.6g}, where the lowest point of the wall is at the frozen base, to "
             f"{FARTHEST - lowest:.6g}, where it is {FARTHEST:g} a0 above the surface"
         )
-        yield Fault(("separation" if one else "separations",), allowed, "a length in other units than a0")
+        yield Fault((_separation_key(steps),), allowed, "a length in other units than a0")

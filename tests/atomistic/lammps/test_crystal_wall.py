@@ -11,6 +11,7 @@ import pytest
 
 import atomistic as a
 import continuum as c
+from atomistic.cli import main
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import directory
@@ -183,3 +184,26 @@ def test_what_atoms_cannot_be_is_refused(wall: c.Wall, follows: str, words: str)
     contact = c.Contact(c.sine(c.Grid.square(8), 0.05, (1, 0)), wall)
     with pytest.raises((ArgumentError, InputError), match=words):
         a.deck(contact, separation=1.2, depth=4, follows=follows, wall_force="atoms")
+
+
+TIP = (
+    'follows = "atom"\nwall_force = "atoms"\nseparation = {separation}\n[interatomic]\nkind = "springs"\n[slab]\n'
+    'n = 8\ndepth = 4.0\n[surface]\nkind = "sphere"\nradius = 20.0\n'
+    '[wall]\nlaw = "lennard-jones-spline"\nadhesion_length = {adhesion_length}\n'
+)
+
+
+def test_check_finds_a_wall_of_atoms_that_overlaps_the_surface(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "tip.toml"
+    path.write_text(TIP.format(separation=0.2, adhesion_length=0.005))
+    assert main(["check", str(path)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "separation = 0.2" in said
+    touch = said.split("allowed: ")[1].split(" or above at first")[0]
+    path.write_text(TIP.format(separation=touch, adhesion_length=0.005))
+    assert main(["check", str(path)]) == 0
+    path.write_text(TIP.format(separation=1.2, adhesion_length=0.0))
+    assert main(["check", str(path)]) == 2
+    assert "a law with a work of adhesion" in capsys.readouterr().err
