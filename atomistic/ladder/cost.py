@@ -75,6 +75,6 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     if config.follows == "atom":
         wall += _SEEN["following" if has_formula(config.surface) else "map"]
     if config.wall_force != "formulas":
-        wall = 0.0
+        wall = _SEEN[config.wall_force]
     seconds = evaluations * (seen["evaluation"] * atoms + wall * config.slab.n**2) + (1 + tried / 4) * _SEEN["start"]
     return AtomsCost(atoms, steps, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))
