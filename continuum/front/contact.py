@@ -8,18 +8,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
 from continuum.front.states import LoadingPath, State
 from continuum.front.turns import Turn
+from continuum.model.counterface import against
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.substrates import HalfSpace, Substrate
-from continuum.model.surface import Moments, shifted
+from continuum.model.surface import Moments
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.path.state import Control, Search, settled
@@ -218,16 +218,8 @@ class Contact:
         >>> round(both.moments.rms_slope, 2)  # of independent surfaces the squares add up
         0.15
         """
-        heights = map_of("other", other, self.grid.shape)
-        along_x, along_y = (number("shift", length) for length in pair("shift", shift))
-        turns = number("angle", angle) / 90
-        if not turns.is_integer():
-            raise ArgumentError("angle", angle, "a multiple of 90 degrees: any other turn breaks the period")
-        square = self.grid.shape[0] == self.grid.shape[1] and self.grid.lengths[0] == self.grid.lengths[1]
-        if turns % 2 and not square:
-            raise ArgumentError("angle", angle, "a multiple of 180 degrees where the period is no square")
-        lower = shifted(self.grid, np.rot90(heights, int(turns) % 4), (along_x, along_y))
-        return replace(self, heights=self.problem.heights - lower)
+        lower = map_of("other", other, self.grid.shape)
+        return replace(self, heights=against(self.grid, self.problem.heights, lower, shift, angle))
 
     def turn(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> Turn:
         """The work of adhesion from which on the surface is sticky: where the load at an area changes its sign.

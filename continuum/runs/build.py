@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,7 +18,9 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.memory import physical_memory
 from continuum.solve.solution import Settings
-from continuum.tables import Fault, Table
+from continuum.tables import Fault, Key, Table
+
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,16 +62,12 @@ def build(config: RunConfig) -> RunSetup:
         cause = "too many points of the grid, or of the path with output.fields"
         limit = f"a run that needs at most the {available / 1e9:.3g} GB of this machine, not {needed / 1e9:.3g}"
         raise refuse(config, Fault(("grid", "n"), limit, cause))
-    grid, faults = config.grid.build(), []
-    heights = wall = None
-    try:
-        heights = config.surface.build(grid)
-    except (ValueError, OSError) as error:
-        faults.append(_unusable("surface", config.surface, error))
-    try:
-        wall = config.wall.build()
-    except (ValueError, OSError) as error:
-        faults.append(_unusable("wall", config.wall, error))
+    grid, faults, lower = config.grid.build(), list[Fault](), config.counterface
+    wall = _made(("wall",), config.wall, config.wall.build, faults)
+    heights = _made(("surface",), config.surface, lambda: config.surface.build(grid), faults)
+    if lower is not None:
+        other = _made(("counterface", "surface"), lower.surface, lambda: lower.surface.build(grid), faults)
+        heights = None if heights is None or other is None else lower.under(grid, heights, other)
     if heights is None or wall is None:
         raise refuse(config, *faults)
 
@@ -76,20 +76,31 @@ def build(config: RunConfig) -> RunSetup:
         realised = problem.moments
         check_slope(realised.rms_slope)
     except ArgumentError as error:
-        raise refuse(config, _unusable("surface", config.surface, error)) from None
+        raise refuse(config, _unusable(("surface",), config.surface, error)) from None
     _check_mean_gaps(config, problem)
     expected = config.surface.expected(grid)
-    warned = doubts(problem, realised.rms_slope, config.surface.shortest)
+    if lower is not None:
+        expected = lower.expected(grid, expected)
+    warned = doubts(problem, realised.rms_slope, config.shortest)
     return RunSetup(config, problem, realised, expected, config.solver.build(problem.traction_scale), warned)
 
 
-def _unusable(name: str, table: Table, error: Exception) -> Fault:
+def _made(key: Key, table: Table, build: Callable[[], _Made], faults: list[Fault]) -> _Made | None:
+    """What a table describes; None, and one more fault, if that cannot be used."""
+    try:
+        return build()
+    except (ValueError, OSError) as error:
+        faults.append(_unusable(key, table, error))
+        return None
+
+
+def _unusable(key: Key, table: Table, error: Exception) -> Fault:
     """The fault of a table at the key that the error names, else at the one that the values come from."""
     if not isinstance(error, ArgumentError):
-        return Fault((name, table.origin), f"values that can be used: {error}")
+        return Fault((*key, table.origin), f"values that can be used: {error}")
     if error.name in type(table).model_fields:
-        return Fault((name, error.name), error.allowed)
-    return Fault((name, table.origin), error.allowed, f"this makes the {str(error).partition(': allowed')[0]}")
+        return Fault((*key, error.name), error.allowed)
+    return Fault((*key, table.origin), error.allowed, f"this makes the {str(error).partition(': allowed')[0]}")
 
 
 def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:

@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 from continuum.errors import InputError
 from continuum.files import kinds as kinds
 from continuum.files.tables import Document
+from continuum.model.counterface import CounterfaceTable
 from continuum.model.grid import GridTable
 from continuum.model.substrates import SubstrateTable
 from continuum.model.substrates.non_periodic import NO_LINE
@@ -155,6 +156,7 @@ class RunConfig(Document):
     result_schema: ClassVar[str] = "stickiness/continuum-run"
     result_version: ClassVar[int] = 3
     not_identity: ClassVar[frozenset[str]] = frozenset({"output"})
+    newer: ClassVar[frozenset[str]] = frozenset({"counterface"})
 
     grid: GridTable
     """points and period"""
@@ -170,6 +172,25 @@ class RunConfig(Document):
     """tolerance and iterations"""
     output: OutputTable = OutputTable()
     """what is stored"""
+    counterface: CounterfaceTable | None = None
+    """a second rough body, if both are rough"""
+
+    @property
+    def shortest(self) -> float | None:
+        """Shortest wavelength of what is pressed, in a0, if it is known."""
+        if self.counterface is None:
+            return self.surface.shortest
+        both = self.surface.shortest, self.counterface.surface.shortest
+        return None if both[0] is None or both[1] is None else min(both[0], both[1])
+
+    @property
+    def expected_slope(self) -> float | None:
+        """Slope h'rms of what is pressed, without a grid; None if it is not drawn."""
+        slope = self.surface.expected_slope
+        if self.counterface is None or slope is None:
+            return slope
+        other = self.counterface.surface.expected_slope
+        return None if other is None else float(np.hypot(slope, other))
 
     def on(self, device: str) -> Self:
         """The same run on another device.
@@ -190,6 +211,11 @@ class RunConfig(Document):
     @constraint
     def _holds_the_surface(self) -> Iterator[Fault]:
         yield from self.surface.too_long(self.grid.n, self.grid.lengths)
+
+    @constraint
+    def _fits_the_counterface(self) -> Iterator[Fault]:
+        if self.counterface is not None:
+            yield from self.counterface.unfit(self.grid.n, self.grid.lengths)
 
     @constraint
     def _work_to_change(self) -> Iterator[Fault]:

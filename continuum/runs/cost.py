@@ -74,8 +74,7 @@ def cost_of(config: RunConfig) -> Cost:
 
 def _pairs_of_area(config: RunConfig, larger: float) -> float:
     """Pairs of a point at a given area; ``larger`` is the size of the grid over that from which on they grow."""
-    surface, wall = config.surface, config.wall
-    shortest, slope = surface.shortest, surface.expected_slope
+    wall, shortest, slope = config.wall, config.shortest, config.expected_slope
     if shortest is None or slope is None:
         reach = 1 + _PAIRS["area_range"] * wall.equivalent_range**2
         return float(_PAIRS["area"] * reach * larger ** _PAIRS["growth"])

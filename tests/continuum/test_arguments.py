@@ -113,7 +113,7 @@ GRID = c.Grid.square(16)
 PROBLEM = Rough(16, lambda_s=4.0).problem()
 LOOSE = Settings(1e-4)
 BAD: dict[str, Any] = {
-    "points": lambda: c.Grid((1, 4), (1.0, 1.0)),
+    "points": lambda: c.Grid((4, 1), (1.0, 1.0)),
     "half points": lambda: c.Grid((2.5, 4), (1.0, 1.0)),
     "periods": lambda: c.Grid((4, 4), (np.nan, 1.0)),
     "three directions": lambda: c.Grid((4, 4, 4), (1.0, 1.0)),

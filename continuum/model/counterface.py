@@ -1,0 +1,93 @@
+"""The second of two rough bodies: shifted and turned, and what is left of both is one wall."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from continuum.arguments import ArgumentError, field, number, pair
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.surface import Moments, shifted
+from continuum.model.surfaces import SurfaceTable
+from continuum.tables import Fault, Table, both_directions, constraint
+
+_FARTHEST = 1e6
+_SHIFT = "two numbers [x, y], in a0"
+_TURNS = "a multiple of 90 degrees: any other turn breaks the period"
+
+
+def turned(grid: Grid, heights: Real, angle: float) -> Real:
+    """Heights turned by an angle in degrees, a multiple of 90, or of 180 where the period is no square."""
+    turns = number("angle", angle) / 90
+    if not turns.is_integer():
+        raise ArgumentError("angle", angle, _TURNS)
+    if turns % 2 and not (grid.shape[0] == grid.shape[1] and grid.lengths[0] == grid.lengths[1]):
+        raise ArgumentError("angle", angle, "a multiple of 180 degrees where the period is no square")
+    return np.rot90(heights, int(turns) % 4)
+
+
+def against(grid: Grid, heights: Real, other: Real, shift: tuple[float, float], angle: float) -> Real:
+    """Heights of one rigid wall that presses as two bodies do: with small slopes only the difference counts.
+
+    Parameters
+    ----------
+    heights : of the upper body, shape ``grid.shape``, in a0, away from the other one positive.
+    other : of the lower body, towards the upper one positive.
+    shift : by which the lower body is moved, in a0, periodically.
+    angle : by which it is turned before, in degrees.
+    """
+    along_x, along_y = (number("shift", length) for length in pair("shift", shift))
+    return heights - shifted(grid, turned(grid, field("other", other, grid.shape), angle), (along_x, along_y))
+
+
+class CounterfaceTable(Table):
+    """[counterface]: a second rough body, below the surface; E* is that of both."""
+
+    newer: ClassVar[frozenset[str]] = frozenset({"shift_seed"})
+
+    surface: SurfaceTable
+    """its heights, towards the surface positive; the tables of [surface]"""
+    shift: Annotated[tuple[float, float], both_directions(float, -_FARTHEST, _FARTHEST, _SHIFT)] = (0.0, 0.0)
+    """by which it is moved along x and y, periodically, in a0"""
+    shift_seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
+    """seed of a shift drawn evenly from the whole period; instead of shift"""
+    angle: float = 0.0
+    """by which it is turned before it is moved, in degrees: quarter turns"""
+
+    @constraint
+    def _one_shift(self) -> Iterator[Fault]:
+        if self.shift_seed is not None and any(self.shift):
+            yield Fault(("shift",), "nothing where shift_seed draws it", "both are given")
+
+    @constraint
+    def _quarter_turns(self) -> Iterator[Fault]:
+        if self.angle % 90:
+            yield Fault(("angle",), _TURNS)
+
+    def unfit(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
+        """What a grid cannot show of it, or its period cannot hold."""
+        if self.angle % 180 and (n[0] != n[1] or lengths[0] != lengths[1]):
+            yield Fault(("counterface", "angle"), "a multiple of 180 degrees where the period is no square")
+        for found in (self.surface.too_short(n, lengths), self.surface.too_long(n, lengths)):
+            yield from (replace(fault, key=("counterface", *fault.key)) for fault in found)
+
+    def moved_by(self, grid: Grid) -> tuple[float, float]:
+        """The shift, in a0."""
+        if self.shift_seed is None:
+            return self.shift
+        along_x, along_y = np.random.default_rng(self.shift_seed).random(2) * grid.lengths
+        return float(along_x), float(along_y)
+
+    def under(self, grid: Grid, heights: Real, own: Real) -> Real:
+        """Heights of the wall that a surface and this one, of its own heights, are together."""
+        return against(grid, heights, own, self.moved_by(grid), self.angle)
+
+    def expected(self, grid: Grid, surface: Moments | None) -> Moments | None:
+        """Moments of both bodies, drawn independently: their squares add up."""
+        own = self.surface.expected(grid)
+        return Moments(*np.hypot(surface, own).tolist()) if surface is not None and own is not None else None
