@@ -10,6 +10,7 @@ from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import GEOMETRY, STEPS
+from atomistic.ladder.ensemble import untested
 from atomistic.ladder.validate import Validation
 from atomistic.show.figures import draw_all
 from continuum.show.page import Page
@@ -20,14 +21,18 @@ from continuum.units import GPA_PER_EV_PER_A3
 def validation_sheets(validation: Validation) -> list[Sheet]:
     """The tables of a validation that hold something: its error budget, its scaling laws, its jumps, its verdicts."""
     stored = validation.stored
-    sheets = (budget_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation.verdicts))
+    sheets = (budget_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
     return [sheet for sheet in sheets if sheet.rows]
 
 
 def validation_sentence(verdicts: Sequence[BoundVerdict]) -> str:
-    """How many of the bounds hold, in a sentence."""
-    failed = sum(not verdict.holds for verdict in verdicts)
-    return f"{len(verdicts) - failed} of {len(verdicts)} bounds hold" + (f", {failed} FAIL" if failed else "")
+    """How many of the bounds hold, in a sentence, and in which state each of the others is broken most."""
+    failed = [verdict for verdict in verdicts if not verdict.holds]
+    said = f"{len(verdicts) - len(failed)} of {len(verdicts)} bounds hold"
+    if not failed:
+        return said
+    where = "; ".join(f"{v.case}, {v.quantity}, at {v.state or 'no state'}" for v in failed)
+    return f"{said}, {len(failed)} FAIL: {where}"
 
 
 def budget_sheet(archive: Archive) -> Sheet:
@@ -112,15 +117,22 @@ def _jumps(archive: Archive) -> Sheet:
     return Sheet.of(title, heads, rows, "Evaluations of forces include the certificate.")
 
 
-def _tolerances(verdicts: Sequence[BoundVerdict]) -> Sheet:
+def _tolerances(validation: Validation) -> Sheet:
+    config = validation.config
+    notes = [
+        f"{case.name}: no bound on what differs.  Not tested by the ensemble: {said}."
+        for case in config.case
+        if not case.tolerance and (said := untested(config, case))
+    ]
     return Sheet.of(
         "Tolerances: lattice Green's function against atoms",
-        ("case", "quantity", "bound", "worst / limit", "states", "verdict", "why this bound"),
+        ("case", "quantity", "bound", "worst / limit", "states", "worst state", "verdict", "why this bound"),
         [
-            [v.case, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:g}", str(v.states),
+            [v.case, v.quantity, v.bound, f"{v.measured:.3g} / {v.limit:.4g}", str(v.states), v.state,
              "holds" if v.holds else "FAILS", v.reason]
-            for v in verdicts
+            for v in validation.verdicts
         ],
+        "\n".join(notes),
     )  # fmt: skip
 
 
