@@ -36,6 +36,23 @@ class BudgetLine(NamedTuple):
     """Smallest and largest N of the half-space over N of the lattice at equal separation: mean compliance."""
 
 
+class ClosedLine(NamedTuple):
+    """What the steps of the ladder cost in one kind of state, all at its repulsive area: parts that add up."""
+
+    case: str
+    rms_slope: float
+    area: float
+    branch: str
+    surfaces: int
+    """That have this state on all rungs."""
+    of: int
+    parts: dict[str, tuple[float, float]]
+    """Step -> mean over the surfaces of N - N', N' being the load of the finer rung, over N_rep + N_att of the atoms,
+    and the standard error of this mean; NaN for one surface.  The last step is the total."""
+    unexplained: float
+    """Largest |total - sum of the other steps| of a surface, relative to the same."""
+
+
 @dataclass(frozen=True)
 class BoundVerdict:
     """One bound, the worst state that it applies to, and whether it holds."""
@@ -95,6 +112,37 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
                 {step: float(columns[f"{step}_pixels"][mine].max() / points) for step in steps},
                 (float(ratio.min()), float(ratio.max())),
             )
+
+
+def closed(columns: Columns, steps: Mapping[str, tuple[str, str]]) -> Iterator[ClosedLine]:
+    """A row for each case, slope, area and branch: its states on all surfaces, but those beside a jump.
+
+    Parameters
+    ----------
+    steps : the rungs of each step, in the order of the ladder, and of the total, last.
+    """
+    rungs = columns["rung"].tolist()
+    acts = (columns["load_rep"] + columns["load_att"])[rungs.index("atoms")]
+    loads = {rung: columns["load_at_area"][rungs.index(rung)] / acts for pair in steps.values() for rung in pair}
+    parts = {step: loads[coarse] - loads[fine] for step, (coarse, fine) in steps.items()}
+    *single, total = parts.values()
+    rest = total - np.sum(single, axis=0)
+    asked = columns["place"] == "area"
+    keys = list(zip(*(columns[name].tolist() for name in ("case", "rms_slope", "area", "branch")), strict=True))
+    for key in dict.fromkeys(key for key, wanted in zip(keys, asked, strict=True) if wanted):
+        mine = asked & np.array([each == key for each in keys])
+        there = mine & np.isfinite(rest)
+        many = int(np.count_nonzero(there))
+        found = {step: _mean(part[there]) for step, part in parts.items()}
+        worst = float(np.abs(rest[there]).max()) if many else np.nan
+        case, slope, area, branch = key
+        yield ClosedLine(case, slope, area, branch, many, int(np.count_nonzero(mine)), found, worst)
+
+
+def _mean(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Mean and its standard error; NaN where there are too few."""
+    mean = float(values.mean()) if values.size else np.nan
+    return mean, float(values.std(ddof=1) / np.sqrt(values.size)) if values.size > 1 else np.nan
 
 
 def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVerdict]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
@@ -19,9 +21,9 @@ from continuum.units import GPA_PER_EV_PER_A3
 
 
 def validation_sheets(validation: Validation) -> list[Sheet]:
-    """The tables of a validation that hold something: its error budget, its scaling laws, its jumps, its verdicts."""
+    """The tables of a validation that hold something: its error budget, how this closes, scaling, jumps, verdicts."""
     stored = validation.stored
-    sheets = (budget_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
+    sheets = (budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
     return [sheet for sheet in sheets if sheet.rows]
 
 
@@ -77,6 +79,32 @@ def budget_sheet(archive: Archive) -> Sheet:
     )  # fmt: skip
     title = "Error budget: largest difference of the load, relative to N_rep, and points whose contact differs"
     return Sheet.of(title, heads, rows, "\n".join(notes))
+
+
+def _closed_sheet(archive: Archive) -> Sheet:
+    """How the budget closes: signed parts at one area, their sum, and what they leave."""
+
+    def text(mean: float, error: float) -> str:
+        if not np.isfinite(mean):
+            return "-"
+        return f"{100 * mean:+.2f}" + (f" ± {100 * error:.2f}" if np.isfinite(error) else "")
+
+    rows: list[tuple[Entry, ...]] = [
+        (line.case, line.rms_slope, line.area, line.branch, f"{line.surfaces} of {line.of}",
+         *(text(*part) for part in line.parts.values()), line.unexplained)
+        for line in budget.closed(archive.columns, STEPS)
+    ]  # fmt: skip
+    heads = (
+        Column("case"), Column("h'rms", "", "g"), Column("A_rep/A0", "", "g"), Column("branch"), Column("surfaces"),
+        *(Column(step) for step in STEPS), Column("unexplained", "%", ".2f"),
+    )  # fmt: skip
+    notes = (
+        "Mean over the surfaces, and its standard error, in % of all that acts on the atoms, N_rep + N_att; positive "
+        "where the coarser model carries more.  Every rung stands where as many points are repulsive as on the "
+        "lattice; a surface on which one of them jumps over that is left out.  unexplained: the total less the sum of "
+        "the parts, largest of the surfaces: zero but for rounding, since all parts are at one area."
+    )
+    return Sheet.of("The budget closes: signed differences of the load at equal area", heads, rows, notes)
 
 
 def _scaling(archive: Archive) -> Sheet:
