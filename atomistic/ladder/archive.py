@@ -125,6 +125,9 @@ def _about_rungs(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset
         number = operator.attrgetter(key)
         values = np.array([[number(s.rungs[rung]) for _, s in states] for rung in rungs])
         found[name] = Dataset(values, ("rung", "state"), units, what)
+    values = np.array([[s.loads_at_area.get(rung, np.nan) for _, s in states] for rung in rungs])
+    what = "N/A0 where the repulsive area is that of the lattice; NaN where a rung jumps over it"
+    found["load_at_area"] = Dataset(values, ("rung", "state"), "E*", what)
     return found
 
 

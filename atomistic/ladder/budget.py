@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.config.validate import BoundTable, CaseTable, ExponentTable, ValidateConfig
+from atomistic.ladder.ensemble import carried_bounds
 
 Columns = Mapping[str, NDArray[Any]]
 """Columns over states (``case``, ``rms_slope``, ``seed``, ``area``, ``branch``, ...), and the differences
@@ -35,6 +36,23 @@ class BudgetLine(NamedTuple):
     """Smallest and largest N of the half-space over N of the lattice at equal separation: mean compliance."""
 
 
+class ClosedLine(NamedTuple):
+    """What the steps of the ladder cost in one kind of state, all at its repulsive area: parts that add up."""
+
+    case: str
+    rms_slope: float
+    area: float
+    branch: str
+    surfaces: int
+    """That have this state on all rungs."""
+    of: int
+    parts: dict[str, tuple[float, float]]
+    """Step -> mean over the surfaces of N - N', N' being the load of the finer rung, over N_rep + N_att of the atoms,
+    and the standard error of this mean; NaN for one surface.  The last step is the total."""
+    unexplained: float
+    """Largest |total - sum of the other steps| of a surface, relative to the same."""
+
+
 @dataclass(frozen=True)
 class BoundVerdict:
     """One bound, the worst state that it applies to, and whether it holds."""
@@ -50,6 +68,8 @@ class BoundVerdict:
     states: int
     """How many it was checked on."""
     reason: str
+    state: str = ""
+    """The worst state: slope, seed, area and branch."""
 
     @property
     def holds(self) -> bool:
@@ -94,29 +114,67 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
             )
 
 
+def closed(columns: Columns, steps: Mapping[str, tuple[str, str]]) -> Iterator[ClosedLine]:
+    """A row for each case, slope, area and branch: its states on all surfaces, but those beside a jump.
+
+    Parameters
+    ----------
+    steps : the rungs of each step, in the order of the ladder, and of the total, last.
+    """
+    rungs = columns["rung"].tolist()
+    acts = (columns["load_rep"] + columns["load_att"])[rungs.index("atoms")]
+    loads = {rung: columns["load_at_area"][rungs.index(rung)] / acts for pair in steps.values() for rung in pair}
+    parts = {step: loads[coarse] - loads[fine] for step, (coarse, fine) in steps.items()}
+    *single, total = parts.values()
+    rest = total - np.sum(single, axis=0)
+    asked = columns["place"] == "area"
+    keys = list(zip(*(columns[name].tolist() for name in ("case", "rms_slope", "area", "branch")), strict=True))
+    for key in dict.fromkeys(key for key, wanted in zip(keys, asked, strict=True) if wanted):
+        mine = asked & np.array([each == key for each in keys])
+        there = mine & np.isfinite(rest)
+        many = int(np.count_nonzero(there))
+        found = {step: _mean(part[there]) for step, part in parts.items()}
+        worst = float(np.abs(rest[there]).max()) if many else np.nan
+        case, slope, area, branch = key
+        yield ClosedLine(case, slope, area, branch, many, int(np.count_nonzero(mine)), found, worst)
+
+
+def _mean(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Mean and its standard error; NaN where there are too few."""
+    mean = float(values.mean()) if values.size else np.nan
+    return mean, float(values.std(ddof=1) / np.sqrt(values.size)) if values.size > 1 else np.nan
+
+
 def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVerdict]:
-    """Every bound of the input, and those that hold for all cases."""
+    """Every bound of the input, and those that hold for all cases.
+
+    A case without bounds of its own has those of :mod:`atomistic.ladder.ensemble`, where that says something.
+    """
     for case in config.case:
         mine = columns["case"] == case.name
-        for tolerance in case.tolerance:
+        for tolerance in case.tolerance or carried_bounds(config, case):
             yield _bounded(case, tolerance, columns, mine)
         for exponent in case.exponent:
             yield _scaled(case, exponent, columns)
         slope = columns["rms_slope"]
         yield _worst(
+            columns,
+            mine,
+            columns["largest_force"] / slope / 1e-8,
             case.name,
             "largest force",
             "1e-8 h' E* a0²",
-            (columns["largest_force"] / slope / 1e-8)[mine],
             1.0,
             "an equilibrium of the atoms under the native wall of the deck, so that what differs is physics",
         )
         margin, du = columns["nonlinearity_pixel_margin"], columns["nonlinearity_displacement"]
         yield _worst(
+            columns,
+            mine,
+            np.divide(margin, du, out=np.zeros_like(margin), where=du > 0),
             case.name,
             "contact map",
             "max |du|",
-            np.divide(margin, du, out=np.zeros_like(margin), where=du > 0)[mine],
             1.0,
             "a point may change its kind only if its gap lies within the displacement difference of the edge",
         )
@@ -129,26 +187,49 @@ def _bounded(case: CaseTable, tolerance: BoundTable, columns: Columns, mine: NDA
     unit = " a0" if tolerance.quantity == "displacement" else ""
     areas = " at A_rep " + ", ".join(f"{a:g}" for a in tolerance.areas) if tolerance.areas else ""
     return _worst(
+        columns,
+        applies,
+        scaled,
         case.name,
         tolerance.quantity.replace("_", " ") + areas,
-        f"{tolerance.coefficient:g}{power}{unit}",
-        scaled[applies],
+        f"{tolerance.coefficient:.4g}{power}{unit}",
         tolerance.coefficient,
         tolerance.reason,
     )
 
 
 def _worst(
-    case: str, quantity: str, bound: str, values: NDArray[np.float64], limit: float, reason: str
+    columns: Columns,
+    applies: NDArray[np.bool_],
+    values: NDArray[np.float64],
+    case: str,
+    quantity: str,
+    bound: str,
+    limit: float,
+    reason: str,
 ) -> BoundVerdict:
-    measured = float(values.max()) if values.size else float("nan")
-    return BoundVerdict(case, quantity, bound, measured, limit, values.size, reason)
+    """The verdict on a bound by the worst of the states that it applies to; what is no number is worst."""
+    at = np.flatnonzero(applies)
+    if not at.size:
+        return BoundVerdict(case, quantity, bound, float("nan"), limit, 0, reason)
+    worst = at[np.argmax(values[at])]
+    return BoundVerdict(case, quantity, bound, float(values[worst]), limit, at.size, reason, _state(columns, worst))
+
+
+def _state(columns: Columns, at: np.intp) -> str:
+    """Which state one of the columns is of, in words."""
+    place, area = str(columns["place"][at]), columns["area"][at]
+    where = f"A_rep/A0 = {area:g}" if place == "area" else place
+    return f"h' = {columns['rms_slope'][at]:g}, seed {columns['seed'][at]}, {where}, {columns['branch'][at]}"
 
 
 def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVerdict:
-    fits = [e.fitted for e in exponents(columns, table.slopes) if e.case == case.name and e.quantity == table.quantity]
-    off = max((abs(fit - table.expected) for fit in fits), default=float("nan"))
+    fits = [e for e in exponents(columns, table.slopes) if e.case == case.name and e.quantity == table.quantity]
     slopes = ", ".join(f"{s:g}" for s in table.slopes)
+    off, state = float("nan"), ""
+    if fits:
+        worst = max(fits, key=lambda fit: abs(fit.fitted - table.expected))
+        off, state = abs(worst.fitted - table.expected), f"seed {worst.seed}, A_rep/A0 = {worst.area:g}"
     return BoundVerdict(
         case.name,
         f"exponent of {table.quantity} over h' = {slopes}",
@@ -157,6 +238,7 @@ def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVer
         table.tolerance,
         len(fits),
         table.reason,
+        state,
     )
 
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 import tempfile
 import time
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
+from atomistic.ladder.closing import loads_at_area
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
     Difference,
@@ -87,6 +88,8 @@ class ValidatedState:
     branch: Branch
     rungs: dict[RungName, Rung]
     differences: dict[StepName, Difference]
+    loads_at_area: dict[RungName, float]
+    """N/A0 of the rungs of the crystal at the repulsive area of the lattice; NaN where one jumps over it."""
     load_ratio_at_equal_separation: float
     """N of the half-space over N of the lattice, both at the lattice's separation: what ignoring the mean
     compliance would do."""
@@ -262,12 +265,19 @@ class _Comparison:
             step: compare(at_mean_gap_of_atoms if step == "total" else rungs[a], rungs[b], self.wall)
             for step, (a, b) in steps.items()
         }
+        loads = loads_at_area(
+            {name: partial(self.on, name, start=rungs[name].gap) for name in CONTINUUM_RUNGS},
+            rungs,
+            self.wall,
+            self.path.rms_slope,
+            float(self.heights.std()),
+        )
         half_space = self.problems["half-space"]
         rigid = solve(half_space, "separation", chosen.separation, self.settings)
         load = rung_of(half_space, "half-space", rigid).totals.load
         ratio = load / reference.totals.load
         return ValidatedState(
-            place, area, branch, rungs, differences, ratio, found.largest_force, found.evaluations, seconds
+            place, area, branch, rungs, differences, loads, ratio, found.largest_force, found.evaluations, seconds
         )
 
     def curves(self, states: list[PathState]) -> tuple[RungCurve, ...]:

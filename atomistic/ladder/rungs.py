@@ -15,7 +15,7 @@ geometry and anharmonicity.  A lattice and atoms of springs under the same wall,
 
 Rungs 1 to 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal separation
 their loads differ severalfold and say nothing.  Rungs 4 and 5, and 4' and 5', share the mean compliance and are
-compared at equal separation.
+compared at equal separation.  At one area, where their differences add up: :mod:`atomistic.ladder.closing`.
 """
 
 from __future__ import annotations

@@ -277,9 +277,16 @@ def test_bounds_that_hold_and_bounds_that_fail(config: ValidateConfig, columns: 
     worse["nonlinearity_load"] = columns["nonlinearity_load"] * 10
     failed = [verdict for verdict in budget.bound_verdicts(config, worse) if not verdict.holds]
     assert [(v.case, v.quantity) for v in failed] == [("plain", "load")]
+    assert failed[0].state in (
+        "h' = 0.02, seed 2, A_rep/A0 = 0.1, approach",
+        "h' = 0.01, seed 2, A_rep/A0 = 0.1, approach",
+    )
+    scaled = np.abs(worse["nonlinearity_load"] / worse["rms_slope"])[columns["case"] == "plain"]
+    assert f"h' = {(0.02, 0.01)[int(np.argmax(scaled))]}," in failed[0].state
     worse = dict(columns)
     worse["largest_force"] = columns["largest_force"] * 1e3
     assert {v.quantity for v in budget.bound_verdicts(config, worse) if not v.holds} == {"largest force"}
+    assert all(v.state.endswith(("approach", "retract")) for v in budget.bound_verdicts(config, worse) if v.states > 1)
     for bad in (np.nan, np.inf):
         worse["nonlinearity_gross_load"] = np.where(columns["case"] == "sticky", bad, 0.0)
         assert "gross load" in {v.quantity for v in budget.bound_verdicts(config, worse) if not v.holds}
@@ -374,7 +381,9 @@ def test_a_failing_bound_is_the_exit_code(
     strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
     archive.write_archive(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results))
     assert main(["validate", str(strict), "-o", str(tmp_path)]) == 1
-    assert "1 FAIL" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "1 FAIL: plain, load, at h' = 0.0" in out
+    assert "seed 2, A_rep/A0 = 0.1, approach" in out
 
 
 @pytest.mark.parametrize(
