@@ -10,6 +10,7 @@ intervals from Student's t; the logarithm of w is what scatters.
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -238,7 +239,25 @@ def tables(rows: DataFrame) -> str:
         text += [f"{area:.0%} of the area, {n}²: {len(part)} turns, {part.seed.nunique()} surfaces", ""]
         text += ["| statement | found | |", "|---|---|---|"]
         text += [f"| {name} | {said} | **{what}** |" for name, said, what in judged(part)] + [""]
-    return "\n".join(text)
+    return "\n".join([*text, *resolved(rows[rows.area == rows.area.min()])])
+
+
+def resolved(rows: DataFrame) -> list[str]:
+    """Table of what a finer grid and a larger bandwidth do to w/(U F), each with the other kept, on the same turns."""
+    text = ["| 1% of the area | turns | w/(U F), second over first | at each H |", "|---|---|---|---|"]
+    same = ["seed", "shape", "hurst", "delta"]
+    kinds = {kind: part.set_index(same).left for kind, part in rows.groupby(["width", "lambda_s"])}
+    for (one, first), (other, second) in itertools.combinations(kinds.items(), 2):
+        if (one[0] == other[0]) == (one[1] == other[1]):
+            continue
+        rise = (second - first).dropna()
+        each = {h: np.exp(part.mean()) for h, part in rise.groupby("hurst")}
+        text.append(
+            f"| λ_L/λ_s {one[0]:g}, {one[1]:g} points to λ_s; {other[0]:g}, {other[1]:g} | {len(rise)} | "
+            f"{Mean.of(rise.groupby('seed').mean().to_numpy())} | "
+            f"{', '.join(f'{h:g}: {factor:.2f}' for h, factor in each.items())} |"
+        )
+    return [*text, ""] if len(text) > 2 else []
 
 
 @plot.styled
@@ -248,8 +267,8 @@ def figure(rows: DataFrame) -> Figure:
     drawn, (left, right) = plot.new_axes(7.0, 3.2, columns=2)
     x = np.geomspace(0.05, 3, 100)
     shown = rows[(rows.area == rows.area.min()) & (rows.n == rows.n.max())]
-    for shape, mark, line in zip(SHAPES, "os", ("-", "--"), strict=True):
-        left.plot(x, laws[shape](x), "k" + line, label=f"{shape}, as stated before")
+    for shape, mark, name, line in zip(SHAPES, "os", ("circles", "squares"), ("-", "--"), strict=True):
+        left.plot(x, laws[shape](x), "k" + line, label=f"{shape} ({name}), as stated before")
         for i, (hurst, part) in enumerate(shown[shown["shape"] == shape].groupby("hurst")):
             shift = 1 + 0.04 * (i - 2)  # points of one range beside one another
             left.plot(part.delta * shift, part.over_energy, mark, ms=3, alpha=0.6, color=f"C{i}",
@@ -263,7 +282,7 @@ def figure(rows: DataFrame) -> Figure:
     left.legend(fontsize=6)
     for i, ((area, n), part) in enumerate(rows.groupby(["area", "n"])):
         found = by_moment(part)
-        right.plot(list(found), list(found.values()), "o-", color=f"C{i}", label=f"{area:.0%} of {n}²")
+        right.plot(list(found), list(found.values()), "o-", color=f"C{i}", ms=8 - 2 * i, label=f"{area:.0%} of {n}²")
     right.set(xlabel=r"moment $p$ of $\Sigma\, q^p |h_q|^2$", ylabel="scatter of $w$ over it, a factor")
     right.legend(fontsize=6)
     return drawn
