@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmarks import atoms, ours, report, run
+from tests.benchmarks import atoms, kinds, ours, report, run
 from tests.benchmarks.cases import rough as surface_of
 
 POINT = {"n": 64, "seed": 1, "adhesion_length": 0.005}
@@ -104,6 +104,15 @@ def test_a_job_that_fails_says_why(tmp_path: Path) -> None:
     results = run.Results(tmp_path / "results.json", minutes=1.0)
     with pytest.raises(run.Missing, match=r"lambda_s = 32.0: allowed"):
         results.job("ours.mean_gap_at", n=1, seed=1, adhesion_length=0.005, mean_gap=2.0)
+
+
+def test_contacts_of_other_kinds_are_pressed_as_they_say() -> None:
+    rows = [{"n": 64, "kind": kind, "seed": 1} | kinds.contact(64, 1, kind) for kind in kinds.KINDS]
+    assert all(row["status"] == "CONVERGED" for row in rows)
+    areas = {row["kind"]: row["area"] for row in rows}
+    assert areas["hard wall, 90 % of the area"] == pytest.approx(0.9, abs=0.01 * 0.1 + 0.5 / 64**2)
+    assert areas["hardness 0.1 E*, half of it"] > 0.5  # no point carries more than the hardness
+    assert report.kinds(rows).count("| converged |") == len(kinds.KINDS)
 
 
 def test_both_ways_to_the_equilibrium_of_atoms_end_at_one() -> None:

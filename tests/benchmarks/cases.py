@@ -34,6 +34,7 @@ MOST_POINTS = {
     "seeds": 1024,
     "slow": 512,
     "turn": 1024,
+    "kinds": 512,
 }
 """Largest grids of each table; beyond, only work and memory of one load point.
 

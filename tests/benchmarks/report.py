@@ -246,6 +246,22 @@ def turn(rows: list[Row]) -> str:
     return f"### {note}\n\n{table(head, cells)}"
 
 
+def kinds(rows: list[Row]) -> str:
+    """Pairs of one contact of each further kind."""
+    cells = [
+        (
+            f"{n}²", kind, ", ".join(f"{row['fft_pairs']:.0f}" for row in group),
+            f"**{median(row['fft_pairs'] for row in group):.0f}**", ", ".join(f"{row['solves']}" for row in group),
+            ", ".join(f"{100 * row['area']:.4g}" for row in group),
+            ", ".join(sorted({str(row["status"]).lower().replace("_", " ") for row in group})),
+        )
+        for (n, kind), group in groups(rows, "n", "kind").items()
+    ]  # fmt: skip
+    head = ("grid", "contact", "FFT pairs, seeds 1, 2, 3", "median", "equilibria", "A_rep, %", "status")
+    note = "Without periodic images a pair is one of the grid of twice the points in each direction."
+    return f"### Contacts of other kinds, from rest\n\n{table(head, cells)}\n{note}\n"
+
+
 def atoms(rows: list[Row]) -> str:
     """Our iteration and LAMMPS' minimisers from one start."""
     cells = []
@@ -308,6 +324,7 @@ TABLES: dict[str, Callable[[list[Row]], str]] = {
     "adhesive": adhesive,
     "hard_wall": hard_wall,
     "turn": turn,
+    "kinds": kinds,
     "atoms": atoms,
     "walls": walls,
 }

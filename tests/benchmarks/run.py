@@ -29,6 +29,7 @@ from continuum.files.provenance import now, provenance
 from tests.benchmarks import report
 from tests.benchmarks.atoms import CRYSTALS, WALLS
 from tests.benchmarks.cases import ADHESION_LENGTHS, MOST_POINTS, PEER_ADHESION_LENGTH, SEEDS, SIZES
+from tests.benchmarks.kinds import KINDS
 
 __all__ = ["TABLES", "Missing", "Results", "main"]
 
@@ -260,7 +261,14 @@ def turn(n: int) -> Plan:
         yield point, lambda results, point=point: results.job("ours.turn", **point)
 
 
-TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, turn)}
+def kinds(n: int) -> Plan:
+    """One contact of each further kind."""
+    for kind, seed in product(KINDS, SEEDS if n <= MOST_POINTS["kinds"] else ()):
+        point = {"n": n, "kind": kind, "seed": seed}
+        yield point, lambda results, point=point: results.job("kinds.contact", **point)
+
+
+TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, turn, kinds)}
 """Each plans its rows on one grid; `report` has a function of the same name that writes them as text."""
 
 
@@ -282,7 +290,7 @@ def machine() -> Row:
 
 def _sources(package: str = "continuum", *own: str) -> str:
     """Digest of what is measured: rows of one results file belong together."""
-    files = [ROOT / "tests" / "benchmarks" / f"{name}.py" for name in own or ("cases", "job", "ours", "peers")]
+    files = [ROOT / "tests" / "benchmarks" / f"{name}.py" for name in own or ("cases", "job", "kinds", "ours", "peers")]
     digest = hashlib.sha256()
     for file in [*sorted((ROOT / package).rglob("*.py")), ROOT / "tests" / "problems.py", *files]:
         digest.update(file.read_bytes())
