@@ -14,7 +14,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
-from continuum.theory.smooth import Westergaard
+from continuum.theory.smooth import AdhesiveWave, Westergaard
 
 
 def line(n: int, spacing: float = 1.0) -> c.Grid:
@@ -55,6 +55,21 @@ def test_westergaards_wave(part: float) -> None:
     assert found.totals.area_rep * wavelength / 2 == pytest.approx(wave.half_width, abs=grid.spacing[1])
     x = np.minimum(grid.positions[1], wavelength - grid.positions[1])
     assert np.sqrt(np.mean((found.traction - wave.pressure(x)) ** 2)) < 0.5 * 0.1 * n**-1 * 10
+
+
+@pytest.mark.parametrize("wavelength", [256, 1024, pytest.param(4096, marks=pytest.mark.long)])
+def test_johnsons_adhesive_wave(wavelength: int) -> None:
+    """Pull-off of a wave with adhesion, whose short range Johnson's theory is the limit of: it differs as 4/λ."""
+    wall, n = c.LennardJonesSpline(adhesion_length=0.005), 2 * wavelength
+    work, alpha = wall.work_of_adhesion, 0.3
+    wave = AdhesiveWave(float(np.sqrt(2 * wavelength * work) / (np.pi * alpha)), float(wavelength), work)
+    heights = wave.amplitude * (1 - np.cos(2 * np.pi * np.arange(n) / n))
+    contact = c.Contact(heights[np.newaxis], wall, period=(1.0, float(wavelength)))
+    # Steps shorter than the range of the attraction, which a longer one would leave at once.
+    steps = np.linspace(1.0, 1.45, 46)
+    states = contact.path(mean_gap=list(1 + wave.amplitude * steps))
+    assert all(state.found.status.ok for state in states)
+    assert -min(state.load for state in states) == pytest.approx(wave.pull_off_pressure, rel=6 / wavelength)
 
 
 def test_coarser_lines_carry_their_waves() -> None:
