@@ -33,8 +33,12 @@ from continuum.runs.config import RunConfig
 from continuum.runs.result import Result
 from continuum.runs.run import follow_run
 from continuum.solve.solution import Settings
-from tests.problems import SMALL, Rough
+from tests import problems
+from tests.problems import Rough
 from tests.stored import same
+
+SMALL = problems.SMALL.replace("retract = true", "retract = true\nevent_resolution = 0.2")
+"""Without a warning of long steps."""
 
 ROOT = Path(__file__).parents[1]
 VALIDATE = (ROOT / "inputs" / "validate" / "quick.toml").read_text()

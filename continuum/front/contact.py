@@ -182,7 +182,8 @@ class Contact:
         Parameters
         ----------
         area, mean_gap, separation, pressure : values of one of these, in the order in which they are visited.
-        event_resolution : width down to which jumps are bracketed, in units of what is given; None not to.
+        event_resolution : width down to which jumps are bracketed, in units of what is given; None not to.  On a way
+            back whose steps are longer than a tenth of the range, contacts may be lost early without it.
         progress : called with each state as it is found.
         """
         name, given = _chosen(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -21,6 +22,7 @@ from continuum.solve.solution import Settings
 from continuum.tables import Fault, Key, Table
 
 _Made = TypeVar("_Made")
+_STEP = 0.1  # part of the range; steps of a fifth moved 2 of 20 states by up to a third (docs/paths.md)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +83,7 @@ def build(config: RunConfig) -> RunSetup:
     expected = config.surface.expected(grid)
     if lower is not None:
         expected = lower.expected(grid, expected)
-    warned = doubts(problem, realised.rms_slope, config.shortest)
+    warned = (*doubts(problem, realised.rms_slope, config.shortest), *_long_steps(config, problem))
     return RunSetup(config, problem, realised, expected, config.solver.build(problem.traction_scale), warned)
 
 
@@ -101,6 +103,21 @@ def _unusable(key: Key, table: Table, error: Exception) -> Fault:
     if error.name in type(table).model_fields:
         return Fault((*key, error.name), error.allowed)
     return Fault((*key, table.origin), error.allowed, f"this makes the {str(error).partition(': allowed')[0]}")
+
+
+def _long_steps(config: RunConfig, problem: ContactProblem) -> Iterator[str]:
+    """Warn of a way back that may lose contacts which a slow one keeps, as each point begins at the gap before it."""
+    reach = problem.wall.range
+    if config.loading.event_resolution is not None or not 0 < reach < np.inf:
+        return
+    gaps = [targets for control, targets in config.loading.legs if control in ("mean-gap", "separation")]
+    longest = max((b - a for targets in gaps for a, b in pairwise(targets)), default=0.0)
+    if longest > _STEP * reach * (1 + 1e-9):
+        yield (
+            f"steps of the way back of {longest:.3g} a0 are longer than a tenth of the range of the attraction, "
+            f"{reach:.3g} a0: contacts that slow retraction keeps may be lost; bracket the jumps "
+            "(loading.event_resolution), or take shorter steps"
+        )
 
 
 def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:

@@ -19,6 +19,7 @@ from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.inputs import load
 from continuum.model.walls import LennardJonesSpline
+from continuum.runs.build import build
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.run import follow_run
@@ -288,3 +289,28 @@ def test_the_time_is_that_of_the_machine(tmp_path: Path) -> None:
     seconds = time.process_time() - began
     expected = cost_of(config).seconds(pair_seconds(config.grid.build()))
     assert expected / 2 < seconds < 2 * expected
+
+
+@pytest.mark.parametrize(
+    ("change", "warned"),
+    [
+        (("", ""), True),
+        (("retract = true", "retract = true\nevent_resolution = 0.1"), False),
+        (("retract = true", ""), False),
+        (("targets = [1.6, 1.4,\n           1.2]", "targets = { from = 1.4, to = 1.2, step = -0.03 }"), False),
+        (('law = "lennard-jones-spline"\nadhesion_length = 0.005', 'law = "hard"'), False),
+        (
+            (
+                'control = "mean-gap"\ntargets = [1.6, 1.4,\n           1.2]',
+                'control = "repulsive-area"\ntargets = [0.1, 0.2]',
+            ),
+            False,
+        ),
+    ],
+)
+def test_long_steps_of_a_way_back_are_warned_of(tmp_path: Path, change: tuple[str, str], warned: bool) -> None:
+    """A tenth of the range, 0.35 a0, where jumps are not bracketed."""
+    assert change[0] in SMALL
+    (tmp_path / "run.toml").write_text(SMALL.replace(*change))
+    found = build(load(tmp_path / "run.toml", RunConfig)).warnings
+    assert any("way back" in each for each in found) == warned
