@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, InputError
+from continuum.errors import NOT_CONVERGED, OK, InputError
 from continuum.files import output as files
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
@@ -276,6 +276,8 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
 
     Of many files none is solved unless that is asked for.
     """
+    if given.get("join"):
+        raise TopographyError("--join makes one surface of all files, --csv writes a row for each: leave out one")
     files.distinct(csv, maps)
     rows: list[dict[str, str | float | None]] = []
     for path, part in _contacts(maps, given):
@@ -292,7 +294,7 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
         print(f"{': '.join(named.values())}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
     files.folder(csv.parent)
     print(files.save(csv, as_csv(rows)))
-    return BAD_INPUT if any("error" in row for row in rows) else OK
+    return NOT_CONVERGED if any("error" in row for row in rows) else OK
 
 
 def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:

@@ -20,7 +20,8 @@ from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import TopographyError
 from continuum.topography.mending import Detrending, prepare
-from continuum.topography.reading import read_all, share
+from continuum.topography.quantities import share
+from continuum.topography.reading import read_all
 
 READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff"}
 """Arguments that are used when the maps are read."""
@@ -32,6 +33,7 @@ def predict(
     unit: str | Sequence[str] | None = None,
     dataset: str | Sequence[str] | None = None,
     part: str | Sequence[str] | None = None,
+    join: bool = False,
     periodic: bool = False,
     override_size: bool = False,
     detrend: Detrending | None = None,
@@ -56,9 +58,10 @@ def predict(
     Parameters
     ----------
     maps : one topography, or two for two rough bodies: file names, or arrays of heights, shape (nx, ny), out of the
-        body.  Masked points of an array are missing ones; an array of one row or column is a line scan.  Or one input
-        (TOML) with the tables [topography] and [interface]: what is given beside it overrules its keys.
-    size, unit, dataset, part, periodic, override_size, detrend, fill, crop, cutoff : see
+        body.  Masked points of an array are missing ones; an array of one row or column is a line scan, one of two or
+        three columns has positions and heights.  Or one input (TOML) with the tables [topography] and [interface]: what
+        is given beside it overrules its keys.
+    size, unit, dataset, part, join, periodic, override_size, detrend, fill, crop, cutoff : see
         :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  Of two maps one text for both,
         or one for each, ``"-"`` as the file says.
     material, modulus, poisson, contact_modulus, work, range, spacing, probe : see

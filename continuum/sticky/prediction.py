@@ -288,7 +288,7 @@ def _predicted(topographies: Sequence[Topography], interface: Interface, finding
     fits = tuple(None if one.lines or one.measurements else fit_self_affine(*spectrum(one)) for one in topographies)
     # Of two bodies the longer waves carry the heights; a map without roll-off has at least its own size.
     roll_off = max(
-        (fit.roll_off if fit is not None and fit.roll_off else min(topography.lengths))
+        (fit.roll_off if fit is not None and fit.roll_off else topography.extent)
         for topography, fit in zip(topographies, fits, strict=True)
     )
     contact = rough_contact(roughness.whole, interface, roll_off)
@@ -309,6 +309,11 @@ def _predicted(topographies: Sequence[Topography], interface: Interface, finding
         findings,
         summit_contact(topographies[0], contact) if len(topographies) == 1 else None,
     )
+
+
+def _area(topography: Topography) -> float:
+    """Area of a map, or of the square that the longest wave of a spectrum spans."""
+    return topography.grid.area if topography.bands is None else topography.extent**2
 
 
 def _shown(cut: Cut, roughness: Roughness) -> bool:
@@ -362,7 +367,7 @@ def _warnings(
             f"resolution: d_rep is {pixels:.2g} pixels; below about {RESOLVED:g} the curvature is that of the pixel, "
             "not of the surface"
         )
-    contacts = AREA * min(topography.grid.area for topography in topographies) / contact.diameter**2
+    contacts = AREA * min(_area(topography) for topography in topographies) / contact.diameter**2
     if contacts < FEW:
         found.append(
             f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, "

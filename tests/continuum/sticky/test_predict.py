@@ -367,7 +367,7 @@ def test_many_files_are_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[
     np.save(tmp_path / "bad.npy", np.full((32, 32), np.nan))
     files = [str(tmp_path / f"{name}.npy") for name in ("a", "b", "bad")]
     command = ["predict", *files, "--size", "10nm", "--unit", "A", "--material", "silicon"]
-    assert main([*command, "--csv", str(tmp_path / "all.csv")]) == 2
+    assert main([*command, "--csv", str(tmp_path / "all.csv")]) == 1
     capsys.readouterr()
     rows = list(csv.DictReader((tmp_path / "all.csv").read_text().splitlines()))
     assert [Path(row["map"]).name for row in rows] == ["a.npy", "b.npy", "bad.npy"]
@@ -376,6 +376,9 @@ def test_many_files_are_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "missing" in rows[2]["error"]
     before = (tmp_path / "a.npy").read_bytes()
     assert main([*command[:2], *command[4:], "--csv", files[0]]) == 2
+    assert main([*command[:3], *command[4:], "--csv", str(tmp_path / "good.csv")]) == 0
+    assert main([*command, "--join", "--csv", str(tmp_path / "joined.csv")]) == 2
+    assert not (tmp_path / "joined.csv").exists()
     assert (tmp_path / "a.npy").read_bytes() == before
 
 
