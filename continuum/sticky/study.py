@@ -21,7 +21,7 @@ import numpy as np
 from continuum.arguments import instance
 from continuum.errors import InputError
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.verdict import Answer, judge
+from continuum.sticky.verdict import Answer, answer_of, judge
 
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
@@ -61,10 +61,7 @@ class Spot:
     @cached_property
     def answer(self) -> Answer | None:
         """The verdict, by the solver where it solved the map; None if the spot could not be used."""
-        if self.found is None:
-            return None
-        solved = self.found.solved_sticky
-        return judge(self.found).answer if solved is None else "sticky" if solved else "not sticky"
+        return None if self.found is None else answer_of(self.found)
 
     @cached_property
     def margin(self) -> float | None:

@@ -77,6 +77,10 @@ class TopographyTable(Table):
     """The part that counts, X0,X1,Y0,Y1, as 1um,9um,0,8um."""
     cutoff: Length | None = None
     """Verdict and solution count only waves longer than this length."""
+    tip: Length | None = None
+    """Radius of the tip that measured the maps, as 10nm: waves that it is too blunt for count as not measured."""
+    smallest: Length | None = None
+    """Wavelength to which the spectrum is continued below what was measured (default: two atoms)."""
 
 
 class InterfaceTable(Table):

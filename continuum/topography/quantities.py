@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from numbers import Real as Number
 
 from continuum import units
-from continuum.arguments import instance, number, texts
+from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.topography.map import TopographyError
 
 _ZERO = re.compile(r"\s*[0.]+\s*\D*")
@@ -63,6 +63,18 @@ def units_of(source: str, names: str | None) -> tuple[float | None, float | None
     if len(found) > 2:
         raise TopographyError(f"{source}: `unit` {names!r}: one unit, of the heights, or two, of positions and heights")
     return found[-1], found[0] if len(found) == 2 else None
+
+
+def length_of(name: str, text: str | None) -> float | None:
+    """A length in m from a text such as "10nm"; None for None."""
+    if text is None:
+        return None
+    try:
+        return units.parse(instance(name, text, str, 'a text such as "10nm"'), "length")
+    except ValueError as error:
+        if isinstance(error, ArgumentError):
+            raise
+        raise TopographyError(f"`{name}` {error}") from error
 
 
 def share(fill: str | float | None) -> float:
