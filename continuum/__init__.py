@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from continuum.front.contact import Contact
     from continuum.front.predict import predict
     from continuum.front.states import LoadingPath, State
+    from continuum.front.study import study
     from continuum.front.sweeps import sweep, sweep_collect, sweep_slurm
     from continuum.front.turns import Turn
     from continuum.model.grid import Grid
@@ -77,6 +78,7 @@ if TYPE_CHECKING:
     from continuum.runs.result import Result
     from continuum.solve.solution import NotConvergedError
     from continuum.sticky.prediction import Prediction
+    from continuum.sticky.study import Study
     from continuum.sweeps.collect import sweep_status, sweep_verify
 
 __version__ = "0.1.0"
@@ -88,6 +90,7 @@ _WHERE = {
     "front.turns": ("Turn",),
     "front.certify": ("Certificate", "certify"),
     "front.predict": ("predict",),
+    "front.study": ("study",),
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm"),
     "sweeps.collect": ("sweep_status", "sweep_verify"),
     "paper.examples": ("examples",),
@@ -116,6 +119,7 @@ _WHERE = {
     "runs.result": ("Result",),
     "solve.solution": ("NotConvergedError",),
     "sticky.prediction": ("Prediction",),
+    "sticky.study": ("Study",),
 }
 # Read when they are asked for: `continuum --help` needs none of them.
 _MODULES = {name: module for module, names in _WHERE.items() for name in names}
@@ -142,6 +146,7 @@ __all__ = [
     "SelfAffine",
     "State",
     "StoreError",
+    "Study",
     "TabulatedSubstrate",
     "TabulatedWall",
     "Turn",
@@ -156,6 +161,7 @@ __all__ = [
     "run",
     "sine",
     "sphere",
+    "study",
     "sweep",
     "sweep_collect",
     "sweep_slurm",

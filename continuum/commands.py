@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from continuum.errors import BAD_INPUT, NOT_CONVERGED, OK, InputError
+from continuum.errors import NOT_CONVERGED, OK, InputError
 from continuum.files import output as files
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
@@ -20,6 +20,7 @@ from continuum.files.toml import value_of
 from continuum.front import certify as certificates
 from continuum.front import commands as front
 from continuum.front import predict as predictions
+from continuum.front import study as studies
 from continuum.front import sweeps
 from continuum.options import Formats, as_options, like
 from continuum.paper.examples import examples as paper_examples
@@ -31,8 +32,10 @@ from continuum.show.console import EstimatedProgress, progress, show, tell, warn
 from continuum.show.prediction import reading_order
 from continuum.show.prediction_data import as_csv
 from continuum.show.runs import failed_sheet, progress_line, result_line, status_sheet, table_sheet, turn_sheet
+from continuum.show.study import study_doubts, study_sentence
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
+from continuum.sticky.study import Spot
 from continuum.sticky.tables import OPTIONS
 from continuum.sweeps import collect as collecting
 from continuum.topography.instruments import measurements
@@ -230,17 +233,26 @@ def analyse(
 
 @like(predictions.predict, help={name: " ".join((field.description or "").split()) for name, field in OPTIONS.items()})
 def predict(
-    *maps: Annotated[Path, Parameter(help="topography; two for two rough bodies; or one input (TOML) that names them")],
+    *maps: Annotated[Path, Parameter(help="topography; two for two rough bodies; one input (TOML) that names them; or "
+                                          "a folder: a study of samples")],
     output: Annotated[Path, Parameter(help="folder of report and figures")] = Path("results"),
     json: Annotated[Path | None, Parameter(help="write everything, with the spectrum, in SI units")] = None,
     csv: Annotated[Path | None, Parameter(help="write one row for each of many files, and for each measurement of a "
                                           "container, each a contact by itself; no pages")] = None,
+    pattern: Annotated[str | None, Parameter(help="of the names in a folder, as '{sample}_{spot}_{magnification}', "
+                                              "without their ending")] = None,
     solve: Annotated[bool | None, Parameter(negative="--no-solve")] = None,
     threads: int = 1,
     contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
     **given: Any,
 ) -> int:  # fmt: skip
     given |= {"contact_modulus": contact_modulus}
+    if any(map(_is_folder, maps)):
+        beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
+        return _study(maps, [name for name, value in beside.items() if value], output, pattern,
+                      given | {"solve": solve, "threads": threads})  # fmt: skip
+    if pattern is not None:
+        raise InputError("--pattern is of the names in a folder, and no folder is given")
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
     found = _predicted(maps, given)
@@ -276,6 +288,8 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
 
     Of many files none is solved unless that is asked for.
     """
+    if given.get("join"):
+        raise TopographyError("--join makes one surface of all files, --csv writes a row for each: leave out one")
     files.distinct(csv, maps)
     rows: list[dict[str, str | float | None]] = []
     for path, part in _contacts(maps, given):
@@ -292,7 +306,43 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
         print(f"{': '.join(named.values())}: {rows[-1].get('verdict') or rows[-1]['error']}", flush=True)
     files.folder(csv.parent)
     print(files.save(csv, as_csv(rows)))
-    return BAD_INPUT if any("error" in row for row in rows) else OK
+    return NOT_CONVERGED if any("error" in row for row in rows) else OK
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # a name that is none is named when it is read
+        return False
+
+
+def _study(
+    maps: Sequence[Path], beside: Sequence[str], output: Path, pattern: str | None, given: dict[str, Any]
+) -> int:
+    """A folder of samples and spots: one ranking, as a table, a page and files."""
+    if len(maps) > 1 or beside:
+        also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"
+        raise InputError(f"{maps[0]}: a folder is a study by itself, and cannot be used {also}")
+    folder = maps[0]
+    given.pop("join", None)
+    try:
+        found = studies.study(folder, pattern=pattern, without=output, progress=_tell_spot, **given)
+    except InputError as error:
+        known = {*inspect.signature(predictions.predict).parameters, "pattern"}
+        raise type(error)(as_options(str(error), known)) from error
+    files.folder(output)
+    print(f"{study_sentence(found)}.")
+    for doubt in study_doubts(found):
+        print(f"warning: {doubt}")
+    for sheet in found.sheets():
+        show(sheet)
+    for path in found.write(output, f"{folder.resolve().name}-study"):
+        print(path)
+    return NOT_CONVERGED if found.unusable else OK
+
+
+def _tell_spot(spot: Spot) -> None:
+    tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}")
 
 
 def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:

@@ -63,6 +63,7 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
     flags = {f"--{name}" for name in VOICES} | {short for short, _ in VOICES.values()}
     while words and words[0] in flags:  # they may stand anywhere
         words.append(words.pop(0))
+    words = _with_lone_dashes(words)
     try:
         _check_environment()
         done = app(words, exit_on_error=False, print_error=False)
@@ -78,6 +79,17 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
     if done is None and not {"--help", "-h", "--version"} & set(words):  # no command: the help was printed
         raise SystemExit(BAD_INPUT)
     return int(done or OK)
+
+
+def _with_lone_dashes(words: Sequence[str]) -> list[str]:
+    """The words of a command, with ``--size -`` as ``--size=-``: a dash by itself is a value, and no option."""
+    found: list[str] = []
+    for word in words:
+        if word == "-" and found and found[-1].startswith("--") and "=" not in found[-1]:
+            found[-1] += "=-"
+        else:
+            found.append(word)
+    return found
 
 
 def _check_environment() -> None:

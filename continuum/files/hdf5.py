@@ -134,6 +134,30 @@ def member(path: str | Path, file: h5py.File, name: str) -> Any:
     return item
 
 
+def only_array(path: str | Path) -> str:
+    """The name of the only dataset of numbers in two dimensions, or if there is none in one, of a user's own HDF5 file.
+
+    Raises
+    ------
+    StoreError
+        If there is none, or several: the message names them.
+    """
+    with opened(path) as file:
+        stored = list[str]()
+        file.visit(stored.append)
+        shapes: dict[str, tuple[int, ...]] = {}
+        for name in stored:
+            if file.get(name, getclass=True) is h5py.Dataset and (item := file[name]).dtype.kind in "iuf":
+                shapes[name] = item.shape
+    maps = [name for name, shape in shapes.items() if len(shape) == 2]
+    maps = maps or [name for name, shape in shapes.items() if len(shape) == 1]
+    if len(maps) == 1:
+        return maps[0]
+    names = ", ".join(islice(maps or shapes, 10)) or "none"
+    why = f"{len(maps)} datasets could be the map: choose one by `dataset`" if maps else "no dataset is a map"
+    raise StoreError(f"{path}: {why}; datasets: {names}")
+
+
 def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
     """A dataset of real numbers, as ``entry/data/height``, from a user's own HDF5 file, whatever else is in it.
 

@@ -20,9 +20,10 @@ from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.tables import OPTIONS, InterfaceTable, PredictionInput
 from continuum.topography.map import TopographyError
 from continuum.topography.mending import Detrending, prepare
-from continuum.topography.reading import read_all, share
+from continuum.topography.quantities import length_of, share
+from continuum.topography.reading import read_all
 
-READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff"}
+READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff", "tip", "smallest"}
 """Arguments that are used when the maps are read."""
 
 
@@ -32,12 +33,15 @@ def predict(
     unit: str | Sequence[str] | None = None,
     dataset: str | Sequence[str] | None = None,
     part: str | Sequence[str] | None = None,
+    join: bool = False,
     periodic: bool = False,
     override_size: bool = False,
     detrend: Detrending | None = None,
     fill: str | float | None = None,
     crop: str | None = None,
     cutoff: str | None = None,
+    tip: str | None = None,
+    smallest: str | None = None,
     material: str | Sequence[str] = (),
     modulus: str | Sequence[str] = (),
     poisson: str | float | Sequence[str | float] = (),
@@ -56,9 +60,10 @@ def predict(
     Parameters
     ----------
     maps : one topography, or two for two rough bodies: file names, or arrays of heights, shape (nx, ny), out of the
-        body.  Masked points of an array are missing ones; an array of one row or column is a line scan.  Or one input
-        (TOML) with the tables [topography] and [interface]: what is given beside it overrules its keys.
-    size, unit, dataset, part, periodic, override_size, detrend, fill, crop, cutoff : see
+        body.  Masked points of an array are missing ones; an array of one row or column is a line scan, one of two or
+        three columns has positions and heights.  Or one input (TOML) with the tables [topography] and [interface]: what
+        is given beside it overrules its keys.
+    size, unit, dataset, part, join, periodic, override_size, detrend, fill, crop, cutoff, tip, smallest : see
         :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  Of two maps one text for both,
         or one for each, ``"-"`` as the file says.
     material, modulus, poisson, contact_modulus, work, range, spacing, probe : see
@@ -94,7 +99,9 @@ def predict(
             raise TopographyError(f"{error}\n{other}") from error
         raise
     contact, limit = contact_of(), share(given["fill"])
-    found = prediction_of([prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read], contact)
+    tip_radius, shortest = (length_of(name, given[name]) for name in ("tip", "smallest"))
+    maps_ready = [prepare(one, given["detrend"], fill=limit, cutoff=given["cutoff"]) for one in read]
+    found = prediction_of(maps_ready, contact, shortest, tip_radius)
     return solved(found, solve, threads)
 
 

@@ -15,7 +15,7 @@ from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.record import turning_margin
 from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
 from continuum.sticky.solved_turn import SolvedTurn
-from continuum.sticky.verdict import SURE, Answer, Verdict, judge
+from continuum.sticky.verdict import SURE, Answer, Verdict, answer_of, continued_verdict, judge, turn_shift, unmeasured
 
 _length = partial(units.readable, quantity="length", digits=3)
 _pressure = partial(units.readable, quantity="pressure", digits=3)
@@ -34,15 +34,18 @@ BESIDE = 4.0
 
 
 def statements(prediction: Prediction) -> list[str]:
-    """The answer, one line each without a full stop: at most eight.
+    """The answer, one line each without a full stop: at most nine.
 
-    Faults of the maps, what the solver says, by which factor it turns, the verdict of the theories, what full contact
-    costs, the pull-off force of a probe if one was given, and the paper's criterion.
+    Faults of the maps, waves that were not measured where they change what was solved, what the solver says, by which
+    factor it turns, the verdict of the theories, what full contact costs, the pull-off force of a probe if one was
+    given, and the paper's criterion.
     """
     verdict, solved = judge(prediction), _solved_answer(prediction)
-    lines = [_faults(prediction), *_solver(prediction, solved), _theories(prediction, verdict, solved)]
+    lines = [_faults(prediction), _unmeasured_of_solved(prediction, solved), *_solver(prediction, solved)]
+    lines.append(_theories(prediction, verdict, solved))
     if verdict.turn is not None:
         lines.append(f"By the records it turns at {_turning(prediction, verdict.turn)}")
+    lines.append(_stays(prediction))
     probe = prediction.probe
     lines += [_full_contact(prediction), "" if probe is None else _probe(prediction, probe), _paper(prediction)]
     return [line for line in lines if line]
@@ -96,6 +99,32 @@ def _faults(prediction: Prediction) -> str:
     found = "; ".join(fault.text for fault in prediction.faults)
     remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in prediction.faults if fault.remedy))
     return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}"
+
+
+def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
+    """That a solution is of what was measured only, where the rest would change it."""
+    waves = prediction.continuation
+    if solved is None or solved == "undecided" or waves is None or answer_of(prediction) == solved:
+        return ""
+    shift, beyond = turn_shift(prediction), continued_verdict(prediction)
+    found = f"the theories find it {beyond.answer} ({'; '.join(beyond.why)})"
+    if prediction.turn is not None and shift is not None:
+        found = f"the turn of the theories moves by a factor of {_times(shift)}"
+    return (
+        f"Undecided, though solved on the map: waves below {_length(waves.measured)} were not measured, and with the "
+        f"spectrum continued to {_length(waves.smallest)} {found}: measure below {_length(waves.measured)}"
+    )
+
+
+def _stays(prediction: Prediction) -> str:
+    """That the answer holds with what was not measured, where it does."""
+    beyond, waves = unmeasured(prediction), prediction.continuation
+    if beyond is None or waves is None or beyond.changes is not None:
+        return ""
+    return (
+        f"Waves below {_length(waves.measured)} were not measured: with the spectrum continued to "
+        f"{_length(waves.smallest)} it stays {beyond.verdict.answer}"
+    )
 
 
 def _solved_answer(prediction: Prediction) -> Answer | None:

@@ -93,7 +93,21 @@ def _surfaces(prediction: Prediction) -> Sheet:
             ("cut-off λ_s", "none seen" if fit.cut_off is None else _length(fit.cut_off)),
             ("noise at wavelengths below", "none seen" if fit.floor is None else _length(fit.floor)),
         ]
+    rows.append(("waves not measured", _unmeasured(prediction)))
     return pairs("Surface", rows)
+
+
+def _unmeasured(prediction: Prediction) -> str:
+    """Which waves are missing, and what stands for them."""
+    waves = prediction.continuation
+    if waves is None:
+        return "none are missing, or no power law is known that continues what was measured"
+    exponents = " and ".join(f"{hurst:.2g}" for hurst in waves.hursts)
+    contact = waves.contact(prediction.contact)
+    return (
+        f"below {_length(waves.measured)}; continued with H = {exponents} to {_length(waves.smallest)}: rms slope "
+        f"{contact.rms_slope:.3g}, rms curvature {contact.rms_curvature * 1e-6:.3g} 1/µm"
+    )
 
 
 def _moments(prediction: Prediction) -> Sheet:

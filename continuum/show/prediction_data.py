@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.verdict import judge, votes
+from continuum.sticky.verdict import judge, unmeasured, votes
 from continuum.topography.faults import MapFault
 from continuum.topography.roughness import spectrum
 
@@ -30,6 +30,10 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
         "work_of_adhesion_J/m2": contact.work_of_adhesion,
         "range_m": contact.range,
     }
+    if (waves := prediction.continuation) is not None:
+        beyond = unmeasured(prediction)
+        found |= {"not measured below_m": waves.measured, "continued to_m": waves.smallest}
+        found["verdict, continued"] = None if beyond is None else beyond.verdict.answer
     for vote in votes(contact):
         name = vote.estimate.name
         found[f"{name}: margin"] = vote.estimate.margin

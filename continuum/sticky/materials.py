@@ -2,14 +2,15 @@
 
 A material is one entry of ``materials.toml``, with its sources.  The values are starting points of an estimate, not a
 substitute for measured ones: works of adhesion vary by factors with preparation and humidity, moduli of elastomers with
-cross-linking.
+cross-linking.  What has no source is not in the table, and is asked for where it is needed.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from importlib import resources
 from itertools import zip_longest
 from numbers import Real
@@ -42,7 +43,7 @@ class Material:
     ----------
     name : in lower case.
     modulus, poisson : Young's modulus E, in Pa, and Poisson's ratio.
-    work_of_adhesion : w of two smooth surfaces, in J/m².
+    work_of_adhesion : w of two smooth surfaces, in J/m²; None where none is known with a source.
     range : Δr, in m.
     sources : of these values.
     spacing : a0 of the atoms, in m; None where roughness is not made of atomic steps.
@@ -51,7 +52,7 @@ class Material:
     name: str
     modulus: float
     poisson: float
-    work_of_adhesion: float
+    work_of_adhesion: float | None
     range: float
     sources: tuple[str, ...]
     spacing: float | None = None
@@ -59,10 +60,27 @@ class Material:
 
 def _materials() -> dict[str, Material]:
     text = resources.files("continuum.sticky").joinpath("materials.toml").read_text(encoding="utf-8")
-    return {
-        name: Material(**entry | {"name": name, "sources": tuple(entry["sources"])})
-        for name, entry in tomllib.loads(text).items()
-    }
+    table = tomllib.loads(text)
+    found = {}
+    for name, entry in table["materials"].items():
+        reach = table["ranges"][entry["range"]]
+        work, how = _work_of_adhesion(entry, table["cutoff"])
+        sources = (*entry["sources"], *how, reach["source"])
+        found[name] = Material(
+            name, entry["modulus"], entry["poisson"], work, reach["value"], sources, entry.get("spacing")
+        )
+    return found
+
+
+def _work_of_adhesion(entry: Mapping[str, Any], cutoff: Mapping[str, Any]) -> tuple[float | None, list[str]]:
+    """The work of adhesion of an entry of the table, and how it follows from a surface energy or a Hamaker constant."""
+    if "hamaker" in entry:
+        work = entry["hamaker"] / (12 * np.pi * cutoff["distance"] ** 2)
+        text = f"w: of van der Waals forces between dry, clean surfaces, A/(12π D0²), A = {entry['hamaker']:.3g} J"
+        return float(work), [text, cutoff["source"]]
+    if "surface_energy" in entry:
+        return 2 * entry["surface_energy"], ["w: twice the surface energy γ"]
+    return entry.get("work_of_adhesion"), []
 
 
 MATERIALS = _materials()
@@ -171,7 +189,7 @@ def interface(
         contact_modulus = reduced_modulus(known)
         origin.append("E* of two elastic bodies" if len(known) == 2 else "E* of one elastic body on a rigid one")
     if work_of_adhesion is None and materials:
-        work_of_adhesion = float(np.exp(np.mean([np.log(m.work_of_adhesion) for m in materials])))
+        work_of_adhesion = _mean_work(materials)
         if len(materials) == 2 and materials[0] != materials[1]:
             origin.append("w as the geometric mean of the two materials', an estimate for dispersion forces")
     if range is None and materials:
@@ -189,6 +207,23 @@ def interface(
     for material in dict.fromkeys(materials):
         origin += [f"{material.name}: {source}" for source in material.sources]
     return Interface(contact_modulus, work_of_adhesion, range, spacing, tuple(origin), probe)
+
+
+def _mean_work(materials: Sequence[Material]) -> float:
+    """The geometric mean of the works of adhesion of each material against itself.
+
+    Raises
+    ------
+    InterfaceError
+        If one of them has none.
+    """
+    works = [material.work_of_adhesion for material in materials]
+    known = [work for work in works if work is not None]
+    if len(known) < len(works):
+        names = ", ".join(material.name for material in materials)
+        of = f"the pair {names}" if len(materials) > 1 else names
+        raise InterfaceError(f"no work of adhesion is known for {of}: give `work`")
+    return float(np.exp(np.mean(np.log(known))))
 
 
 def read_interface(
@@ -216,7 +251,9 @@ def read_interface(
     found = [MATERIALS.get(name.lower()) for name in names]
     for name, one in zip(names, found, strict=True):
         if one is None:
-            faults.append(f"`material` {name!r} is unknown: one of {', '.join(MATERIALS)}")
+            near = get_close_matches(name.lower(), MATERIALS, 1)
+            hint = f"did you mean {near[0]}? " if near else ""
+            faults.append(f"`material` {name!r} is unknown: {hint}one of {', '.join(MATERIALS)}")
     moduli = [_amount(faults, "modulus", text, "pressure") for text in texts("modulus", modulus, '"2MPa"')]
     ratios = [_ratio(faults, value) for value in _ratios(poisson)]
     if max(len(found), len(moduli), len(ratios)) > 2:

@@ -7,17 +7,17 @@ put together.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from continuum import units
-from continuum.arguments import ArgumentError, instance
+from continuum.arguments import ArgumentError, instance, number
+from continuum.sticky.continuation import Continuation, continuation_of
 from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
+from continuum.sticky.doubts import prediction_doubts
 from continuum.sticky.materials import Interface
 from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
 from continuum.theory import paper
@@ -35,22 +35,8 @@ if TYPE_CHECKING:
 _length = partial(units.readable, quantity="length")
 SMALL = 512**2
 """Points up to which a map is solved without being asked: seconds to minutes on one core."""
-RESOLVED = 8.0
-"""Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
-GROWTH = 0.1
-"""Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
-FEW = 10.0
-"""Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
-STIFFEST = 2e12
-"""E* in Pa beyond which it is questioned; in other units nothing is so stiff, and nothing is said."""
 NOTHING = 1e-9
 """Part of a moment below which there is nothing but rounding errors."""
-LINE_ERROR = 0.1
-"""Error of slope and curvature from one line, seen on synthetic surfaces; it falls with the root of their number."""
-LINES_ERROR = 0.03
-"""Error of slope and curvature from many lines: the largest seen from thirty lines, where more do not help."""
-DISAGREE = 0.15
-"""Difference of two estimates of the rms slope above which it is mentioned."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +61,8 @@ class Prediction:
     """What is wrong with each map."""
     summits: RoughContact | None = field(default=None, repr=False)
     """The same with the roughness of the upper twentieth of the map; None for two bodies."""
+    continuation: Continuation | None = field(default=None, repr=False)
+    """What was not measured, continued; None where nothing is missing, or nothing is known of it."""
     mended: Prediction | None = field(default=None, repr=False)
     """The same where faults that have a remedy are mended; None where there are none."""
     simulation: Simulation | None = field(default=None, repr=False)
@@ -264,9 +252,23 @@ def summit_contact(topography: Topography, contact: RoughContact) -> RoughContac
     )
 
 
-def prediction_of(topographies: Sequence[Topography], interface: Interface) -> Prediction:
-    """Analyse one topography, or two that face each other, as they are: detrended before, if at all."""
+def prediction_of(
+    topographies: Sequence[Topography],
+    interface: Interface,
+    smallest: float | None = None,
+    tip: float | None = None,
+) -> Prediction:
+    """Analyse one topography, or two that face each other, as they are: detrended before, if at all.
+
+    Parameters
+    ----------
+    smallest : wavelength to which the spectrum is continued; None for two atoms (:func:`smallest_wave`).
+    tip : radius of the tip that measured them; None where it is not known.
+    """
     instance("interface", interface, Interface)
+    for name, length in (("smallest", smallest), ("tip", tip)):
+        if length is not None:
+            number(name, length, above=0)
     if not isinstance(topographies, Sequence) or not 1 <= len(topographies) <= 2:
         raise ArgumentError(
             "topographies", topographies, "one or two, in a list: a contact has one or two rough surfaces"
@@ -274,26 +276,39 @@ def prediction_of(topographies: Sequence[Topography], interface: Interface) -> P
     for one in topographies:
         instance("topographies", one, Topography)
     findings = tuple(find_faults(topography) for topography in topographies)
-    found = _predicted(topographies, interface, findings)
+    predicted = partial(_predicted, interface=interface, findings=findings, tip=tip,
+                        smallest=smallest_wave(interface) if smallest is None else smallest)  # fmt: skip
+    found = predicted(topographies)
     better = [looked.mended or topography for topography, looked in zip(topographies, findings, strict=True)]
     if all(one is other for one, other in zip(better, topographies, strict=True)):
         return found
-    return replace(found, mended=_predicted(better, interface, findings))
+    return replace(found, mended=predicted(better))
 
 
-def _predicted(topographies: Sequence[Topography], interface: Interface, findings: tuple[Findings, ...]) -> Prediction:
+def smallest_wave(interface: Interface) -> float:
+    """The shortest wave, of two atoms; where their spacing is unknown, of two ranges of attraction."""
+    return 2 * (interface.spacing or interface.range)
+
+
+def _predicted(
+    topographies: Sequence[Topography],
+    interface: Interface,
+    findings: tuple[Findings, ...],
+    smallest: float,
+    tip: float | None,
+) -> Prediction:
     analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
     # What bands of lines leave of a spectrum gives moments, but no exponent that deserves the name.
     fits = tuple(None if one.lines or one.measurements else fit_self_affine(*spectrum(one)) for one in topographies)
     # Of two bodies the longer waves carry the heights; a map without roll-off has at least its own size.
     roll_off = max(
-        (fit.roll_off if fit is not None and fit.roll_off else min(topography.lengths))
+        (fit.roll_off if fit is not None and fit.roll_off else topography.extent)
         for topography, fit in zip(topographies, fits, strict=True)
     )
     contact = rough_contact(roughness.whole, interface, roll_off)
     estimates = every_estimate(contact)
-    warnings = _warnings(topographies, analysed, fits, roughness, contact)
+    warnings = prediction_doubts(topographies, analysed, fits, roughness, contact)
     warnings += [f"{estimates[0].name} out of its range: {why}" for why in estimates[0].why]
     shortest = max(topography.cutoff or 0.0 for topography in topographies)
     cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths if wavelength >= shortest]
@@ -308,81 +323,10 @@ def _predicted(topographies: Sequence[Topography], interface: Interface, finding
         tuple(warnings),
         findings,
         summit_contact(topographies[0], contact) if len(topographies) == 1 else None,
+        continuation_of(topographies, analysed, smallest, tip),
     )
 
 
 def _shown(cut: Cut, roughness: Roughness) -> bool:
     """Whether a cut-off leaves more than rounding errors."""
     return all(one > NOTHING * whole for one, whole in zip(cut.moments, roughness.whole.moments, strict=True))
-
-
-def _stands_for(topography: Topography) -> Iterator[str]:
-    """What to doubt of a random surface that stands for lines or for several measurements."""
-    if topography.lines:
-        error = max(LINE_ERROR / np.sqrt(topography.lines), LINES_ERROR)
-        yield (
-            f"from {topography.lines} line{'s' if topography.lines > 1 else ''}: isotropy and Gaussian "
-            f"heights are assumed, slope and curvature known to {error:.0%}, faults not looked for"
-        )
-    if topography.measurements:
-        agree = next((step for step in topography.steps if "densities differ" in step), "none has waves of another")
-        yield (
-            f"from {topography.measurements} measurements: isotropy and Gaussian heights are assumed, "
-            f"faults looked for in their joined spectrum only; {agree}"
-        )
-
-
-def _warnings(
-    topographies: Sequence[Topography],
-    analysed: Sequence[Roughness],
-    fits: Sequence[Fit | None],
-    roughness: Roughness,
-    contact: RoughContact,
-) -> list[str]:
-    found = []
-    for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
-        name = topography.source
-        found += [f"{name}: {doubt}" for doubt in _stands_for(topography)]
-        if not topography.periodic:
-            found.append(
-                f"{name}: not periodic: spectrum through a Hann window, slope and curvature from neighbouring points"
-            )
-        ratio = mine.spectral.rms_slope / mine.stencil.rms_slope
-        if abs(ratio - 1) > DISAGREE:
-            why = "roughness at the pixel" if ratio > 1 else "a map that is rougher at its edges"
-            found.append(
-                f"{name}: rms slope {mine.spectral.rms_slope:.3g} from the spectrum, {mine.stencil.rms_slope:.3g} from "
-                f"neighbouring points: {why}"
-            )
-        if fit is not None and fit.roll_off is None:
-            found.append(f"{name}: no roll-off: h_rms, and criteria that use it, depend on the size of the map")
-    pixels = contact.diameter / roughness.pixel
-    if pixels < RESOLVED:
-        found.append(
-            f"resolution: d_rep is {pixels:.2g} pixels; below about {RESOLVED:g} the curvature is that of the pixel, "
-            "not of the surface"
-        )
-    contacts = AREA * min(topography.grid.area for topography in topographies) / contact.diameter**2
-    if contacts < FEW:
-        found.append(
-            f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, "
-            "not the average that all theories give"
-        )
-    whole, octave = roughness.whole.moments, roughness.cut(4 * roughness.pixel).moments
-    grown = 1 - octave.rms_slope / whole.rms_slope
-    if grown > GROWTH:
-        found.append(
-            f"resolution: {100 * grown:.0f} % of the rms slope come from wavelengths below 4 pixels "
-            f"({_length(4 * roughness.pixel)}): a finer map would be steeper, and less sticky"
-        )
-    if len({mine.pixel for mine in analysed}) > 1:
-        finest = min(mine.pixel for mine in analysed)
-        found.append(f"different pixels: from {_length(finest)} to {_length(roughness.pixel)} one map is missing")
-    if contact.contact_modulus > STIFFEST:
-        found.append(f"E* = {units.readable(contact.contact_modulus, 'pressure')} is above that of any material")
-    if roughness.pixel > contact.range:
-        found.append(
-            f"the pixel, {_length(roughness.pixel)}, is larger than the range of adhesion: roughness between the "
-            "points is not seen, and can undo a verdict of 'sticky'"
-        )
-    return found

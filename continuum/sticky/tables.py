@@ -48,18 +48,21 @@ Pressure = Annotated[str, _quantity("pressure", '"70GPa"')]
 class TopographyTable(Table):
     """One measured map, or two that face each other, and what is done to them before they are judged."""
 
-    maps: Annotated[tuple[InputFile, ...], WrapValidator(_several), Field(min_length=1, max_length=2)]
-    """Files of the maps; two for two rough bodies."""
+    maps: Annotated[tuple[InputFile, ...], WrapValidator(_several), Field(min_length=1)]
+    """Files of the maps; two for two rough bodies, several for one surface with join."""
     size: Texts = ()
     """Physical size LX or LX,LY, from the first row of the array to the last and from the first column to the last; one
     length means square pixels.  Only if the file does not say; given twice it is one for each file."""
     unit: Texts = ()
-    """Unit of the heights; only if the file does not say."""
+    """Unit of the heights, or UNIT,UNIT of positions and heights where a file has columns of both; only if the file
+    does not say."""
     dataset: Texts = ()
-    """Dataset of an HDF5 file."""
+    """Dataset of an HDF5 file, if it has several."""
     part: Texts = ()
     """Map of a container, or channel of a file, if it has several; all: the measurements of a container joined into one
     spectrum."""
+    join: bool = False
+    """All files are measurements of one surface: they are joined into one spectrum."""
     periodic: bool = False
     """The map continues at its edges (default: as the file says)."""
     override_size: bool = False
@@ -68,11 +71,16 @@ class TopographyTable(Table):
     """What is taken off: the mean plane (default), or the mean (if periodic), a paraboloid, or plane and median of each
     line of the scan."""
     fill: str | float | None = None
-    """Fill missing points, scars and points that stand out, up to this share of all, as 5%."""
+    """Fill missing points, scars and points that stand out, up to this share of all, as 5% (default: missing points
+    only, up to 1%)."""
     crop: str | None = None
     """The part that counts, X0,X1,Y0,Y1, as 1um,9um,0,8um."""
     cutoff: Length | None = None
     """Verdict and solution count only waves longer than this length."""
+    tip: Length | None = None
+    """Radius of the tip that measured the maps, as 10nm: waves that it is too blunt for count as not measured."""
+    smallest: Length | None = None
+    """Wavelength to which the spectrum is continued below what was measured (default: two atoms)."""
 
 
 class InterfaceTable(Table):

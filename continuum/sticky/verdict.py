@@ -3,7 +3,7 @@
 Theories that are in their range are heard as one: of those that share a parameter the first, and of all the geometric
 mean of their margins.  A faulty map is held against the same map with its faults mended: where the two differ, or where
 a fault has no remedy and the verdict is not firm, the answer is that there is none; nor is there one on a map unlike
-those of the record.
+those of the record, nor where waves that were not measured would change it (:mod:`continuum.sticky.continuation`).
 
 What every margin is worth the record says (:mod:`continuum.sticky.record`).  A map whose summits are not those of a
 Gaussian surface is judged by its summits, with a record of their own, and only where that has surfaces like it.
@@ -12,22 +12,27 @@ Gaussian surface is judged by its summits, with a record of their own, and only 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
+from continuum import units
 from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Criterion, Estimate, RoughContact, verdicts
-from continuum.sticky.prediction import Prediction
+from continuum.sticky.prediction import Prediction, summit_contact
 from continuum.sticky.record import Left, Part, Support, mean_margin, support, turning_margin
 from continuum.topography.faults import NOT_GAUSSIAN, MapFault
 
 Answer = Literal["sticky", "not sticky", "undecided"]
+_length = partial(units.readable, quantity="length", digits=3)
 SURE = 0.9
 """Probability from which a theory says something."""
 WIDE = 10.0
 """Factor of the work of adhesion, toward the turn, over which a verdict holds where a fault has no remedy or slopes are
 not small: moments of synthetic maps with such faults are off by factors of up to 4, and the margin goes with their
 powers of up to 5/3."""
+_STEPS = 24
+"""Wavelengths between the shortest measured one and the smallest at which an answer is looked at."""
 STEEPEST = 1.0
 """rms slope beyond which nothing is said.  What small slopes leave out is a part h'² of the elastic energy: up to here
 it does not reach WIDE."""
@@ -68,7 +73,17 @@ class Verdict:
     why: tuple[str, ...] = ()
     """Reasons, most important first."""
     turn: float | None = None
-    """Work of adhesion at which the probability passes one half; None without a probability."""
+    """Work of adhesion at which the probability passes one half, of what was measured; None without such a one."""
+
+
+@dataclass(frozen=True)
+class MissingWaves:
+    """What waves that were not measured do to an answer."""
+
+    verdict: Verdict
+    """With the spectrum continued to the smallest wavelength."""
+    changes: float | None
+    """Wavelength from which on the answer is another; None where it stays."""
 
 
 def votes(contact: RoughContact, without: Left | None = None) -> tuple[Vote, ...]:
@@ -78,7 +93,98 @@ def votes(contact: RoughContact, without: Left | None = None) -> tuple[Vote, ...
 
 
 def judge(prediction: Prediction, without: Left | None = None) -> Verdict:
-    """The verdict on a contact, faults of its maps included."""
+    """The verdict on a contact, faults of its maps and what was not measured included."""
+    found = _judge_measured(prediction, without)
+    beyond = unmeasured(prediction, found.answer, without)
+    if beyond is None or beyond.changes is None:
+        return found
+    return Verdict("undecided", None, (changed_by_waves(prediction, found.answer, beyond),), found.turn)
+
+
+def unmeasured(
+    prediction: Prediction, answer: Answer | None = None, without: Left | None = None
+) -> MissingWaves | None:
+    """What waves do to an answer that were not measured; None where there are none, or it is undecided without.
+
+    Parameters
+    ----------
+    answer : of what was measured, by the theories if None.
+    """
+    waves = prediction.continuation
+    answer = _judge_measured(prediction, without).answer if answer is None else answer
+    if waves is None or answer == "undecided":
+        return None
+
+    def with_waves(wavelength: float) -> Verdict:
+        return _judge_measured(_continued(prediction, wavelength), without)
+
+    found = with_waves(waves.smallest)
+    if found.answer == answer:
+        return MissingWaves(found, None)
+    steps = np.geomspace(waves.measured, waves.smallest, _STEPS + 1)[1:]
+    changes = next((float(one) for one in steps if with_waves(float(one)).answer != answer), waves.smallest)
+    return MissingWaves(found, changes)
+
+
+def changed_by_waves(prediction: Prediction, answer: Answer, beyond: MissingWaves) -> str:
+    """Why an answer does not hold with waves that were not measured, and what to measure."""
+    waves = prediction.continuation
+    if waves is None or beyond.changes is None:
+        return ""
+    exponents = " and ".join(f"{hurst:.2g}" for hurst in waves.hursts)
+    return (
+        f"as measured it is {answer}, with the spectrum continued as q^(-2-2H), H = {exponents}, to "
+        f"{_length(waves.smallest)} {beyond.verdict.answer}, from waves of {_length(beyond.changes)} on: "
+        f"measure below {_length(waves.measured)}"
+    )
+
+
+def turn_shift(prediction: Prediction) -> float | None:
+    """Factor of w at the turn, by the theories, with waves that were not measured; None where it is not known."""
+    known, beyond = _judge_measured(prediction, None).turn, continued_verdict(prediction).turn
+    return None if known is None or beyond is None else beyond / known
+
+
+def continued_verdict(prediction: Prediction) -> Verdict:
+    """The verdict of the theories with the spectrum continued to the smallest wavelength, where waves are missing."""
+    waves = prediction.continuation
+    return _judge_measured(prediction if waves is None else _continued(prediction, waves.smallest), None)
+
+
+def answer_of(prediction: Prediction) -> Answer:
+    """The answer: the solver's where it has one, else the theories'; undecided where waves not measured change it.
+
+    What the solver found is of what was measured: its turn is moved by the factor by which that of the theories moves.
+    """
+    solved, turn = prediction.solved_sticky, prediction.turn
+    if solved is None:
+        return "undecided" if turn is not None else judge(prediction).answer
+    answer: Answer = "sticky" if solved else "not sticky"
+    if prediction.continuation is None:
+        return answer
+    shift, known = turn_shift(prediction), _judge_measured(prediction, None)
+    if turn is not None and shift is not None:
+        holds = turn.sticky(prediction.contact.work_of_adhesion / shift) is solved
+    else:  # theories that are silent on what was measured say nothing of the rest, either
+        silent = known.answer == "undecided" and known.turn is None
+        holds = silent or continued_verdict(prediction).answer == answer
+    return answer if holds else "undecided"
+
+
+def _continued(prediction: Prediction, wavelength: float) -> Prediction:
+    """The prediction with the roughness of all waves above a wavelength, measured or continued."""
+    waves, mended = prediction.continuation, prediction.mended
+    if mended is not None:
+        prediction = replace(prediction, mended=_continued(mended, wavelength))
+    if waves is None:
+        return prediction
+    contact = waves.contact(prediction.contact, wavelength)
+    summits = None if prediction.summits is None else summit_contact(prediction.topographies[0], contact)
+    return replace(prediction, contact=contact, summits=summits, continuation=None)
+
+
+def _judge_measured(prediction: Prediction, without: Left | None) -> Verdict:
+    """The verdict on the waves that a prediction has, faults of its maps included."""
     excluded = [fault for fault in prediction.faults if fault.excludes]
     if excluded:
         return _summits(prediction, excluded, without)

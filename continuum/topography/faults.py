@@ -195,7 +195,7 @@ def _mended(topography: Topography, faults: list[MapFault]) -> Topography:
 
 def _scars(topography: Topography, marks: Marks) -> MapFault | None:
     scars = marks.lines.scars
-    if raised(topography.heights, scars, marks.lines.axis) < RAISED:
+    if topography.filled or raised(topography.heights, scars, marks.lines.axis) < RAISED:
         return None
     count = int(label(scars)[1])
     share = max(100 * float(scars.mean()), 0.01)
@@ -204,7 +204,7 @@ def _scars(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _spikes(topography: Topography, marks: Marks) -> MapFault | None:
-    if raised(topography.heights, marks.outside, marks.lines.axis) < RAISED:
+    if topography.filled or raised(topography.heights, marks.outside, marks.lines.axis) < RAISED:
         return None
     return MapFault("spikes", f"{np.count_nonzero(marks.outside)} points that stand out", {"fill": "5%"})
 

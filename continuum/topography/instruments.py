@@ -39,6 +39,27 @@ class RawMap(NamedTuple):
     """What was chosen for it, in words."""
     of: str = "the file"
     """What it is, in a message: a file or an array in memory."""
+    extent: tuple[float, ...] | None = None
+    """Size of the map in the unit of its positions, which it may not say; None where it has no positions."""
+
+
+_EVEN = 1e-3
+"""Part of the spacing by which points of a line scan may differ from an equal distance."""
+
+
+def evenly_spaced(where: Real, heights: Real) -> tuple[Real, tuple[str, ...]]:
+    """A line scan at points an equal distance apart, interpolated where it was not, and what was done.
+
+    The positions ascend.
+    """
+    even = np.linspace(where[0], where[-1], where.size)
+    steps = np.diff(where)
+    if np.abs(where - even).max() <= _EVEN * (even[1] - even[0]):
+        return heights, ()
+    widest = steps.max() / np.median(steps)
+    return np.interp(even, where, heights), (
+        f"resampled to points an equal distance apart, by straight lines over up to {widest:.3g} spacings",
+    )
 
 
 def measurements(path: Path) -> tuple[str, ...]:
@@ -121,9 +142,7 @@ def _values(path: Path, name: str | None, measured: Any) -> RawMap:
     lengths = tuple(float(length) * scale for length in measured.physical_sizes)
     source = path.name if name is None else f"{path.name}: {name}"
     if not measured.is_uniform:
-        where, heights = (np.asarray(values, dtype=np.float64) for values in measured.positions_and_heights())
-        even = np.linspace(where[0], where[-1], where.size)
-        steps = ("resampled to points an equal distance apart",)
-        return RawMap(np.interp(even, where, heights), source, lengths, scale, bool(measured.is_periodic), steps)
+        heights, steps = evenly_spaced(*(np.asarray(one, dtype=np.float64) for one in measured.positions_and_heights()))
+        return RawMap(heights, source, lengths, scale, bool(measured.is_periodic), steps)
     heights = np.ma.filled(np.ma.asarray(measured.heights(), dtype=np.float64), np.nan)
     return RawMap(heights, source, lengths, scale, bool(measured.is_periodic))

@@ -22,6 +22,8 @@ from continuum.model.grid import Grid
 
 FEWEST = 16
 """Points in each direction below which a map has no statistics."""
+Bands = tuple[Real, Real]
+"""Edges of bands of |q|, ascending, and the spectral density C in each."""
 FLAT = 1e-12
 """Heights this much smaller than the largest number of the file are rounding errors."""
 _SMALLEST, _LARGEST = 1e-20, 1e20
@@ -45,10 +47,8 @@ def fault_of(heights: Real, lengths: Sequence[float]) -> str:
     """What makes heights of a size no measurement, in words; empty if nothing does."""
     missing = np.count_nonzero(~np.isfinite(heights))
     if missing:
-        return (
-            f"{missing} of {heights.size} heights are missing or not finite: fill the holes, or cut a part "
-            "without, where you know what was measured (Gwyddion does both)"
-        )
+        of = f"{missing} of {heights.size} heights are missing or not finite"
+        return of if missing == heights.size else f"{of}: `fill` the holes, or `crop` a part without"
     if np.abs(heights).max() > _LARGEST:
         return f"heights of more than {_LARGEST:g} m: the wrong unit, or no heights"
     if np.ptp(heights) <= max(FLAT * np.abs(heights).max(), _NOTHING):
@@ -72,6 +72,9 @@ class Topography:
     source : where it comes from, in words.
     steps : what has been done to it, in words.
     cutoff : wavelength below which waves were left out on purpose, in m.
+    filled : whether points that stand out were looked for and filled on purpose.
+    bands : edges of bands of |q|, in 1/m, and C in each, in m⁴, of what it stands for: its moments are those of this
+        spectrum, whose longest waves the heights may lack; None for a map.
     lines : of a scan that it stands for (:mod:`continuum.topography.spectra`); 0 for a map.
     measurements : that it stands for together (:mod:`continuum.topography.spectra`); 0 for a map.
 
@@ -91,10 +94,13 @@ class Topography:
     cutoff: float | None = None
     lines: int = 0
     measurements: int = 0
+    filled: bool = False
+    bands: Bands | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         instance("source", self.source, str, "a text")
         flag("periodic", self.periodic)
+        flag("filled", self.filled)
         count("lines", self.lines, 0)
         count("measurements", self.measurements, 0)
         if self.cutoff is not None:
@@ -118,6 +124,14 @@ class Topography:
     def grid(self) -> Grid:
         """The points of the map; lengths in m."""
         return Grid((self.heights.shape[0], self.heights.shape[1]), self.lengths)
+
+    @property
+    def extent(self) -> float:
+        """The longest wave that was measured: the smaller side of a map, or that of its spectrum."""
+        if self.bands is None:
+            return float(min(self.lengths))
+        edges = self.bands[0]
+        return float(2 * np.pi / np.sqrt(edges[0] * edges[1]))
 
     @property
     def digest(self) -> str:

@@ -7,6 +7,7 @@ nothing would be left or more would have to be filled than is allowed, raises To
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -18,7 +19,7 @@ from continuum import units
 from continuum.arguments import ArgumentError, array, choice, count, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.tables import LARGEST_N
-from continuum.topography.map import FLAT, Topography, TopographyError, mirror
+from continuum.topography.map import FLAT, Bands, Topography, TopographyError, mirror
 from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spikes
 from continuum.units import readable
 
@@ -69,7 +70,7 @@ def prepare(
 
     The cut-off is a text with its unit; None keeps all waves.
     """
-    if fill:
+    if fill and topography.bands is None:  # a random surface has none
         topography = fill_outliers(topography, fill)
     topography = detrend(topography, how)
     if cutoff is None:
@@ -172,9 +173,9 @@ def fill_outliers(topography: Topography, limit: float) -> Topography:
         msg += f"{100 * limit:.3g} %"
         raise TopographyError(msg)
     if not mask.any():
-        return topography
+        return replace(topography, filled=True)
     step = f"{100 * share:.2g} % of the points, scars or standing out, filled harmonically"
-    return topography.after(harmonic(topography.heights, mask), step)
+    return topography.after(harmonic(topography.heights, mask), step, filled=True)
 
 
 def cut_off(topography: Topography, wavelength: float) -> Topography:
@@ -198,7 +199,16 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     nx, ny = topography.heights.shape
     heights = grid.inverse(heights_q)[:nx, :ny]
     step = f"waves shorter than {units.readable(wavelength, 'length', 3)} left out"
-    return topography.after(heights, step, cutoff=wavelength)
+    bands = None if topography.bands is None else _longer(topography.bands, wavelength)
+    return topography.after(heights, step, cutoff=wavelength, bands=bands)
+
+
+def _longer(bands: Bands, wavelength: float) -> Bands:
+    """Bands of waves longer than a wavelength."""
+    edges, density = bands
+    last = 2 * np.pi / wavelength
+    kept = edges[:-1] < last
+    return np.append(edges[:-1][kept], min(last, float(edges[-1]))), density[kept]
 
 
 def wall_from_map(

@@ -1,19 +1,18 @@
 """Reading topographies: from plain arrays, whose units must be given, and from the files of instruments.
 
-Arrays in memory or in files (npy, text, HDF5) carry no units: size and unit of the heights must be given.  What an
-instrument wrote names them (:mod:`continuum.topography.instruments`).  Sizes, units, shares and parts of a map that a
-person writes as text are read as numbers in m; what a message names in backticks is an argument, which the command
-writes as its option.  What cannot be read raises TopographyError, and what is of another type ArgumentError.
+Arrays in memory or in files (npy, text, HDF5) carry no units: size and unit of the heights must be given; columns of
+positions and heights (:mod:`continuum.topography.columns`) may name theirs in a header.  What an instrument wrote names
+them (:mod:`continuum.topography.instruments`).  What a person writes as text is read by
+:mod:`continuum.topography.quantities`.  What cannot be read raises TopographyError, and what is of another type
+ArgumentError.
 """
 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from functools import partial
 from importlib import util
-from numbers import Real as Number
 from pathlib import Path
 from typing import Any
 
@@ -21,17 +20,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from continuum import units
-from continuum.arguments import ArgumentError, file_name, flag, instance, number, pair, texts
+from continuum.arguments import ArgumentError, file_name, flag, number, pair
 from continuum.files.arrays import HDF5_SUFFIXES, read_numbers
+from continuum.files.hdf5 import only_array
 from continuum.model.fourier import Real
+from continuum.topography.columns import Columns, from_table, read_table
 from continuum.topography.instruments import ALL, RawMap, from_instrument, is_container, measurements
 from continuum.topography.map import FEWEST, Topography, TopographyError, heights_of
 from continuum.topography.mending import crop, harmonic
+from continuum.topography.quantities import corners_of, share, sizes_of, text_for, texts_of, units_of
 from continuum.topography.spectra import isotropic_surface, joined
 
-_ZERO = re.compile(r"\s*[0.]+\s*\D*")
-"""An edge of a map at zero, which needs no unit."""
-_PLAIN = frozenset({".npy", ".txt", ".csv", ".dat", *HDF5_SUFFIXES})
+_TEXT = frozenset({".txt", ".csv", ".dat", ".xyz", ".asc"})
+_NETCDF = ".nc"
+FEW_HOLES = 0.01
+"""Share of the heights up to which missing ones are filled without being asked."""
 
 
 def read_topography(
@@ -39,6 +42,7 @@ def read_topography(
     *,
     size: Sequence[float] | None = None,
     unit: float | None = None,
+    position_unit: float | None = None,
     periodic: bool | None = None,
     dataset: str | None = None,
     part: str | None = None,
@@ -54,11 +58,13 @@ def read_topography(
     size : (Lx, Ly) in m, along the first index and the second, or (Lx,) for square pixels; only if the file does not
         say.
     unit : of the heights, in m; only if the file does not say.
+    position_unit : of the positions, where a file has columns of positions and heights, in m; instead of a size.
     periodic : whether the map continues at its edges; None believes the file, else no.
-    dataset : in an HDF5 file.
+    dataset : in an HDF5 file, if it has several.
     part : name of a map in a container, or of a channel, if there are several; :data:`ALL` joins those of a container.
     corners : (x0, x1, y0, y1) of the part that counts, in m; None for all.
-    fill : largest share of missing heights that is filled (:func:`continuum.topography.mending.harmonic`).
+    fill : largest share of missing heights that is filled (:func:`continuum.topography.mending.harmonic`); 0 for
+        :data:`FEW_HOLES`.
     override : whether a given size or unit overrules what the file says.
     """
     path = file_name("path", path)
@@ -73,17 +79,41 @@ def read_topography(
         )  # fmt: skip
         parts = [one(part=name) for name in measurements(path)]
         return joined(parts, f"{path.name}: all measurements")
-    suffix, told = path.suffix.lower(), dataset or size is not None or unit is not None
-    # Other than npy, plain files may name their units in a header, which only SurfaceTopography reads.
-    if suffix == ".npy" or (suffix in _PLAIN and (told or util.find_spec("SurfaceTopography") is None)):
-        _whole_array(path.name, part=part, dataset=None if suffix in HDF5_SUFFIXES else dataset)
+    found = _raw(path, dataset, part, told=size is not None or unit is not None)
+    return _whole(_with_units(found, size, unit, position_unit, periodic, override), corners, fill)
+
+
+def _raw(path: Path, dataset: str | None, part: str | None, told: bool) -> RawMap:
+    """What a file holds, by the reader that knows it.
+
+    Other than npy, plain files may name their units in a header that only SurfaceTopography reads, so that it reads
+    those of which nothing is told.
+    """
+    suffix, others = path.suffix.lower(), util.find_spec("SurfaceTopography") is not None
+    if suffix in _TEXT:
         try:
-            found = _plain(read_numbers(path, dataset), path.name)
-        except (ValueError, OSError) as error:
-            raise TopographyError(str(error)) from error
-    else:
-        found = from_instrument(path, part)
-    return _whole(_with_units(found, size, unit, periodic, override), corners, fill)
+            table = read_table(path)
+        except TopographyError:
+            if told or not others:
+                raise
+            return from_instrument(path, part)
+        found = from_table(table, path.name)
+        if found.extent is None and others and not told:
+            return from_instrument(path, part)
+        _whole_array(path.name, part=part, dataset=dataset)
+        return found
+    hdf5 = suffix in HDF5_SUFFIXES and (suffix != _NETCDF or dataset is not None or not others)
+    if not (suffix == ".npy" or (hdf5 and (told or dataset or not others))):
+        return from_instrument(path, part)
+    _whole_array(path.name, part=part, dataset=None if hdf5 else dataset)
+    try:
+        name, steps = dataset, tuple[str, ...]()
+        if hdf5 and dataset is None:
+            name = only_array(path)
+            steps = (f"dataset {name!r} taken, the only one",)
+        return _plain(read_numbers(path, name), path.name, steps=steps)
+    except (ValueError, OSError) as error:
+        raise TopographyError(str(error)) from error
 
 
 def from_array(
@@ -91,6 +121,7 @@ def from_array(
     *,
     size: Sequence[float] | None = None,
     unit: float | None = None,
+    position_unit: float | None = None,
     periodic: bool = False,
     corners: tuple[float, float, float, float] | None = None,
     fill: float = 0.0,
@@ -100,19 +131,20 @@ def from_array(
 
     Parameters
     ----------
-    heights : out of the body, shape (nx, ny), or one profile; a masked point is a missing one.
-    size, unit : as in :func:`read_topography`; both are needed.
+    heights : out of the body, shape (nx, ny), or one profile; a masked point is a missing one.  Two columns are
+        positions and heights of a profile, three those of a map.
+    size, unit, position_unit : as in :func:`read_topography`; a size, or both units, are needed.
     periodic, corners, fill : as in :func:`read_topography`.
     source : what it is called in messages and on the page.
     """
-    found = _plain(heights_of("heights", heights), source)._replace(of="an array")
-    return _whole(_with_units(found, size, unit, flag("periodic", periodic)), corners, fill)
+    found = _plain(heights_of("heights", heights), source, of="an array")
+    return _whole(_with_units(found, size, unit, position_unit, flag("periodic", periodic)), corners, fill)
 
 
-def _plain(heights: Real, source: str) -> RawMap:
-    """An array without units; one row or one column is a line scan."""
-    single = heights.ndim == 2 and min(heights.shape) == 1
-    return RawMap(heights.ravel() if single else heights, source)
+def _plain(heights: Real, source: str, steps: tuple[str, ...] = (), of: str = "the file") -> RawMap:
+    """An array without units: of heights, or of columns of positions and heights."""
+    found = from_table(Columns(heights, ()), source, of)
+    return found._replace(steps=(*steps, *found.steps))
 
 
 def read_all(
@@ -122,6 +154,7 @@ def read_all(
     unit: str | Sequence[str] | None = None,
     dataset: str | Sequence[str] | None = None,
     part: str | Sequence[str] | None = None,
+    join: bool = False,
     periodic: bool = False,
     crop: str | None = None,
     fill: str | float | None = None,
@@ -135,26 +168,31 @@ def read_all(
     ----------
     maps : names of files, or arrays of heights whose masked points are missing.
     size : like ``"10um"`` or ``"10um,12um"``; ``"-"``: as the file says.
-    unit : of the heights, like ``"nm"``; ``"-"``: as the file says.
+    unit : of the heights, like ``"nm"``, or of positions and heights, like ``"um,nm"``; ``"-"``: as the file says.
     dataset, part : see :func:`read_topography`.
+    join : whether all are measurements of one surface, which are joined to one.
     periodic : whether all are; else as the files say.
     crop : part of each map that counts, like ``"1um,9um,1um,9um"``: from x0 to x1 and from y0 to y1.
     fill : largest share of heights that is filled where they are missing, like ``"5%"`` or 0.05.
     override_size : whether a given size or unit overrules what a file says.
     """
-    if not 1 <= len(maps) <= 2:
-        raise TopographyError(f"maps: a contact has one or two rough surfaces, got {len(maps)}")
-    given = _given(len(maps), size=size, unit=unit, dataset=dataset, part=part)
-    part_of_all: dict[str, Any] = {"corners": _corners(crop), "fill": share(fill)}
+    if flag("join", join) and len(maps) < 2:
+        raise TopographyError(f"`join`: several measurements of one surface are joined, got {len(maps)}")
+    if not join and not 1 <= len(maps) <= 2:
+        msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}"
+        raise TopographyError(f"{msg}; are they measurements of one surface? Then `join` them" if maps else msg)
+    given = texts_of(len(maps), size=size, unit=unit, dataset=dataset, part=part)
+    part_of_all: dict[str, Any] = {"corners": corners_of(crop), "fill": share(fill)}
     always, override = flag("periodic", periodic), flag("override_size", override_size)
     found, faults = [], []
     for i, one in enumerate(maps):
         path = file_name("maps", one) if isinstance(one, str | os.PathLike) else None
         source = path.name if path is not None else "array" if len(maps) == 1 else f"array {i + 1}"
-        text = {name: _each(values, i) for name, values in given.items()}
+        text = {name: text_for(values, i) for name, values in given.items()}
         try:
-            of: dict[str, Any] = {"size": _sizes(source, text["size"]), "unit": _length_unit(source, text["unit"])}
-            of |= part_of_all
+            heights_unit, position_unit = units_of(source, text["unit"])
+            of: dict[str, Any] = {"size": sizes_of(source, text["size"]), "unit": heights_unit}
+            of |= part_of_all | {"position_unit": position_unit}
             if path is not None:
                 of |= {"dataset": text["dataset"], "part": text["part"], "override": override}
                 found.append(read_topography(path, periodic=always or None, **of))
@@ -168,20 +206,7 @@ def read_all(
             faults.append(str(error))
     if faults:
         raise TopographyError("\n".join(dict.fromkeys(faults)))
-    return found
-
-
-def _given(count: int, **values: str | Sequence[str] | None) -> dict[str, tuple[str, ...]]:
-    """What is given for the maps: nothing, one text for all, or one for each."""
-    examples = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
-    found = {name: texts(name, value, examples[name]) for name, value in values.items()}
-    for name, several in found.items():
-        if len(several) not in (0, 1, count):
-            of = "one map" if count == 1 else f"{count} maps"
-            msg = f"`{name}`: {len(several)} values for {of}: give one for all, or one for each"
-            msg += '; the two lengths of a map are one text, "10um,12um"' if name == "size" else ""
-            raise TopographyError(msg)
-    return found
+    return [joined(found, " + ".join(one.source for one in found))] if join else found
 
 
 def _whole_array(source: str, **names: str | None) -> None:
@@ -191,14 +216,13 @@ def _whole_array(source: str, **names: str | None) -> None:
             raise TopographyError(f"{source}: `{name}` {value!r}: there is one array; leave it out")
 
 
-def _each(values: Sequence[str], i: int) -> str | None:
-    """What is given for a map, by one value for all or one for each; None as the file says."""
-    value = values[i if len(values) > 1 else 0] if values else "-"
-    return None if value == "-" else value
-
-
 def _with_units(
-    found: RawMap, size: Sequence[float] | None, unit: float | None, periodic: bool | None, override: bool = False
+    found: RawMap,
+    size: Sequence[float] | None,
+    unit: float | None,
+    position_unit: float | None,
+    periodic: bool | None,
+    override: bool = False,
 ) -> RawMap:
     """Heights in m: what the file says, or what was given; neither both, unless it overrules, nor none."""
     if not found.heights.size:
@@ -212,10 +236,17 @@ def _with_units(
         size = [number("size", length, above=0) for length in (size if len(size) == 1 else pair("size", size))]
     if unit is not None:
         number("unit", unit, above=0)
-    faults, steps = [], []
+    faults, steps = list[str](), list[str]()
+    if position_unit is not None:
+        scale = number("position_unit", position_unit, above=0)
+        if found.extent is None or found.size is not None or size is not None:
+            why = "it has no positions" if found.extent is None else "its size is known without"
+            faults.append(f"`unit` has two units, the first that of positions, but {why}: give one, of the heights")
+        else:
+            size = [scale * length for length in found.extent]
     for what, its, given in (("size", found.size, size), ("unit", found.unit, unit)):
         if its is None and given is None:
-            faults.append(f"{found.of} does not say the {what} of the map: give `{what}`; nothing is assumed")
+            faults.append(_missing(found, what))
         if its is not None and given is not None:
             said = " x ".join(units.readable(one, "length") for one in (its if isinstance(its, tuple) else (its,)))
             steps.append(f"the {what} that the file says, {said}, overruled")
@@ -239,18 +270,29 @@ def _with_units(
     )
 
 
+def _missing(found: RawMap, what: str) -> str:
+    """What has to be given of a map that does not say its size or its unit."""
+    if what == "size" and found.extent is not None:
+        return (
+            f"{found.of} does not say the unit of its positions: give the units of both, positions and heights, as "
+            "`unit` um,nm, or `size`"
+        )
+    return f"{found.of} does not say the {what} of the map: give `{what}`; nothing is assumed"
+
+
 def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fill: float) -> Topography:
     """The part that counts, without holes."""
     number("fill", fill, least=0, most=0.5)
-    heights, (lx, ly), steps = found.heights, found.size or (np.nan, np.nan), list(found.steps)
-    if heights.ndim == 1:
-        if corners is not None or fill:
-            msg = f"{found.source}: a line scan can be neither cut nor filled: leave out `crop` and `fill`"
-            raise TopographyError(msg)
-        return isotropic_surface(heights, lx, periodic=found.periodic, source=found.source, steps=found.steps)
-    if heights.ndim != 2:
-        return Topography(heights, (lx, ly), found.periodic, found.source)
-    periodic = found.periodic
+    (lx, ly), steps = found.size or (np.nan, np.nan), list(found.steps)
+    if found.heights.ndim == 1:
+        if corners is not None:
+            raise TopographyError(f"{found.source}: a line scan cannot be cut: leave out `crop`")
+        heights, filled = _without_holes(found.heights, fill, found.source)
+        of_line = tuple(steps + filled)
+        return isotropic_surface(heights, lx, periodic=found.periodic, source=found.source, steps=of_line)
+    if found.heights.ndim != 2:
+        return Topography(found.heights, (lx, ly), found.periodic, found.source)
+    heights, periodic = found.heights, found.periodic
     if corners is not None:
         pixel = lx / heights.shape[0], ly / heights.shape[1]
         try:
@@ -265,64 +307,25 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
         x0, x1, y0, y1 = (units.readable(edge, "length", 3) for edge in corners)
         steps.append(f"cut to {x0} <= x < {x1}, {y0} <= y < {y1}")
         periodic = False
+    heights, filled = _without_holes(heights, fill, found.source)
+    return Topography(heights, (lx, ly), periodic, found.source, (*steps, *filled))
+
+
+def _without_holes(heights: Real, fill: float, source: str) -> tuple[Real, list[str]]:
+    """Heights with the missing ones filled, and what was done: up to 1 %, or to the share that was asked for."""
     holes = ~np.isfinite(heights)
     missing = float(holes.mean())
-    if missing > fill > 0:
-        msg = f"{found.source}: {100 * missing:.3g} % of the heights are missing, `fill` allows {100 * fill:.3g} %"
-        raise TopographyError(msg)
-    if missing and fill:
-        heights = harmonic(heights, holes)
-        steps.append(f"{100 * missing:.2g} % of the points, missing, filled harmonically")
-    return Topography(heights, (lx, ly), periodic, found.source, tuple(steps))
-
-
-def _sizes(source: str, text: str | None) -> tuple[float, ...] | None:
-    """One length or two, in m, from a text such as "10um" or "10um,12um"; None for None."""
-    if text is None:
-        return None
-    try:
-        found = tuple(units.parse(one, "length") for one in text.split(","))
-    except ValueError as error:
-        raise TopographyError(f"{source}: `size` {error}") from error
-    if len(found) > 2:
-        raise TopographyError(f"{source}: `size` {text!r}: a map has one or two lengths")
-    return found
-
-
-def _length_unit(source: str, name: str | None) -> float | None:
-    """A unit of length, in m, from its name such as "nm"; None for None."""
-    if name is None:
-        return None
-    try:
-        return units.unit_size(name, "length")
-    except ValueError as error:
-        raise TopographyError(f"{source}: `unit`: {error}") from error
-
-
-def share(fill: str | float | None) -> float:
-    """The share of the points that may be filled, from "5%" or 0.05; 0 for None."""
-    if fill is None:
-        return 0.0
-    if isinstance(fill, Number):
-        return number("fill", fill, above=0, most=0.5)
-    text = instance("fill", fill, str, 'a text such as "5%", or a number such as 0.05')
-    try:
-        value = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
-    except ValueError:
-        value = -1.0
-    if not 0 < value <= 0.5:
-        raise TopographyError(f"`fill` {text!r}: the largest share of points that may be filled, like 5%, at most 50%")
-    return value
-
-
-def _corners(crop: str | None) -> tuple[float, float, float, float] | None:
-    """The part of a map from x0 to x1 and from y0 to y1, in m, from "1um,9um,0,8um"; None for None."""
-    if crop is None:
-        return None
-    parts = instance("crop", crop, str, 'a text such as "1um,9um,0,8um"').split(",")
-    try:
-        a, b, c, d = (0.0 if _ZERO.fullmatch(one) else units.parse(one, "length") for one in parts)
-    except ValueError as error:
-        why = error if len(parts) == 4 else f"{len(parts)} lengths"
-        raise TopographyError(f"`crop` {crop!r}: four lengths, x0,x1,y0,y1, as 1um,9um,1um,9um ({why})") from error
-    return a, b, c, d
+    if not missing or holes.all():
+        return heights, []
+    if missing > (fill or FEW_HOLES):
+        found = f"{source}: {np.count_nonzero(holes)} of {holes.size} heights are missing, {100 * missing:.3g} %"
+        if fill:
+            raise TopographyError(f"{found}: `fill` allows {100 * fill:.3g} %")
+        enough = min(np.ceil(100 * missing), 50)
+        part = "" if heights.ndim == 1 else ", or `crop` cuts a part without"
+        raise TopographyError(f"{found}: `fill` {enough:.0f}% fills them{part}")
+    if heights.ndim == 1:
+        points = np.arange(heights.size)
+        whole = np.interp(points, points[~holes], heights[~holes])
+        return whole, [f"{100 * missing:.2g} % of the points, missing, filled by straight lines"]
+    return harmonic(heights, holes), [f"{100 * missing:.2g} % of the points, missing, filled harmonically"]

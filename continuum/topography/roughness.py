@@ -20,10 +20,12 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.surface import Moments, moments, power_spectrum
 from continuum.theory.rough import conformal_energy
-from continuum.topography.map import Topography, mirror
+from continuum.topography.map import Bands, Topography, mirror
 
 BANDS_PER_DECADE = 12
 """Number of the logarithmic bands in which spectra are averaged."""
+_FINE_PER_DECADE = 250
+"""Bands per decade into which those of a spectrum are divided."""
 MODEL_ERROR = 0.1
 """Relative deviation of a band from a power law that counts as none."""
 EMPTY = 1e-3
@@ -125,7 +127,9 @@ def spectrum(topography: Topography) -> tuple[Real, Real]:
 
     Returns wavenumbers and C(q); h_rms² = ∫ C d²q.
     """
-    instance("topography", topography, Topography)
+    if (bands := instance("topography", topography, Topography).bands) is not None:
+        edges, c = _fine(bands)
+        return np.sqrt(edges[1:] * edges[:-1])[c > 0], c[c > 0]
     q, c = power_spectrum(topography.grid, windowed(topography))
     # Rings beyond are cut by the corners of the Brillouin zone.
     whole = q <= np.pi / max(topography.grid.spacing)
@@ -147,9 +151,37 @@ def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
     return Moments(float(inner.std()), float(np.sqrt(slope)), float(np.sqrt(np.mean(laplacian**2))))
 
 
+def _fine(bands: Bands) -> Bands:
+    """The same spectrum in bands of less than a per cent, so that a cut-off falls between two of them."""
+    edges, density = bands
+    parts = np.maximum(np.ceil(np.diff(np.log10(edges)) * _FINE_PER_DECADE).astype(np.int64), 1)
+    inner = [np.geomspace(a, b, n + 1)[:-1] for a, b, n in zip(edges[:-1], edges[1:], parts, strict=True)]
+    return np.concatenate([*inner, edges[-1:]]), np.repeat(density, parts)
+
+
+def _roughness_of_bands(bands: Bands, topography: Topography) -> Roughness:
+    """Statistics of a spectrum that stands for lines or for several measurements: integrals over its bands."""
+    edges, density = _fine(bands)
+
+    def share(exponent: int) -> Real:
+        """What each band adds to ∫ q^exponent C d²q."""
+        part: Real = 2 * np.pi * density * np.diff(edges ** (exponent + 2)) / (exponent + 2)
+        return part
+
+    height, slope, curvature, energy = share(0), share(2), share(4), share(1) / 4
+    whole = Moments(*(float(np.sqrt(one.sum())) for one in (height, slope, curvature)))
+    stencil = stencil_moments(topography.grid, topography.heights, topography.periodic)
+    return Roughness(
+        whole, stencil, whole, float(energy.sum()), np.sqrt(edges[1:] * edges[:-1]),
+        (height, slope, curvature, energy), max(topography.grid.spacing), topography.extent,
+    )  # fmt: skip
+
+
 def roughness_of(topography: Topography) -> Roughness:
     """Statistics of a topography, which has been detrended before."""
-    grid, heights = instance("topography", topography, Topography).grid, topography.heights
+    if (bands := instance("topography", topography, Topography).bands) is not None:
+        return _roughness_of_bands(bands, topography)
+    grid, heights = topography.grid, topography.heights
     weighted = windowed(topography)
     power_q = np.abs(grid.forward(weighted)) ** 2 * grid.mode_weights
     q = grid.wavenumber.ravel()

@@ -7,8 +7,8 @@ periodogram are, by what is fitted (some steps of reweighting).
 Measurements of different size and resolution each tell of the waves that they resolve: in bands of equal width of log q
 the logarithms of their spectral densities are averaged over those that have waves there.
 
-All theories ask for moments of the spectrum only, so a random surface of that spectrum stands for what was measured:
-Gaussian and isotropic by assumption.
+All theories ask for moments of the spectrum only, which are those of the bands, however many decades they span.  A
+random surface of that spectrum stands for what was measured where a map is drawn, Gaussian and isotropic by assumption.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from scipy.optimize import nnls
 from continuum.arguments import ArgumentError, count, flag, instance, number
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.topography.map import Topography, TopographyError, fault_of, heights_of
+from continuum.topography.map import Bands, Topography, TopographyError, fault_of, heights_of
 from continuum.topography.mending import detrend
 from continuum.topography.roughness import BANDS_PER_DECADE, spectrum
 
 LARGEST = 1024
-"""Points a side of the surface, at most: of a longer scan, waves longer than so many points are left out."""
+"""Points a side of the surface, at most: of a longer scan it lacks the waves longer than so many points."""
 SHORTEST = 64
 """Points of a scan below which its spectrum says nothing."""
 _STEPS = 8
 """Steps of reweighting; the weights change by less than a per cent after five."""
-Bands = tuple[Real, Real]
-"""Edges of bands of |q|, and C in each."""
 _BANDS_OF_LINES = BANDS_PER_DECADE // 2  # a profile leaves bands with power or without: two are averaged
 _ROUNDING = 1e-20
 MOST_POINTS = 2048
-"""Points a side of the surface, at most: waves longer than so many of the finest pixels are left out."""
+"""Points a side of the surface, at most: it lacks the waves longer than so many of the finest pixels."""
+_FINE = 10
+"""Parts of a band of the joined spectrum in each of which it is taken as constant."""
 
 
 def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> tuple[Real, Real]:
@@ -59,7 +59,7 @@ def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> 
     if periodic:
         frequency, density = signal.welch(lines, 1 / spacing, "boxcar", lines.shape[1])
     else:
-        frequency, density = signal.welch(signal.detrend(lines), 1 / spacing, "hann", min(lines.shape[1], LARGEST))
+        frequency, density = signal.welch(signal.detrend(lines), 1 / spacing, "hann", lines.shape[1])
     return 2 * np.pi * frequency[1:], density.mean(axis=0)[1:] / (4 * np.pi)
 
 
@@ -148,9 +148,13 @@ def isotropic_surface(
     n = min(points, LARGEST)
     grid, heights = random_surface(constant_in(bands), spacing, n, seed)
     count = f"{len(lines)} line{'s' if len(lines) > 1 else ''} of {points} points"
-    left = f", waves longer than {n} points left out" if n < points else ""
-    told = f"{count}: an isotropic Gaussian surface of that spectrum, {n} x {n} points{left}"
-    return Topography(heights, grid.lengths, True, source, (*steps, told), lines=len(lines))
+    told = f"{count}: an isotropic Gaussian surface of that spectrum, drawn on {n} x {n} points{_lacks(n, points)}"
+    return Topography(heights, grid.lengths, True, source, (*steps, told), lines=len(lines), bands=bands)
+
+
+def _lacks(drawn: int, points: int) -> str:
+    """What a surface with fewer points than its spectrum has waves does not show."""
+    return f"; longer waves count, but are not drawn, of {points} points" if drawn < points else ""
 
 
 def joined_spectrum(topographies: Sequence[Topography]) -> tuple[Real, Real, float]:
@@ -214,13 +218,17 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
 
     spacing = min(max(one.grid.spacing) for one in topographies)
     longest = max(max(one.lengths) for one in topographies)
-    n = int(np.clip(round(longest / spacing), 16, MOST_POINTS))
+    points = max(round(longest / spacing), 16)
+    n = min(points, MOST_POINTS)
     grid, heights = random_surface(density, spacing, n, seed)
     told = [
-        f"{len(topographies)} measurements joined: an isotropic Gaussian surface of their spectrum, {n} x {n} points"
+        f"{len(topographies)} measurements joined: an isotropic Gaussian surface of their spectrum, drawn on {n} x {n} "
+        f"points{_lacks(n, points)}"
     ]
-    if longest / spacing > n + 0.5:
-        told.append(f"waves longer than {n} of the finest pixels left out")
+    first, last = q[0] ** 2 / np.sqrt(q[0] * q[1]), max(np.pi / spacing, q[-1])
+    edges = np.geomspace(first, last, _FINE * max(2, round(np.log10(last / first) * BANDS_PER_DECADE)) + 1)
+    bands = edges, density(np.sqrt(edges[1:] * edges[:-1]))
     if np.isfinite(scatter):
         told.append(f"where several have waves, their spectral densities differ by a factor of {scatter:.2g}")
-    return Topography(heights, grid.lengths, True, source, tuple(told), measurements=len(topographies))
+    return Topography(heights, grid.lengths, True, source, tuple(told), bands=bands,
+                      measurements=len(topographies))  # fmt: skip

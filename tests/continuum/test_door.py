@@ -126,9 +126,9 @@ FILES: Calls = {
         },
     ),
 }  # fmt: skip
-# Made by the functions, and by nobody else.  What `predict` is given has tests of its own.
-RESULTS = {"Analysis", "Certificate", "LoadingPath", "Prediction", "Result", "State", "Turn"}
-APART = {"examples", "predict"}
+# Made by the functions, and by nobody else.  What `predict` and `study` are given has tests of its own.
+RESULTS = {"Analysis", "Certificate", "LoadingPath", "Prediction", "Result", "State", "Study", "Turn"}
+APART = {"examples", "predict", "study"}
 ARGUMENTS = [(call, name) for call, (_, good) in CALLS.items() for name in good]
 OF_FILES = [(call, name) for call, (_, good) in FILES.items() for name in good]
 

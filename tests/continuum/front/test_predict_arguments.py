@@ -159,6 +159,14 @@ def test_a_folder_and_an_impossible_name_are_no_maps(tmp_path: Path, capsys: pyt
         ((ROUGH,), {"poisson": 0.6}, "poisson = 0.6: allowed"),
         ((ROUGH,), {"work": 0.05}, "work = 0.05: allowed: a text such as "),
         ((ROUGH,), {"solve": "yes"}, "solve = 'yes': allowed: True or False"),
+        ((ROUGH,), {"tip": 10}, "tip = 10: allowed: a text such as "),
+        ((ROUGH,), {"tip": "0nm"}, "`tip` '0nm': .*positive"),
+        ((ROUGH,), {"smallest": "1"}, "`smallest` '1': a unit of length is missing"),
+        ((ROUGH,), {"smallest": "1Pa"}, "`smallest` '1Pa': 'Pa' is no unit of length"),
+        ((ROUGH,), {"unit": "um,nm"}, "`unit` has two units, the first that of positions, but it has no positions"),
+        ((ROUGH,), {"unit": "um,um,nm"}, "one unit, of the heights, or two"),
+        ((ROUGH,), {"join": True}, "`join`: several measurements of one surface are joined, got 1"),
+        ((ROUGH,), {"join": "yes"}, "join = 'yes': allowed: True or False"),
         ((ROUGH,), {"probe": 10}, "probe = 10: allowed: a text such as "),
         ((ROUGH,), {"probe": "0"}, "`probe` '0': a unit of length is missing"),
         ((ROUGH,), {"probe": "0um"}, "`probe` '0um': .*positive"),
@@ -173,8 +181,9 @@ def test_the_argument_that_is_wrong_is_named(maps: Any, options: dict[str, Any],
 
 
 OPTIONS = (
-    "size", "unit", "dataset", "part", "periodic", "override_size", "detrend", "fill", "crop", "cutoff", "material",
-    "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe", "solve", "threads",
+    "size", "unit", "dataset", "part", "join", "periodic", "override_size", "detrend", "fill", "crop", "cutoff", "tip",
+    "smallest", "material", "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe", "solve",
+    "threads",
 )  # fmt: skip
 
 

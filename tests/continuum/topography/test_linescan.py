@@ -16,6 +16,7 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import prediction_of
 from continuum.topography.map import Topography, TopographyError
 from continuum.topography.reading import read_topography
+from continuum.topography.roughness import roughness_of
 from continuum.topography.spectra import isotropic_surface, profile_spectrum, surface_bands
 
 GRID = Grid.square(512)
@@ -79,6 +80,38 @@ def test_the_mean_square_of_a_profile_is_the_integral_of_its_spectrum() -> None:
     assert 2 * np.sum(c) * (q[1] - q[0]) == pytest.approx(exact, rel=1e-9)
 
 
+@pytest.mark.parametrize("points", [1024, 8192])
+def test_a_long_scan_keeps_its_long_waves(points: int) -> None:
+    """A random surface of 1024 points stood for longer scans, and had a seventh of the height of this one."""
+    q = 2 * np.pi * np.fft.rfftfreq(points)
+    phases = np.exp(2j * np.pi * np.random.default_rng(4).uniform(size=q.size))
+    line = np.fft.irfft(np.where(q > 0, np.maximum(q, 1e-9) ** -1.3, 0) * phases)  # H = 0.8: C1 goes as q^-2.6
+    found = roughness_of(isotropic_surface(line, float(points), periodic=True)).moments
+    assert found.rms_height == pytest.approx(line.std(), rel=0.15)
+    assert isotropic_surface(line, float(points), periodic=True).extent == pytest.approx(points)
+    # The slope of an isotropic surface is that along a line times the root of two.
+    slope = np.sqrt(2 * 2 * np.sum(np.abs(np.fft.rfft(line) * q) ** 2)) / points
+    assert found.rms_slope == pytest.approx(slope, rel=0.15)
+
+
+def test_missing_points_of_a_line_are_filled_and_said(tmp_path: Path) -> None:
+    line = scanned()[3].copy()
+    whole = read_topography(_saved(tmp_path, line), size=[512e-9], unit=1e-9)
+    line[40:44] = np.nan
+    found = read_topography(_saved(tmp_path, line), size=[512e-9], unit=1e-9)
+    assert roughness_of(found).moments.rms_slope == pytest.approx(roughness_of(whole).moments.rms_slope, rel=0.05)
+    assert any("0.78 % of the points, missing, filled by straight lines" in step for step in found.steps)
+    line[80:90] = np.nan
+    with pytest.raises(TopographyError, match=r"14 of 512 heights are missing, 2\.73 %: `fill` 3% fills them$"):
+        read_topography(_saved(tmp_path, line), size=[512e-9], unit=1e-9)
+    assert read_topography(_saved(tmp_path, line), size=[512e-9], unit=1e-9, fill=0.05).lines == 1
+
+
+def _saved(folder: Path, line: np.ndarray) -> Path:
+    np.save(folder / "line.npy", line)
+    return folder / "line.npy"
+
+
 @given(st.floats(1e-12, 1e6), st.floats(1e-9, 1e3))
 def test_units_change_nothing(height: float, length: float) -> None:
     line = np.cumsum(np.random.default_rng(2).normal(size=128))
@@ -114,7 +147,7 @@ def test_a_file_with_one_column_is_a_line_scan(tmp_path: Path, capsys: pytest.Ca
     assert found.lengths == pytest.approx((512e-9, 512e-9))
     with pytest.raises(TopographyError, match="one length"):
         read_topography(path, size=[1.0, 2.0], unit=1.0)
-    with pytest.raises(TopographyError, match="neither cut nor filled"):
+    with pytest.raises(TopographyError, match="cannot be cut"):
         read_topography(path, size=[512e-9], unit=1e-9, corners=(0, 1e-7, 0, 1e-7))
     command = ["predict", str(path), "--size", "512nm", "--unit", "nm", "--estar", "10GPa", "--work", "50mJ/m2",
                "--no-solve", "--range", "0.35nm", "-o", str(tmp_path / "out")]  # fmt: skip

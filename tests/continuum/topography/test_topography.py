@@ -49,8 +49,8 @@ def test_plain_arrays_are_read_with_the_units_given(suffix: str, tmp_path: Path,
 @pytest.mark.parametrize(
     ("fault", "expected"),
     [
-        ("nan", "1 of 480 heights are missing"),
-        ("inf", "1 of 480 heights are missing"),
+        ("nan", "8 of 480 heights are missing, 1.67 %: --fill 2% fills them, or --crop cuts a part without"),
+        ("inf", "8 of 480 heights are missing, 1.67 %: --fill 2% fills them, or --crop cuts a part without"),
         ("constant", "all heights are the same"),
         ("nothing", "all heights are the same"),
         ("plane", "the map is a plane"),
@@ -68,7 +68,7 @@ def test_what_is_no_map_is_refused_with_one_message_and_nothing_written(
 ) -> None:
     heights, path = rough(rng), tmp_path / "map.npy"
     if fault in ("nan", "inf"):
-        heights[3, 4] = float(fault)
+        heights[3, 4:12] = float(fault)
     heights = {
         "constant": np.full((20, 24), 1e-7),
         "nothing": 1e-200 * heights,

@@ -1,0 +1,78 @@
+"""Which sample is the stickiest: every spot of a study, each as a contact by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from continuum.arguments import ArgumentError, file_name
+from continuum.errors import InputError
+from continuum.front.predict import predict
+from continuum.sticky.materials import InterfaceError, read_interface
+from continuum.sticky.study import PER_FILE, Scan, Spot, Study, ranked, scans
+from continuum.sticky.tables import OPTIONS, InterfaceTable
+
+_KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
+
+
+def study(
+    folder: str | Path,
+    *,
+    pattern: str | None = None,
+    without: str | Path | None = None,
+    progress: Callable[[Spot], None] = lambda spot: None,
+    **options: Any,
+) -> Study:
+    """Which sample is the stickiest?  All maps of a folder, and one ranking of its samples.
+
+    Parameters
+    ----------
+    folder : of the maps, named SAMPLE_SPOT_MAGNIFICATION, or with a table ``study.csv`` of the columns file, sample,
+        spot, magnification, size, unit, dataset and part, of which file and sample are needed.
+    pattern : of the names without their ending, such as ``"{sample}-{spot}-{magnification}"``.
+    without : a folder in it that is left alone.
+    progress : called with each spot when it is done.
+    options : as in :func:`continuum.predict`, but for join; the same for all, and solve is False unless asked for.
+
+    Raises
+    ------
+    InputError
+        If there is no map, names are of no known form, or the contact cannot be used.
+    ArgumentError
+        If an argument is unknown or of another type.
+    """
+    place = file_name("folder", folder)
+    if not place.is_dir():
+        raise InputError(f"{place}: there is no such folder")
+    unknown = next((name for name in options if name not in _KNOWN), None)
+    if unknown is not None:
+        raise ArgumentError(unknown, options[unknown], f"no argument has this name; known: {', '.join(sorted(_KNOWN))}")
+    read_interface(**{name: options[name] for name in InterfaceTable.model_fields if options.get(name) is not None})
+    found: dict[tuple[str, str], list[Scan]] = {}
+    for scan in scans(place, pattern, None if without is None else file_name("without", without)):
+        found.setdefault((scan.sample, scan.spot), []).append(scan)
+    spots = []
+    for (sample, name), files in found.items():
+        spots.append(_spot(sample, name, files, options))
+        progress(spots[-1])
+    return ranked(place, spots)
+
+
+def _spot(sample: str, name: str, files: Sequence[Scan], options: dict[str, Any]) -> Spot:
+    """A spot, its magnifications joined; the reason where one of its files cannot be used."""
+    told = dict(options)
+    for key in PER_FILE:
+        common = told.get(key)
+        same = "-" if not common else common if isinstance(common, str) else common[0]
+        if any(key in scan.options for scan in files):
+            told[key] = [scan.options.get(key, same) for scan in files]
+    told["solve"] = bool(told.get("solve")) and len(files) == 1  # what was joined is no map
+    paths = [scan.path for scan in files]
+    names = tuple(path.name for path in paths)
+    try:
+        return Spot(sample, name, names, predict(*paths, join=len(paths) > 1, **told))
+    except (InterfaceError, ArgumentError):
+        raise  # the same for all
+    except InputError as error:
+        return Spot(sample, name, names, None, str(error))

@@ -1,0 +1,271 @@
+"""A study: samples, each measured at several spots, and a spot perhaps at several magnifications.
+
+Which file is which is told by the names of the files, or by a table ``study.csv`` in the folder.  The magnifications of
+a spot are joined to one surface; spots are contacts by themselves; samples are ranked by w over that of the turn, the
+geometric mean over their spots.  Its interval is Student's, with the scatter of spots pooled over all samples: few
+spots of one sample know little of their scatter.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from continuum.arguments import instance
+from continuum.errors import InputError
+from continuum.sticky.prediction import Prediction
+from continuum.sticky.verdict import Answer, answer_of, judge
+
+if TYPE_CHECKING:
+    from continuum.show.sheet import Sheet
+
+TABLE = "study.csv"
+"""The table in a folder that says which file is which."""
+CONFIDENCE = 0.95
+PER_FILE = ("size", "unit", "dataset", "part")
+"""Columns of the table that are options of a file."""
+_COLUMNS = ("file", "sample", "spot", "magnification", *PER_FILE)
+_FIELDS = ("sample", "spot", "magnification")
+_NO_MAPS = frozenset({".html", ".png", ".pdf", ".svg", ".json", ".toml", ".md", ".py", ".log", ".docx", ".xlsx"})
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One file of a study, and what it is."""
+
+    path: Path
+    sample: str
+    spot: str
+    options: Mapping[str, str] = field(default_factory=dict)
+    """Size, unit, dataset and part, as far as the table says them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """One spot of a sample, and what was found there."""
+
+    sample: str
+    name: str
+    files: tuple[str, ...]
+    found: Prediction | None = field(repr=False)
+    error: str = ""
+    """Why it could not be used; empty if it was."""
+
+    @cached_property
+    def answer(self) -> Answer | None:
+        """The verdict, by the solver where it solved the map; None if the spot could not be used."""
+        return None if self.found is None else answer_of(self.found)
+
+    @cached_property
+    def margin(self) -> float | None:
+        """Work over that of the turn, by the solver if it found it, else by the theories; None where none is known."""
+        if self.found is None:
+            return None
+        solved = self.found.turn
+        turn = judge(self.found).turn if solved is None else float(np.sqrt(solved.work * solved.most))
+        return None if turn is None else self.found.contact.work_of_adhesion / turn
+
+
+@dataclass(frozen=True, eq=False)
+class SampleRank:
+    """A sample in the ranking."""
+
+    name: str
+    spots: tuple[Spot, ...] = field(repr=False)
+    margin: float | None
+    """w over that of the turn, the geometric mean over the spots; None where none is known."""
+    interval: tuple[float, float] | None
+    """Where it lies with 95 %; None where no scatter is known."""
+    ranks: tuple[int, int] | None = None
+    """The best and the worst place that the intervals allow, from 1; None without a margin."""
+
+    @property
+    def answer(self) -> Answer:
+        """What all spots say; undecided where they differ."""
+        said = {spot.answer for spot in self.spots if spot.answer is not None}
+        return said.pop() or "undecided" if len(said) == 1 else "undecided"
+
+    @property
+    def counts(self) -> str:
+        """How many spots say what, in words."""
+        answers = [spot.answer or "not usable" for spot in self.spots]
+        return ", ".join(f"{answers.count(one)} {one}" for one in dict.fromkeys(answers))
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Samples by how sticky they are, the stickiest first; those without a margin last."""
+
+    folder: Path
+    samples: tuple[SampleRank, ...]
+    scatter: float | None
+    """Standard deviation of the logarithm of the margin among the spots of a sample, as a factor; None if unknown."""
+
+    @property
+    def spots(self) -> tuple[Spot, ...]:
+        return tuple(spot for sample in self.samples for spot in sample.spots)
+
+    @property
+    def unusable(self) -> tuple[Spot, ...]:
+        """Spots of which a file could not be used."""
+        return tuple(spot for spot in self.spots if spot.error)
+
+    def sheets(self) -> list[Sheet]:
+        """The ranking, and its spots."""
+        from continuum.show.study import study_sheets
+
+        return study_sheets(self)
+
+    def write(self, folder: str | Path, name: str) -> list[Path]:
+        """Write ``NAME.html`` with its figure, and ``NAME.csv`` and ``NAME-spots.csv``; returns their paths.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written there.
+        """
+        from continuum.show.study import write_study
+
+        return write_study(self, Path(folder), name)
+
+    def _repr_html_(self) -> str:
+        return "".join(sheet._repr_html_() for sheet in self.sheets())
+
+
+def scans(folder: Path, pattern: str | None = None, without: Path | None = None) -> list[Scan]:
+    """The files of a study, and which spot of which sample each shows.
+
+    Parameters
+    ----------
+    folder : with the files, or with a folder for each sample.
+    pattern : of the names without their ending, such as ``"{sample}-{spot}-{magnification}"``; else a table
+        :data:`TABLE`, else the parts of the names between underscores: sample, spot and magnification.
+    without : a folder in it that is left alone, as that of the results.
+
+    Raises
+    ------
+    InputError
+        If there is no map, or a file fits no pattern.
+    """
+    if pattern is None and (folder / TABLE).is_file():
+        return _from_table(folder)
+    form = None if pattern is None else _form(pattern)
+    left = None if without is None else without.resolve()
+    files = [
+        path
+        for path in sorted((*folder.glob("*"), *folder.glob("*/*")))
+        if path.is_file() and path.suffix.lower() not in _NO_MAPS and not path.name.startswith(".")
+        and path.name != TABLE and left not in path.resolve().parents
+    ]  # fmt: skip
+    if not files:
+        raise InputError(f"{folder}: a folder, and no map in it")
+    found, odd = list[Scan](), list[str]()
+    for path in files:
+        name = path.relative_to(folder).with_suffix("").as_posix()
+        parts = _parts(name) if form is None else form.fullmatch(name)
+        if parts is None:
+            odd.append(path.relative_to(folder).as_posix())
+            continue
+        told = parts if isinstance(parts, dict) else parts.groupdict()
+        found.append(Scan(path, told["sample"], told.get("spot") or "1"))
+    if odd:
+        kind = "SAMPLE, SAMPLE_SPOT or SAMPLE_SPOT_MAGNIFICATION" if pattern is None else repr(pattern)
+        raise InputError(
+            f"{folder}: {len(odd)} of {len(files)} names are not of the form {kind}: {', '.join(odd[:5])}: give "
+            f"`pattern`, as '{{sample}}-{{spot}}-{{magnification}}', or a table {TABLE} with {', '.join(_COLUMNS)}"
+        )
+    return found
+
+
+def _parts(name: str) -> dict[str, str] | None:
+    """Sample, spot and magnification, where underscores or a folder part them; None if there are more parts."""
+    parts = re.split(r"[_/]", name)
+    return dict(zip(_FIELDS, parts, strict=False)) if len(parts) <= len(_FIELDS) and all(parts) else None
+
+
+def _form(pattern: str) -> re.Pattern[str]:
+    """The pattern of a name as a regular expression."""
+    names = re.findall(r"\{(\w*)\}", instance("pattern", pattern, str, 'a text such as "{sample}_{spot}"'))
+    wrong = [name for name in names if name not in _FIELDS]
+    if wrong or "sample" not in names or len(set(names)) < len(names):
+        allowed = ", ".join(f"{{{name}}}" for name in _FIELDS)
+        raise InputError(f"`pattern` {pattern!r}: it has {{sample}} and may have others, each once; allowed: {allowed}")
+    pieces = re.split(r"\{(\w+)\}", pattern)
+    return re.compile("".join(f"(?P<{one}>[^/]+?)" if i % 2 else re.escape(one) for i, one in enumerate(pieces)))
+
+
+def _from_table(folder: Path) -> list[Scan]:
+    path = folder / TABLE
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from error
+    rows = csv.DictReader(text.splitlines(), skipinitialspace=True)
+    head = [name.strip() for name in rows.fieldnames or ()]
+    unknown = [name for name in head if name not in _COLUMNS]
+    if unknown or not {"file", "sample"} <= set(head):
+        why = f"no column is called {unknown[0]!r}" if unknown else "columns file and sample are needed"
+        raise InputError(f"{path}: {why}; allowed: {', '.join(_COLUMNS)}")
+    rows.fieldnames = head
+    found, faults = list[Scan](), list[str]()
+    for number, row in enumerate(rows, 2):
+        cells = {name: (text or "").strip() for name, text in row.items() if isinstance(name, str)}
+        if not cells["file"] or not cells["sample"]:
+            faults.append(f"{path}:{number}: a file and a sample are needed")
+        elif not (folder / cells["file"]).is_file():
+            faults.append(f"{path}:{number}: there is no file {cells['file']!r}")
+        else:
+            told = {name: cells[name] for name in PER_FILE if cells.get(name)}
+            found.append(Scan(folder / cells["file"], cells["sample"], cells.get("spot") or "1", told))
+    if faults or not found:
+        raise InputError("\n".join(faults) or f"{path}: no file is named")
+    return found
+
+
+def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
+    """The study of spots: samples with the mean of their margins, intervals, and the ranks that these allow."""
+    logs = {name: [np.log(spot.margin) for spot in spots if spot.sample == name and spot.margin] for name in
+            dict.fromkeys(spot.sample for spot in spots)}  # fmt: skip
+    freedom = sum(max(len(values) - 1, 0) for values in logs.values())
+    squares = sum(float(np.sum((np.array(values) - np.mean(values)) ** 2)) for values in logs.values() if values)
+    scatter = float(np.sqrt(squares / freedom)) if freedom else None
+    samples = []
+    for name, values in logs.items():
+        margin = float(np.exp(np.mean(values))) if values else None
+        half = None if scatter is None or not values else scatter * _student(freedom) / np.sqrt(len(values))
+        interval = None if half is None or margin is None else (margin * np.exp(-half), margin * np.exp(half))
+        own = tuple(spot for spot in spots if spot.sample == name)
+        samples.append(
+            SampleRank(name, own, margin, None if interval is None else (float(interval[0]), float(interval[1])))
+        )
+    samples.sort(key=lambda one: -(one.margin or 0.0))
+    with_ranks = tuple(
+        SampleRank(one.name, one.spots, one.margin, one.interval, _ranks(one, samples)) for one in samples
+    )
+    return Study(folder, with_ranks, None if scatter is None else float(np.exp(scatter)))
+
+
+def _student(freedom: int) -> float:
+    """Student's quantile of a two-sided interval."""
+    from scipy.special import stdtrit  # not needed where nothing was measured twice
+
+    return float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
+
+
+def _ranks(one: SampleRank, samples: Sequence[SampleRank]) -> tuple[int, int] | None:
+    """The places that the intervals of all samples leave open; without intervals any place."""
+    others = [other for other in samples if other is not one and other.margin is not None]
+    if one.margin is None:
+        return None
+    if one.interval is None:
+        return 1, len(others) + 1
+    above = sum(other.interval is not None and other.interval[0] > one.interval[1] for other in others)
+    below = sum(other.interval is not None and other.interval[1] < one.interval[0] for other in others)
+    return above + 1, len(others) + 1 - below

@@ -1,0 +1,174 @@
+"""Text with columns of positions and heights: x and z of a line scan, or x, y and z of a map.
+
+A map has at least 16 points in each direction, so that two or three columns are no map of heights by themselves.  Lines
+of words before the numbers are a header, which may name the units of the columns in brackets.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from continuum import units
+from continuum.model.fourier import Real
+from continuum.topography.instruments import RawMap, evenly_spaced
+from continuum.topography.map import FEWEST, TopographyError
+
+_UNIT = re.compile(r"[\[(/]\s*([A-Za-zµμÅ]+)\s*[\])]?")
+"""A unit in a header: x [um], Height (nm), z/nm."""
+_SAME = 1e-4
+"""Positions that differ by less than this part of the whole are one."""
+_OFF_GRID = 0.2
+"""Part of the spacing by which a position may lie beside its place on the grid."""
+_SPARSE = 10
+"""Places on the grid, over points measured, beyond which the points lie on no grid."""
+
+
+class Columns(NamedTuple):
+    """Numbers of a text, and the lines of words before them."""
+
+    values: Real
+    header: tuple[str, ...]
+
+
+def read_table(path: Path) -> Columns:
+    """A table of numbers: columns apart by semicolons, tabs, commas or spaces; ``#`` begins a comment.
+
+    Where semicolons or tabs part the columns, a comma is a decimal mark.
+
+    Raises
+    ------
+    TopographyError
+        If it is no table, or cannot be read.
+    """
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            header, first, words = list[str](), "", False
+            for line in file:
+                text = line.strip()
+                if text.lstrip("#").strip() and (text.startswith("#") or _only_words(text)):
+                    header.append(text.lstrip("#").strip())
+                    words |= not text.startswith("#")
+                elif text and not text.startswith("#"):
+                    first = line
+                    break
+            mark = next((one for one in (";", "\t") if one in first.strip()), "," if "," in first else None)
+            decimal = "." if mark in (",", None) else ","
+            if words and not first:
+                raise ValueError("words only")
+            rows = (row.replace(decimal, ".") for row in chain([first], file))
+            values = np.loadtxt(rows, dtype=np.float64, delimiter=mark, ndmin=2) if first else np.empty((0, 0))
+    except (ValueError, OSError) as error:
+        why = str(error).partition("; use `usecols`")[0]
+        msg = f"{path} is not a table of numbers with a point as decimal mark ({why})"
+        raise TopographyError(msg) from error
+    return Columns(values, tuple(header))
+
+
+def _only_words(line: str) -> bool:
+    """Whether no field of a line is a number: a header, and no row of a damaged table."""
+    return not any(_is_number(field) for field in re.split(r"[;,\s]+", line) if field)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def units_in(header: Sequence[str], columns: int) -> tuple[float, ...]:
+    """Units of length of the columns, in m, from the last line of a header that names as many; empty if none does."""
+    for line in reversed(header):
+        found = [units.unit_size(name, "length") for name in _UNIT.findall(line) if _is_length(name)]
+        if len(found) == columns:
+            return tuple(found)
+    return ()
+
+
+def _is_length(name: str) -> bool:
+    try:
+        units.unit_size(name, "length")
+    except ValueError:
+        return False
+    return True
+
+
+def from_table(table: Columns, source: str, of: str = "the file") -> RawMap:
+    """The map of a table: of heights as they stand, or of columns of positions and heights."""
+    values = table.values
+    steps = tuple(f"header left out: {line!r}" for line in table.header[-1:])
+    if values.ndim != 2 or values.shape[1] not in (2, 3) or values.shape[0] < FEWEST:
+        single = values.ndim == 2 and min(values.shape) == 1
+        return RawMap(values.ravel() if single else values, source, steps=steps if values.size else (), of=of)
+    named = units_in(table.header, values.shape[1])
+    unit = named[-1] if named else None
+    if len(set(named[:-1])) > 1:
+        raise TopographyError(f"{source}: x and y in two units: {table.header[-1]!r}")
+    try:
+        found = _profile(*values.T) if values.shape[1] == 2 else _grid(*values.T)
+    except ValueError as error:
+        raise TopographyError(f"{source}: {values.shape[1]} columns, of positions and heights: {error}") from error
+    heights, extent, how = found
+    size = tuple(named[0] * length for length in extent) if named else None
+    return RawMap(heights, source, size, unit, steps=(*steps, *how), of=of, extent=extent)
+
+
+Placed = tuple[Real, tuple[float, ...], tuple[str, ...]]
+"""Heights, the size that they span in the unit of their positions, and what was done."""
+
+
+def _profile(x: Real, z: Real) -> Placed:
+    """A line scan of points in any order."""
+    if not np.isfinite(x).all():
+        raise ValueError("a position is missing")
+    order = np.argsort(x, kind="stable")
+    x, z = x[order], z[order]
+    steps = np.diff(x)
+    if not np.all(steps > 0):
+        raise ValueError("two heights stand at one position")
+    length = float((x[-1] - x[0]) * x.size / (x.size - 1))
+    z, how = evenly_spaced(x, z)
+    return z, (length,), ("columns of position and height", *how)
+
+
+def _grid(x: Real, y: Real, z: Real) -> Placed:
+    """A map of points on a grid, in any order; places without a point are holes."""
+    (i, dx), (j, dy) = _places(x, "x"), _places(y, "y")
+    nx, ny = int(i.max()) + 1, int(j.max()) + 1
+    if nx * ny > _SPARSE * z.size:
+        raise ValueError(f"{z.size} points lie on no grid: of {nx} x {ny} places most are empty")
+    if np.unique(i * ny + j).size < z.size:
+        raise ValueError("two heights stand at one position")
+    heights = np.full((nx, ny), np.nan)
+    heights[i, j] = z
+    how = (f"columns of positions and heights put on a grid of {nx} x {ny} points",)
+    if min(nx, ny) == 1:
+        return heights.ravel(), (max(nx * dx, ny * dy),), how
+    return heights, (nx * dx, ny * dy), how
+
+
+def _places(x: Real, name: str) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], float]:
+    """The place of each position on an even grid, and the spacing of the grid; 0 if there is one position only."""
+    if not np.isfinite(x).all():
+        raise ValueError("a position is missing")
+    span = float(np.ptp(x))
+    if span == 0:
+        return np.zeros(x.size, dtype=np.int64), 0.0
+    ordered = np.sort(x)
+    distinct = ordered[np.append(True, np.diff(ordered) > _SAME * span)]
+    step = float(np.median(np.diff(distinct)))
+    # The mean over all is sharper than one difference, where numbers are rounded.
+    count = round(span / step)
+    step = span / count if count else step
+    place = (x - ordered[0]) / step
+    index = np.rint(place).astype(np.int64)
+    if np.abs(place - index).max() > _OFF_GRID:
+        raise ValueError(f"the positions along {name} are not an equal distance apart, as on a grid")
+    return index, step

@@ -1,0 +1,106 @@
+"""Sizes, units, shares and parts of a map as a person writes them, read as numbers in m.
+
+What a message names in backticks is an argument, which the command writes as its option.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from numbers import Real as Number
+
+from continuum import units
+from continuum.arguments import ArgumentError, instance, number, texts
+from continuum.topography.map import TopographyError
+
+_ZERO = re.compile(r"\s*[0.]+\s*\D*")
+"""An edge of a map at zero, which needs no unit."""
+
+
+def texts_of(count: int, **values: str | Sequence[str] | None) -> dict[str, tuple[str, ...]]:
+    """What is given for the maps: nothing, one text for all, or one for each."""
+    examples = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
+    found = {name: texts(name, value, examples[name]) for name, value in values.items()}
+    for name, several in found.items():
+        if len(several) not in (0, 1, count):
+            of = "one map" if count == 1 else f"{count} maps"
+            msg = f"`{name}`: {len(several)} values for {of}: give one for all, or one for each"
+            msg += '; the two lengths of a map are one text, "10um,12um"' if name == "size" else ""
+            raise TopographyError(msg)
+    return found
+
+
+def text_for(values: Sequence[str], i: int) -> str | None:
+    """What is given for a map, by one value for all or one for each; None as the file says."""
+    value = values[i if len(values) > 1 else 0] if values else "-"
+    return None if value == "-" else value
+
+
+def sizes_of(source: str, text: str | None) -> tuple[float, ...] | None:
+    """One length or two, in m, from a text such as "10um" or "10um,12um"; None for None."""
+    if text is None:
+        return None
+    try:
+        found = tuple(units.parse(one, "length") for one in text.split(","))
+    except ValueError as error:
+        raise TopographyError(f"{source}: `size` {error}") from error
+    if len(found) > 2:
+        raise TopographyError(f"{source}: `size` {text!r}: a map has one or two lengths")
+    return found
+
+
+def units_of(source: str, names: str | None) -> tuple[float | None, float | None]:
+    """Units of heights and of positions, in m, from "nm", or "um,nm" where the positions come first; None if not told.
+
+    One unit is that of the heights.
+    """
+    if names is None:
+        return None, None
+    try:
+        found = tuple(units.unit_size(name.strip(), "length") for name in names.split(","))
+    except ValueError as error:
+        raise TopographyError(f"{source}: `unit`: {error}") from error
+    if len(found) > 2:
+        raise TopographyError(f"{source}: `unit` {names!r}: one unit, of the heights, or two, of positions and heights")
+    return found[-1], found[0] if len(found) == 2 else None
+
+
+def length_of(name: str, text: str | None) -> float | None:
+    """A length in m from a text such as "10nm"; None for None."""
+    if text is None:
+        return None
+    try:
+        return units.parse(instance(name, text, str, 'a text such as "10nm"'), "length")
+    except ValueError as error:
+        if isinstance(error, ArgumentError):
+            raise
+        raise TopographyError(f"`{name}` {error}") from error
+
+
+def share(fill: str | float | None) -> float:
+    """The share of the points that may be filled, from "5%" or 0.05; 0 for None."""
+    if fill is None:
+        return 0.0
+    if isinstance(fill, Number):
+        return number("fill", fill, above=0, most=0.5)
+    text = instance("fill", fill, str, 'a text such as "5%", or a number such as 0.05')
+    try:
+        value = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
+    except ValueError:
+        value = -1.0
+    if not 0 < value <= 0.5:
+        raise TopographyError(f"`fill` {text!r}: the largest share of points that may be filled, like 5%, at most 50%")
+    return value
+
+
+def corners_of(crop: str | None) -> tuple[float, float, float, float] | None:
+    """The part of a map from x0 to x1 and from y0 to y1, in m, from "1um,9um,0,8um"; None for None."""
+    if crop is None:
+        return None
+    parts = instance("crop", crop, str, 'a text such as "1um,9um,0,8um"').split(",")
+    try:
+        a, b, c, d = (0.0 if _ZERO.fullmatch(one) else units.parse(one, "length") for one in parts)
+    except ValueError as error:
+        why = error if len(parts) == 4 else f"{len(parts)} lengths"
+        raise TopographyError(f"`crop` {crop!r}: four lengths, x0,x1,y0,y1, as 1um,9um,1um,9um ({why})") from error
+    return a, b, c, d

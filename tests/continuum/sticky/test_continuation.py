@@ -1,0 +1,211 @@
+"""What was not measured: spectra continued below the pixel, against the surfaces that the maps were taken from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuum as c
+from continuum.cli import main
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine, moments
+from continuum.show.answer import statements
+from continuum.sticky.continuation import continuation_of, sharpest_wave
+from continuum.sticky.materials import Interface
+from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.solved_turn import solve_turn
+from continuum.sticky.verdict import answer_of, judge, turn_shift, unmeasured
+from continuum.topography.map import Topography, TopographyError
+from continuum.topography.mending import cut_off
+from continuum.topography.roughness import roughness_of
+
+GRID = Grid.square(1024)
+COARSE = 8
+NM = 1e-9
+
+
+def whole(hurst: float, seed: int = 1, slope: float = 0.1) -> np.ndarray:
+    """A surface with waves of 2 to 512 points, self-affine to the last."""
+    return SelfAffine(hurst, slope, 2.0, 512.0).synthesise(GRID, np.random.default_rng(seed))
+
+
+def overview(heights: np.ndarray) -> Topography:
+    """What an instrument with pixels of 8 points sees: the waves of 16 points and more."""
+    seen = GRID.inverse(GRID.forward(heights) * (GRID.wavenumber <= 2 * np.pi / (2 * COARSE)))
+    return Topography(seen[::COARSE, ::COARSE], (1024.0, 1024.0), True, "overview")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("hurst", [0.3, 0.5, 0.8])
+def test_an_overview_continued_has_the_moments_of_the_surface(hurst: float, seed: int) -> None:
+    """The overview alone has a third to two thirds of the slope, and an eighth of the curvature."""
+    heights = whole(hurst, seed)
+    seen = overview(heights)
+    roughness = roughness_of(seen)
+    found = continuation_of([seen], [roughness], 2.0)
+    assert found is not None
+    contact = found.contact(prediction_of([seen], Interface(1.0, 0.01, 0.35, None), smallest=2.0).contact)
+    true = moments(GRID, heights)
+    assert found.hursts[0] == pytest.approx(hurst, abs=0.1)
+    assert roughness.moments.rms_curvature < 0.35 * true.rms_curvature
+    assert contact.rms_height == pytest.approx(true.rms_height, rel=0.05)
+    # The exponent scatters by some hundredths, and three octaves are 8 times: 8^0.1 is 1.23.
+    assert contact.rms_slope == pytest.approx(true.rms_slope, rel=0.2)
+    assert contact.rms_curvature == pytest.approx(true.rms_curvature, rel=0.3)
+
+
+def test_to_the_last_measured_wave_nothing_is_added() -> None:
+    seen = overview(whole(0.8))
+    found = continuation_of([seen], [roughness_of(seen)], 2.0)
+    assert found is not None
+    assert found.measured == pytest.approx(16.0)
+    known = prediction_of([seen], Interface(1.0, 0.01, 0.35, None)).contact
+    for wavelength in (16.0, 40.0):
+        cut = roughness_of(seen).cut(wavelength)
+        contact = found.contact(known, wavelength)
+        assert contact.rms_slope == pytest.approx(cut.moments.rms_slope, rel=1e-9)
+        assert contact.conformal_energy == pytest.approx(cut.conformal_energy * known.contact_modulus, rel=1e-9)
+    slopes = [found.contact(known, wavelength).rms_slope for wavelength in (16.0, 15.9, 8.0, 4.0, 2.0)]
+    assert slopes == sorted(slopes)
+    assert slopes[1] == pytest.approx(slopes[0], rel=0.01)
+
+
+def test_a_surface_with_its_own_cut_off_misses_nothing() -> None:
+    heights = SelfAffine(0.8, 0.1, 64.0, 512.0).synthesise(GRID, np.random.default_rng(1))
+    seen = overview(heights)
+    assert continuation_of([seen], [roughness_of(seen)], 0.01) is None
+    # A cut-off that was asked for is none of the surface.
+    rough = cut_off(overview(whole(0.8)), 64.0)
+    found = continuation_of([rough], [roughness_of(rough)], 2.0)
+    assert found is not None
+    assert found.measured == pytest.approx(64.0)
+
+
+def test_a_blunt_tip_measures_waves_that_are_half_as_sharp() -> None:
+    seen = overview(whole(0.8))
+    roughness = roughness_of(seen)
+    whole_curvature = roughness.moments.rms_curvature
+    assert sharpest_wave(roughness, 0.5 / whole_curvature) == 0.0
+    waves = [sharpest_wave(roughness, factor / whole_curvature) for factor in (1.5, 3.0, 6.0)]
+    assert 16.0 < waves[0] < waves[1] < waves[2]
+    assert roughness.cut(waves[1]).moments.rms_curvature < whole_curvature / 3
+    blunt = continuation_of([seen], [roughness], 2.0, tip=3 / whole_curvature)
+    assert blunt is not None
+    assert blunt.measured == pytest.approx(waves[1])
+    sharp = continuation_of([seen], [roughness], 2.0)
+    assert sharp is not None
+    contact = prediction_of([seen], Interface(1.0, 0.01, 0.35, None)).contact
+    assert blunt.contact(contact).rms_slope == pytest.approx(sharp.contact(contact).rms_slope, rel=0.2)
+
+
+def sticky_overview(work: float = 1e-3, **more: Any) -> Prediction:
+    """An overview in nm that is sticky alone, and of which that is not known with its short waves."""
+    seen = overview(whole(0.3, slope=0.2))
+    small = Topography(NM * seen.heights, (1024 * NM, 1024 * NM), True, "overview")
+    return prediction_of([small], Interface(1e9, work, 0.6 * NM, None), **more)
+
+
+def test_where_short_waves_change_the_answer_it_is_undecided() -> None:
+    alone = judge(sticky_overview(smallest=16 * NM))
+    assert alone.answer == "sticky"
+    assert sticky_overview(smallest=16 * NM).continuation is None
+    found = sticky_overview(smallest=2 * NM)
+    verdict, beyond = judge(found), unmeasured(found)
+    assert verdict.answer == "undecided"
+    assert verdict.probability is None
+    assert verdict.turn == alone.turn
+    assert beyond is not None
+    assert beyond.changes is not None
+    assert 2 * NM <= beyond.changes < 16 * NM
+    assert "measure below 16 nm" in verdict.why[0]
+    assert "as measured it is sticky" in verdict.why[0]
+    # Continued to just above that wave the answer stays.
+    kept = sticky_overview(smallest=1.3 * beyond.changes)
+    assert judge(kept).answer == "sticky"
+
+
+def test_where_they_do_not_it_is_said() -> None:
+    found = sticky_overview(3e-3, smallest=8 * NM)
+    assert judge(found).answer == "sticky"
+    assert "Waves below 16 nm were not measured: with the spectrum continued to 8 nm it stays sticky" in found.sentence
+    assert "below 16 nm; continued with H = 0.2" in found.sheets()[0].text()
+    row = found.row()
+    assert row["not measured below_m"] == pytest.approx(16 * NM)
+    assert row["verdict, continued"] == "sticky"
+
+
+@pytest.mark.parametrize(("factor", "expected"), [(1.1, "undecided"), (4.0, "sticky"), (0.5, "not sticky")])
+def test_a_solved_turn_moves_as_that_of_the_theories_does(factor: float, expected: str) -> None:
+    """Short waves raise the turn: what is solved as sticky only just is undecided, what is far from it stays."""
+    found = sticky_overview(3e-3, smallest=2 * NM)
+    shift = turn_shift(found)
+    assert shift is not None
+    assert 1.1 < shift < 4.0
+    solved = solve_turn(found.facing, found.interface)
+    work = factor * (solved.most if factor > 1 else solved.work)
+    again = replace(sticky_overview(work, smallest=2 * NM), turn=solved)
+    assert again.solved_sticky is (factor > 1)
+    assert answer_of(again) == expected
+    said = statements(again)[0]
+    if expected == "undecided":
+        assert said.startswith("Undecided, though solved on the map: waves below 16 nm were not measured")
+        assert "measure below 16 nm" in said
+    else:
+        assert said.startswith(expected.capitalize())
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e-9])
+def test_units_change_nothing(scale: float) -> None:
+    seen = overview(whole(0.5))
+    small = Topography(scale * seen.heights, (1024 * scale, 1024 * scale), True)
+    contact = Interface(1.0, 0.01, 0.35, None), Interface(1.0, 0.01 * scale, 0.35 * scale, None)
+    one, other = prediction_of([seen], contact[0], 2.0), prediction_of([small], contact[1], 2.0 * scale)
+    assert one.continuation is not None
+    assert other.continuation is not None
+    first, second = one.continuation.contact(one.contact), other.continuation.contact(other.contact)
+    assert second.rms_slope == pytest.approx(first.rms_slope, rel=1e-6)
+    assert second.rms_curvature * scale == pytest.approx(first.rms_curvature, rel=1e-6)
+
+
+def test_two_bodies_are_continued_each() -> None:
+    maps = [overview(whole(0.3, 1)), overview(whole(0.8, 2))]
+    found = prediction_of(maps, Interface(1.0, 0.01, 0.35, None), smallest=2.0)
+    assert found.continuation is not None
+    assert len(found.continuation.hursts) == 2
+    alone = [prediction_of([one], Interface(1.0, 0.01, 0.35, None), smallest=2.0) for one in maps]
+    squares = [one.continuation.contact(one.contact).rms_slope ** 2 for one in alone if one.continuation is not None]
+    assert found.continuation.contact(found.contact).rms_slope == pytest.approx(np.sqrt(sum(squares)), rel=1e-6)
+
+
+def test_the_command_takes_a_tip_and_a_smallest_wave(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    np.save(tmp_path / "map.npy", overview(whole(0.3, slope=0.2)).heights)
+    known = ["--size", "1024nm", "--unit", "nm", "--estar", "1GPa", "--work", "1mJ/m2", "--range", "0.6nm",
+             "--periodic", "--no-solve", "-o", str(tmp_path / "out")]  # fmt: skip
+    assert main(["predict", str(tmp_path / "map.npy"), *known, "--smallest", "2nm"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("Undecided (as measured it is sticky, with the spectrum continued as q^(-2-2H), H = 0.")
+    assert "measure below 16 nm" in said
+    assert main(["predict", str(tmp_path / "map.npy"), *known, "--tip", "100nm", "--smallest", "16nm"]) == 0
+    assert "below 16 nm" not in capsys.readouterr().out
+    for option, value, expected in (
+        ("--tip", "10", "--tip '10': a unit of length is missing"),
+        ("--smallest", "2GPa", "no unit of length"),
+        ("--smallest", "0nm", "positive"),
+    ):
+        assert main(["predict", str(tmp_path / "map.npy"), *known[:-2], option, value]) == 2
+        assert expected in capsys.readouterr().err
+
+
+def test_arguments_are_named() -> None:
+    heights = overview(whole(0.8)).heights
+    known: dict[str, Any] = {"size": "1um", "unit": "nm", "material": "mica", "solve": False}
+    with pytest.raises(TopographyError, match="`tip` '3': a unit of length"):
+        c.predict(heights, **known, tip="3")
+    with pytest.raises(ValueError, match="smallest = 3: "):
+        c.predict(heights, **known, smallest=3)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="tip = -1"):
+        prediction_of([overview(whole(0.8))], Interface(1.0, 0.01, 0.35, None), tip=-1.0)

@@ -1,0 +1,230 @@
+"""Text with columns of positions and heights, datasets of an HDF5 file, and several files of one surface."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuum as c
+from continuum.cli import main
+from continuum.sticky.materials import Interface
+from continuum.sticky.prediction import prediction_of
+from continuum.topography.faults import find_faults
+from continuum.topography.map import TopographyError
+from continuum.topography.mending import prepare
+from continuum.topography.reading import from_array, read_all, read_topography
+from continuum.topography.roughness import roughness_of
+from tests.measured import needs_reader
+from tests.problems import Rough
+
+HEIGHTS = np.random.default_rng(3).normal(size=(20, 24)).cumsum(0).cumsum(1)
+X, Y = (one.ravel() for one in np.meshgrid(np.arange(20) * 0.05 + 3, np.arange(24) * 0.05 - 1, indexing="ij"))
+XYZ = np.stack([X, Y, HEIGHTS.ravel()], axis=1)
+LINE = np.stack([np.arange(128) * 0.05, np.random.default_rng(3).normal(size=128).cumsum()], axis=1)
+
+
+def written(folder: Path, rows: np.ndarray, header: str = "", delimiter: str = ",", name: str = "map.csv") -> Path:
+    lines = [delimiter.join(f"{value:.9g}" for value in row) for row in rows]
+    (folder / name).write_text("\n".join([*([header] if header else []), *lines]) + "\n", encoding="utf-8")
+    return folder / name
+
+
+@pytest.mark.parametrize("order", ["rows", "columns", "shuffled"])
+def test_columns_of_positions_are_the_map_in_any_order(order: str, tmp_path: Path) -> None:
+    """Size and heights are those of the array: the middles of 20 x 24 pixels of 50 nm."""
+    rows = {
+        "rows": XYZ,
+        "columns": XYZ[np.lexsort((X, Y))],
+        "shuffled": np.random.default_rng(1).permutation(XYZ),
+    }[order]
+    found = read_all([written(tmp_path, rows)], unit="um,nm")[0]
+    np.testing.assert_allclose(found.heights, 1e-9 * HEIGHTS, rtol=1e-8, atol=1e-16)
+    assert found.lengths == pytest.approx((1e-6, 1.2e-6))
+    assert any("grid of 20 x 24" in step for step in found.steps)
+    same = read_all([rows], unit="um,nm")[0]
+    np.testing.assert_allclose(same.heights, found.heights, rtol=1e-8, atol=1e-16)
+
+
+@pytest.mark.parametrize(
+    ("header", "delimiter"),
+    [
+        ("x [um],y [um],z [nm]", ","),
+        ("X (µm);Y (µm);Height (nm)", ";"),
+        ("x/um\ty/um\tz/nm", "\t"),
+        ("# x [um] y [um] z [nm]", " "),
+        ("exported from a microscope\nx [um],y [um],z [nm]", ","),
+    ],
+)
+def test_a_header_names_the_units_of_its_columns(header: str, delimiter: str, tmp_path: Path) -> None:
+    found = read_topography(written(tmp_path, XYZ, header, delimiter))
+    assert found.lengths == pytest.approx((1e-6, 1.2e-6))
+    assert found.heights.std() == pytest.approx(1e-9 * HEIGHTS.std())
+    assert "header left out" in found.steps[0]
+    with pytest.raises(TopographyError, match="the file itself says the unit"):
+        read_topography(tmp_path / "map.csv", unit=1e-9)
+
+
+def test_a_decimal_comma_and_a_header_of_an_array(tmp_path: Path) -> None:
+    path = written(tmp_path, XYZ, delimiter=";")
+    path.write_text(path.read_text().replace(".", ","))
+    assert read_all([path], unit="um,nm")[0].lengths == pytest.approx((1e-6, 1.2e-6))
+    array = written(tmp_path, HEIGHTS, "heights", ",", "array.csv")
+    np.testing.assert_allclose(read_topography(array, size=[1.0], unit=1.0).heights, HEIGHTS, rtol=1e-8)
+
+
+def test_positions_and_heights_of_a_line(tmp_path: Path) -> None:
+    """The same as its heights with the length of the scan; points at odd distances are interpolated."""
+    path = written(tmp_path, LINE[::-1], "x [um],z [nm]")
+    found, same = read_topography(path), read_all([LINE[:, 1]], size="6.4um", unit="nm")[0]
+    assert found.lines == 1
+    np.testing.assert_allclose(found.heights, same.heights, rtol=1e-6, atol=1e-6 * np.ptp(same.heights))
+    kept = np.delete(LINE, np.arange(5, 128, 7), axis=0)
+    uneven = read_topography(written(tmp_path, kept, "x [um],z [nm]"))
+    assert any("straight lines over up to 2 spacings" in step for step in uneven.steps)
+
+
+def test_a_place_without_a_point_is_a_hole(tmp_path: Path) -> None:
+    path = written(tmp_path, np.delete(XYZ, [77, 200, 301], axis=0), "x [um],y [um],z [nm]")
+    found = read_topography(path)
+    assert found.heights.shape == (20, 24)
+    assert any("0.62 % of the points, missing, filled harmonically" in step for step in found.steps)
+
+
+BAD: dict[str, tuple[np.ndarray, str, list[str], str]] = {
+    "no unit": (XYZ, "", [], "give the units of both, positions and heights, as --unit um,nm, or --size"),
+    "one unit": (XYZ, "", ["--unit", "nm"], "does not say the unit of its positions"),
+    "three units": (XYZ, "", ["--unit", "um,um,nm"], "one unit, of the heights, or two"),
+    "no length": (XYZ, "", ["--unit", "um,Pa"], "no unit of length"),
+    "two units of an array": (HEIGHTS, "", ["--unit", "um,nm", "--size", "1um"], "it has no positions"),
+    "two sizes": (XYZ, "", ["--unit", "um,nm", "--size", "1um"], "its size is known without"),
+    "twice": (np.concatenate([XYZ, XYZ[:1]]), "", ["--unit", "um,nm"], "two heights stand at one position"),
+    "twice on a line": (LINE[[0, *range(128)]], "", ["--unit", "um,nm"], "two heights stand at one position"),
+    "no grid": (np.random.default_rng(1).uniform(size=(400, 3)), "", ["--unit", "um,nm"], "an equal distance"),
+    "uneven grid": (XYZ * [1, 1, 1] + np.outer(X > 3.5, [0.02, 0, 0]), "", ["--unit", "um,nm"], "an equal distance"),
+    "no position": (np.where(X[5] == XYZ, np.nan, XYZ), "", ["--unit", "um,nm"], "a position is missing"),
+    "x and y in two units": (XYZ, "x [um],y [nm],z [nm]", [], "x and y in two units"),
+    "a word in a row": (HEIGHTS, "1,2,three", ["--size", "1um", "--unit", "nm"], "not a table of numbers"),
+}
+
+
+@pytest.mark.parametrize("fault", BAD)
+def test_columns_that_are_no_map_are_refused_in_one_message(
+    fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows, header, options, expected = BAD[fault]
+    path = written(tmp_path, rows, header)
+    assert main(["predict", str(path), *options, "--material", "mica", "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert expected in said
+    assert "map.csv" in said
+    assert len(said.splitlines()) == (2 if fault == "no unit" else 1)  # neither positions nor heights have one
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_only_dataset_is_taken_and_several_are_named(tmp_path: Path) -> None:
+    import h5py
+
+    path = tmp_path / "map.h5"
+    with h5py.File(path, "w") as file:
+        file["deep/heights"] = HEIGHTS
+        file["deep/date"] = "today"
+        file["x"] = np.arange(20.0)
+    found = read_topography(path, size=[1.0], unit=1.0)
+    np.testing.assert_array_equal(found.heights, HEIGHTS)
+    assert found.steps[0] == "dataset 'deep/heights' taken, the only one"
+    with h5py.File(path, "a") as file:
+        file["phase"] = HEIGHTS
+    with pytest.raises(
+        TopographyError, match="2 datasets could be the map: choose one by `dataset`; datasets: deep/he"
+    ):
+        read_topography(path, size=[1.0], unit=1.0)
+    with h5py.File(path, "w") as file:
+        file["date"] = "today"
+    with pytest.raises(TopographyError, match="no dataset is a map; datasets: none"):
+        read_topography(path, size=[1.0], unit=1.0)
+
+
+@needs_reader
+def test_a_netcdf_file_is_read_by_its_reader_whatever_is_told(tmp_path: Path) -> None:
+    """With a unit beside it, it went to the reader of HDF5, which knows no netCDF 3."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that there is no MPI
+        from SurfaceTopography import Topography as Theirs
+
+        Theirs(HEIGHTS, (2.0, 2.4), unit="um", periodic=False).to_netcdf(str(tmp_path / "map.nc"))
+    with pytest.raises(TopographyError, match="the file itself says the unit"):
+        read_topography(tmp_path / "map.nc", unit=1e-9)
+    assert read_topography(tmp_path / "map.nc", unit=1e-9, override=True).heights.std() == pytest.approx(
+        1e-9 * HEIGHTS.std()
+    )
+
+
+def test_files_of_one_surface_are_joined(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An overview, a close-up and a line, each with its size: one surface, of all their waves."""
+    rng = np.random.default_rng(1)
+    np.save(tmp_path / "wide.npy", Rough(64).heights())
+    np.save(tmp_path / "close.npy", Rough(64, seed=2).heights() / 4)
+    np.savetxt(tmp_path / "line.txt", rng.normal(size=256).cumsum() / 20)
+    files = [str(tmp_path / name) for name in ("wide.npy", "close.npy", "line.txt")]
+    sizes: dict[str, Any] = {"size": ["640nm", "80nm", "500nm"], "unit": "nm"}
+    found = read_all(files, **sizes, join=True)
+    assert len(found) == 1
+    assert found[0].measurements == 3
+    assert found[0].source == "wide.npy + close.npy + line.txt"
+    alone = [read_all([file], size=size, unit="nm")[0] for file, size in zip(files, sizes["size"], strict=True)]
+    slopes = [roughness_of(one).moments.rms_slope for one in alone]
+    assert roughness_of(found[0]).moments.rms_slope > slopes[0]
+    with pytest.raises(TopographyError, match="are they measurements of one surface"):
+        read_all(files, **sizes)
+    with pytest.raises(TopographyError, match="`join`: several measurements"):
+        read_all(files[:1], size="640nm", unit="nm", join=True)
+    command = ["predict", *files, "--unit", "nm", "--join", "--material", "mica", "-o", str(tmp_path / "out")]
+    for size in sizes["size"]:
+        command += ["--size", size]
+    assert main(command) == 0
+    assert "from 3 measurements" in capsys.readouterr().out
+    assert (tmp_path / "out" / "wide-close-line-predict.html").is_file()
+
+
+def test_a_dash_stands_for_what_the_file_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command took it for an option without a value."""
+    np.save(tmp_path / "bare.npy", HEIGHTS)
+    files = [str(tmp_path / "bare.npy"), str(written(tmp_path, XYZ, "x [um],y [um],z [nm]"))]
+    options = ["--size", "1um", "--size", "-", "--unit", "nm", "--unit", "-", "--material", "mica", "--no-solve"]
+    assert main(["predict", *files, *options, "-o", str(tmp_path / "out")]) == 0
+    assert "1 µm x 1.2 µm" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["predict", *files, "--size", "-", "-", "--material", "mica"])
+
+
+def test_joined_measurements_keep_the_waves_that_no_drawn_surface_has() -> None:
+    """Three decades and a half of an overview and a close-up: h_rms is that of the overview."""
+    wide, close = Rough(64).heights(), Rough(64, seed=2).heights() / 100
+    overview, detail = from_array(wide, size=[1e-3], unit=1e-9), from_array(close, size=[1e-6], unit=1e-9)
+    found = read_all([wide, close], size=["1mm", "1um"], unit="nm", join=True)[0]
+    height = roughness_of(found).moments.rms_height
+    assert height == pytest.approx(roughness_of(overview).moments.rms_height, rel=0.3)
+    assert height > 10 * roughness_of(detail).moments.rms_height
+    assert found.heights.std() < height / 5
+    contact = Interface(1e9, 0.05, 0.35e-9, None)
+    assert prediction_of([found], contact).contact.rms_height == pytest.approx(height)
+
+
+def test_what_was_filled_is_not_advised_again() -> None:
+    heights = Rough(64).heights().copy()
+    heights[10, 20:50] += 5 * heights.std()
+    heights[40, 5:30] -= 5 * heights.std()
+    topography = from_array(heights, size=[1e-6], unit=1e-9)
+    assert {"scars", "spikes"} & {fault.kind for fault in find_faults(prepare(topography)).faults}
+    after = find_faults(prepare(topography, fill=0.1)).faults
+    assert not any("fill" in fault.remedy for fault in after)
+
+
+def test_few_holes_of_an_array_are_filled_and_said() -> None:
+    holes = np.ma.masked_greater(HEIGHTS, np.quantile(HEIGHTS, 0.995))
+    found = c.predict(holes, size="1um", unit="nm", material="mica", solve=False)
+    assert "0.62 % of the points, missing, filled harmonically" in found.sheets()[0].text()
