@@ -50,6 +50,7 @@ def predict(
     range: str | None = None,
     spacing: str | None = None,
     probe: str | None = None,
+    coating: str | None = None,
     solve: bool | None = None,
     threads: int = 1,
 ) -> Prediction:
@@ -66,7 +67,7 @@ def predict(
     size, unit, dataset, part, join, periodic, override_size, detrend, fill, crop, cutoff, tip, smallest : see
         :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  Of two maps one text for both,
         or one for each, ``"-"`` as the file says.
-    material, modulus, poisson, contact_modulus, work, range, spacing, probe : see
+    material, modulus, poisson, contact_modulus, work, range, spacing, probe, coating : see
         :class:`continuum.sticky.tables.InterfaceTable`.
     solve : whether to solve the contact of the map: its turn, the work of adhesion from which on it is sticky, and its
         state at the given one.  If nothing is said, the turn of maps of at most 512 x 512 points is solved.

@@ -38,6 +38,7 @@ class RoughContact:
     spacing : a0 of the atoms; None where there is none.
     roll_off : λ_L; None where it is not known.
     kappa_rep : of Eq. (1).
+    coated : whether the contact modulus is that of a coating only, of which no theory here knows.
     """
 
     rms_height: float
@@ -50,11 +51,12 @@ class RoughContact:
     spacing: float | None = None
     roll_off: float | None = None
     kappa_rep: float = paper.KAPPA_REP
+    coated: bool = False
 
     def __post_init__(self) -> None:
         optional = ("conformal_energy", "spacing", "roll_off")
         for name, value in tuple(vars(self).items()):
-            if value is not None or name not in optional:
+            if name != "coated" and (value is not None or name not in optional):
                 object.__setattr__(self, name, number(name, value, above=0))
 
     @property
@@ -171,6 +173,7 @@ class Criterion:
         value = self.formula(contact)
         inputs = {name: float(getattr(contact, name)) for name in self.uses}
         why = tuple(filter(None, (limit.why(contact) for limit in self.limits)))
+        why += ("the solid is coated, and the theory has one modulus",) if contact.coated else ()
         margin = None if self.margin is None else self.margin(contact, value)
         return Estimate(self.name, self.symbol, value, self.unit, self.source, inputs, why, margin, self.key)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from importlib import resources
 from itertools import zip_longest
@@ -21,6 +21,7 @@ import numpy as np
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number, texts
 from continuum.errors import InputError
+from continuum.model.substrates import HalfSpace, LayeredHalfSpace, Substrate
 
 _POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
     "pressure": (1.0, 1e13), "energy_per_area": (1e-9, 1e3), "length": (1e-12, 1e-3),
@@ -110,17 +111,50 @@ class Body:
             instance("material", self.material, Material)
 
     @property
+    def ratio(self) -> float | None:
+        """Poisson's ratio; None where it is not known."""
+        return self.material.poisson if self.poisson is None and self.material is not None else self.poisson
+
+    @property
     def plane_strain_modulus(self) -> float | None:
         """E/(1 - ν²), in Pa; None if nothing is known of the body, an InterfaceError if one of E and ν is missing."""
-        modulus, poisson = self.modulus, self.poisson
+        modulus, poisson = self.modulus, self.ratio
         if self.material is not None:
             modulus = self.material.modulus if modulus is None else modulus
-            poisson = self.material.poisson if poisson is None else poisson
         if modulus is None and poisson is None:
             return None
         if modulus is None or poisson is None:
             raise InterfaceError("a body has a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`")
         return modulus / (1 - poisson**2)
+
+
+@dataclass(frozen=True)
+class Coating:
+    """An elastic layer and what is below it, in SI units.
+
+    Parameters
+    ----------
+    thickness : of the layer, in m.
+    contact_modulus, poisson : E/(1 - ν²) of the layer, in Pa, and its ν.
+    base_modulus, base_poisson : the same of the half-space below.
+    """
+
+    thickness: float
+    contact_modulus: float
+    poisson: float
+    base_modulus: float
+    base_poisson: float
+
+    def __post_init__(self) -> None:
+        for name in ("thickness", "contact_modulus", "base_modulus"):
+            object.__setattr__(self, name, number(name, getattr(self, name), above=0))
+        for name in ("poisson", "base_poisson"):
+            object.__setattr__(self, name, number(name, getattr(self, name), above=-1, most=0.5))
+
+    def substrate(self, unit: float) -> LayeredHalfSpace:
+        """Its response, in units of the contact modulus of the layer and of a length in m."""
+        layer = (self.thickness / unit, 1.0, self.poisson)
+        return LayeredHalfSpace([layer], (self.base_modulus / self.contact_modulus, self.base_poisson))
 
 
 @dataclass(frozen=True)
@@ -139,6 +173,8 @@ class Interface:
     """Where the values come from."""
     probe: float | None = None
     """Radius of a sphere that one of the bodies is, in m; None where its shape is not asked about."""
+    coating: Coating | None = None
+    """Of the elastic body, whose modulus E* is then that of the coating; None where there is none."""
 
     def __post_init__(self) -> None:
         for name in ("contact_modulus", "work_of_adhesion", "range", "spacing", "probe"):
@@ -150,6 +186,10 @@ class Interface:
     def adhesion_length(self) -> float:
         """l_a = w/E*, in m."""
         return self.work_of_adhesion / self.contact_modulus
+
+    def substrate(self, unit: float) -> Substrate:
+        """Elastic response of the contact, in units of its contact modulus and of a length in m."""
+        return HalfSpace("clamped") if self.coating is None else self.coating.substrate(unit)
 
 
 def reduced_modulus(moduli: Sequence[float]) -> float:
@@ -236,6 +276,7 @@ def read_interface(
     range: str | None = None,
     spacing: str | None = None,
     probe: str | None = None,
+    coating: str | None = None,
 ) -> Interface:
     """An interface from text: numbers with their units, names of materials; the first of each for the first body.
 
@@ -268,7 +309,42 @@ def read_interface(
     if faults:
         raise InterfaceError("\n".join(faults))
     bodies = [Body(*one) for one in zip_longest(moduli, ratios, found)]
-    return interface(bodies, *given)
+    whole = interface(bodies, *given)
+    if coating is None:
+        return whole
+    if len(bodies) != 1 or contact_modulus is not None or probe is not None:
+        raise InterfaceError("`coating` is on one elastic body, and has no `contact_modulus`, second body or `probe`")
+    instance("coating", coating, str, 'a text such as "50nm:200GPa:0.2"')
+    return coated(whole, bodies[0], coating)
+
+
+def coated(interface: Interface, body: Body, text: str) -> Interface:
+    """A contact whose one elastic body has a coating; its contact modulus is that of the coating.
+
+    Parameters
+    ----------
+    interface : without the coating.
+    body : the elastic body.
+    text : thickness, Young's modulus and Poisson's ratio of the coating.
+
+    Raises
+    ------
+    InterfaceError
+        If the text says something else, or the Poisson's ratio of the body is not known.
+    """
+    base, ratio = body.plane_strain_modulus, body.ratio
+    if base is None or ratio is None:
+        raise InterfaceError("`coating` needs what is below it: `modulus` and `poisson`, or `material`, of one body")
+    parts, faults = text.split(":"), list[str]()
+    if len(parts) != 3:
+        raise InterfaceError(f"`coating` {text!r} is not thickness, Young's modulus, Poisson's ratio: 50nm:200GPa:0.2")
+    thickness, modulus = (_amount(faults, "coating", *one) for one in ((parts[0], "length"), (parts[1], "pressure")))
+    poisson = _ratio(faults, parts[2])
+    if faults or thickness is None or modulus is None or poisson is None:
+        raise InterfaceError("\n".join(faults))
+    layer = Coating(thickness, modulus / (1 - poisson**2), poisson, base, ratio)
+    said = f"E* is that of a coating of {units.readable(thickness, 'length', 3)}"
+    return replace(interface, contact_modulus=layer.contact_modulus, coating=layer, origin=(said, *interface.origin))
 
 
 def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quantity) -> float | None:

@@ -227,9 +227,10 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
         interface.work_of_adhesion,
         interface.range,
         interface.contact_modulus,
-        conformal_energy=cut.conformal_energy * interface.contact_modulus,
+        conformal_energy=None if interface.coating else cut.conformal_energy * interface.contact_modulus,
         spacing=interface.spacing,
         roll_off=roll_off,
+        coated=interface.coating is not None,
     )
 
 

@@ -16,7 +16,6 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import unresolved
-from continuum.model.substrates import HalfSpace
 from continuum.model.surface import moments
 from continuum.model.walls import LennardJonesSpline, Wall
 from continuum.model.walls.attraction import attraction_on_core
@@ -168,7 +167,7 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     wall = attraction_on_core(
         "spline", interface.adhesion_length / unit, 1.0, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel
     )
-    problem = ContactProblem(grid, wall, heights, HalfSpace("clamped"))
+    problem = ContactProblem(grid, wall, heights, interface.substrate(unit))
     settings = Settings(TOLERANCE * slope, threads=threads)
     state = solve(problem, "repulsive-area", AREA, settings, branch="approach")
     jumped = state.outcome is Outcome.JUMPED_OVER and state.beyond is not None

@@ -14,7 +14,7 @@ from continuum.arguments import instance
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import HalfSpace
+from continuum.model.substrates import Substrate
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.model.walls.attraction import attraction_on_core
@@ -118,7 +118,8 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1) -
         stiffness, depth = CORE_STIFFNESS / pixel, CORE_DEPTH * pixel
         return attraction_on_core("spline", length, range_at(length) / unit, stiffness, depth)
 
-    problem = ContactProblem(grid, wall_at(_half_of_full_contact(grid, heights)), heights, HalfSpace("clamped"))
+    substrate = interface.substrate(unit)
+    problem = ContactProblem(grid, wall_at(_half_of_full_contact(grid, heights, substrate)), heights, substrate)
     settings = Settings(RESIDUAL * slope, threads=threads)
     found, state = find_turn(problem, wall_at, AREA, settings, Search(AREA_TOLERANCE), WIDTH)
     length, low, high, jumps = _bracket(state)
@@ -136,10 +137,10 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1) -
     )  # fmt: skip
 
 
-def _half_of_full_contact(grid: Grid, heights: Real) -> float:
+def _half_of_full_contact(grid: Grid, heights: Real, substrate: Substrate) -> float:
     """l_a from which the search begins, half of the energy of full contact."""
     hard = attraction_on_core("spline", 1.0, 1.0, 1.0)
-    return first_work(ContactProblem(grid, hard, heights, HalfSpace("clamped")))
+    return first_work(ContactProblem(grid, hard, heights, substrate))
 
 
 def _bracket(state: PathState) -> tuple[float, float, float, bool]:

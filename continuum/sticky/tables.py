@@ -99,6 +99,9 @@ class InterfaceTable(Table):
     """Work of adhesion w."""
     range: Length | None = None
     """Range of the attraction (for a law without cut-off, its effective range)."""
+    coating: str | None = None
+    """Coating of the one elastic body: thickness, Young's modulus and Poisson's ratio, as 50nm:200GPa:0.2.  The solver
+    alone decides then, as the theories know one modulus."""
     spacing: Length | None = None
     """Spacing a0 of the atoms, for the necessary condition on crystals."""
     probe: Annotated[str, _quantity("length", '"10um"')] | None = None
