@@ -210,8 +210,14 @@ def test_joined_measurements_keep_the_waves_that_no_drawn_surface_has() -> None:
     assert height == pytest.approx(roughness_of(overview).moments.rms_height, rel=0.3)
     assert height > 10 * roughness_of(detail).moments.rms_height
     assert found.heights.std() < height / 5
-    contact = Interface(1e9, 0.05, 0.35e-9, None)
-    assert prediction_of([found], contact).contact.rms_height == pytest.approx(height)
+
+
+@pytest.mark.long
+def test_joined_measurements_are_judged_by_all_their_waves() -> None:
+    wide, close = Rough(64).heights(), Rough(64, seed=2).heights() / 100
+    found = read_all([wide, close], size=["1mm", "1um"], unit="nm", join=True)[0]
+    judged = prediction_of([found], Interface(1e9, 0.05, 0.35e-9, None)).contact
+    assert judged.rms_height == pytest.approx(roughness_of(found).moments.rms_height)
 
 
 def test_what_was_filled_is_not_advised_again() -> None:
