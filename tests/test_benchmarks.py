@@ -135,6 +135,7 @@ def test_the_memory_of_a_job_is_its_own(tmp_path: Path) -> None:
     assert ballast.nbytes / 2**20 > found["peak_mib"] > gap.nbytes / 2**20
 
 
+@pytest.mark.long
 def test_what_a_wall_costs_is_measured_for_each_kind() -> None:
     rows = [{"n": 8, "kind": kind} | atoms.wall(8, kind, evaluations=20) for kind in atoms.WALLS]
     assert all(row["cpu"] > 0 for row in rows)

@@ -177,11 +177,16 @@ def test_a_terminal_that_is_not_utf8_gets_ascii(tmp_path: Path) -> None:
     done = start("continuum", "check", "run.toml", folder=tmp_path, environment=environment)
     assert done.returncode == 0, done.stderr
     assert done.stdout.isascii()
-    assert "kappa" in start("continuum", "examples", folder=tmp_path, environment=environment).stdout
     (tmp_path / "bad.toml").write_text(SMALL.replace("hurst = 0.8", "hurst = 8.0"))
     done = start("continuum", "check", "bad.toml", folder=tmp_path, environment=environment)
     assert done.returncode == 2
     assert "hurst" in done.stderr
+
+
+@pytest.mark.long
+def test_examples_are_printed_in_ascii_where_nothing_else_can_be(tmp_path: Path) -> None:
+    environment = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": ""}
+    assert "kappa" in start("continuum", "examples", folder=tmp_path, environment=environment).stdout
 
 
 @pytest.mark.parametrize("closed", [1, pytest.param(2, marks=pytest.mark.long)])

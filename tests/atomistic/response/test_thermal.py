@@ -79,6 +79,7 @@ def test_lattice_constant_and_surface_are_those_of_quasi_harmonic_theory(model: 
     np.testing.assert_allclose(warm.rise, relaxed[:3], rtol=0, atol=4 * warm.rise_error + 2 * found)
 
 
+@pytest.mark.long
 def test_a_free_warm_surface_stays_where_separations_count_from(
     model: CrystalModel, quick: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -57,7 +57,7 @@ def test_westergaards_wave(part: float) -> None:
     assert np.sqrt(np.mean((found.traction - wave.pressure(x)) ** 2)) < 0.5 * 0.1 * n**-1 * 10
 
 
-@pytest.mark.parametrize("wavelength", [256, 1024, pytest.param(4096, marks=pytest.mark.long)])
+@pytest.mark.parametrize("wavelength", [256, *(pytest.param(one, marks=pytest.mark.long) for one in (1024, 4096))])
 def test_johnsons_adhesive_wave(wavelength: int) -> None:
     """Pull-off of a wave with adhesion, whose short range Johnson's theory is the limit of: it differs as 4/λ."""
     wall, n = c.LennardJonesSpline(adhesion_length=0.005), 2 * wavelength
