@@ -50,6 +50,7 @@ OF_SWEEPS = {
     "slurm": "print a job script for sbatch",
     "status": "how far a sweep is, from its files alone",
     "collect": "one table of all points: table.csv, and table.h5 for xarray",
+    "publish": "one folder for an archive: page, tables, input, and metadata for Zenodo",
     "verify": "read every file whole: sums, schema, identity",
 }
 # Imported when they are called: `continuum --help` needs none of them.

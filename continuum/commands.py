@@ -23,6 +23,7 @@ from continuum.front import predict as predictions
 from continuum.front import study as studies
 from continuum.front import sweeps
 from continuum.options import Formats, as_options, like
+from continuum.paper import publication
 from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
@@ -70,6 +71,8 @@ Modules = Annotated[list[str] | None, Parameter(name="--module", help="a module 
                     "gcc/13.2; may be repeated")]  # fmt: skip
 Lines = Annotated[list[str] | None, Parameter(name="--line", help="a line of your own after these, as 'source "
                   "~/venv/bin/activate'; may be repeated")]  # fmt: skip
+Creators = Annotated[list[str] | None, Parameter(name="--creator", help="who made the data, as 'Family, Given'; may be "
+                     "repeated")]  # fmt: skip
 Kind = Literal["run"]
 Begun = Literal["run", "sweep"]
 
@@ -182,6 +185,16 @@ def sweep_collect(**given: Any) -> int:
     for path in found.files:
         print(path)
     return NOT_CONVERGED if found.faults else OK
+
+
+@like(publication.sweep_publish)
+def sweep_publish(*, creators: Creators = None, **given: Any) -> int:
+    found = publication.sweep_publish(creators=creators or (), **given)
+    show(table_sheet(found.table))
+    warn(found.warnings)
+    for path in found.files:
+        print(path)
+    return NOT_CONVERGED if found.table.faults else OK
 
 
 @like(collecting.sweep_verify)

@@ -130,11 +130,11 @@ def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Drawn:
 
 
 def stored_profiles(data: SweepData) -> list[_Found]:
-    """The point nearest to 1 % area of each system that has stored its gaps."""
+    """The point nearest to 1 % area of each system that has stored its gaps; the contact has an edge."""
     found = []
     for key in data.table.keys:
         result = Result.read(Folder(data.root).point(key))
-        measured = [point for point in analyse_run(result).points if point.fields and point.numbers.area_rep > 0]
+        measured = [point for point in analyse_run(result).points if point.fields and point.numbers.perimeter > 0]
         if measured:
             nearest = min(measured, key=lambda point: abs(point.numbers.area_rep - _PROFILE_AREA))
             assert nearest.fields is not None

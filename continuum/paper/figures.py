@@ -116,7 +116,7 @@ FIGURES = {
         "Fig. 2: repulsive area against load; H = 0.8, h'rms = 0.1, λ_s = 32 a0.", general=True,
     ),
     "figure3": PaperFigure(
-        "Fig. 3", _where("area_rep > 0 and valid"), _ANY, relations.draw_loads,
+        "Fig. 3", _where("perimeter > 0 and valid"), _ANY, relations.draw_loads,
         "Fig. 3: attractive and repulsive load, and perimeter, against the areas that the paper says they follow.",
         general=True,
     ),
@@ -126,7 +126,7 @@ FIGURES = {
         "1 %.", general=True,
     ),
     "figure-s2": PaperFigure(
-        "Fig. S-2", _where("chord > 0 and valid and approach"), _ANY, relations.draw_perimeter,
+        "Fig. S-2", _where("perimeter > 0 and valid and approach"), _ANY, relations.draw_perimeter,
         "Fig. S-2: perimeter, chord and area.", general=True,
     ),
     "figure-s3": PaperFigure(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from continuum.files import output
 from continuum.paper.claims import Claim, Finding, claim_verdicts, verdict_sheet
 from continuum.paper.dispute import write_dispute
-from continuum.paper.figures import FIGURES, save_drawing
+from continuum.paper.figures import FIGURES, Drawing, save_drawing
 from continuum.paper.points import FigureError, SweepData
 from continuum.show.sheet import Sheet
 from continuum.sweeps.collect import PointTable, collect
@@ -46,7 +47,7 @@ def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None)
     data = SweepData(collect(roots[0]), roots[0])
     if name == "verdicts":
         found = verdict_sheet(claim_verdicts(data.points))
-        text = f"# {found.title}\n\n{found.markdown()}\n\n{_provenance(data.table)}\n"
+        text = f"# {found.title}\n\n{found.markdown()}\n\n{provenance_line(data.table)}\n"
         return [output.save(place / "verdicts.md", text), output.save(place / "verdicts.csv", found.csv())]
     return save_drawing(FIGURES[name].make(data), place / name)
 
@@ -69,14 +70,10 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
         ["# The paper's figures and claims, from stored sweeps\n", _matrix(names, verdicts), ""],
     )
     for folder, data, found in zip(names, sweeps, verdicts, strict=True):
-        parts += [f"## Sweep `{folder}`\n", _provenance(data.table), _sizes(data)]
+        parts += [f"## Sweep `{folder}`\n", provenance_line(data.table), _sizes(data)]
         looked = [each for each in found if each[1].points]
         parts += ["", verdict_sheet(looked).markdown(), ""]
-        for name in _meant(data):
-            try:
-                drawing = FIGURES[name].make(data)
-            except FigureError:
-                continue
+        for name, drawing in drawings_of(data):
             stem = path.with_name(f"paper-{folder}-{name}")
             written += save_drawing(drawing, stem)
             parts += [f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
@@ -97,6 +94,13 @@ def _matrix(names: Sequence[str], verdicts: Sequence[list[tuple[Claim, Finding]]
     return Sheet.of("All verdicts", ("claim of the paper", *names), rows).markdown()
 
 
+def drawings_of(data: SweepData) -> Iterator[tuple[str, Drawing]]:
+    """The figures that a sweep is for, and has points for, each with its name."""
+    for name in _meant(data):
+        with suppress(FigureError):
+            yield name, FIGURES[name].make(data)
+
+
 def _meant(data: SweepData) -> Iterator[str]:
     """The figures that a sweep is for: its own by its name; else, as of figure4, all that there are points for."""
     own = data.table.listing.name.removesuffix("-reduced")
@@ -106,11 +110,12 @@ def _meant(data: SweepData) -> Iterator[str]:
         return
     if data.table.listing.common.get("output.fields"):
         yield from (name for name, figure in FIGURES.items() if figure.fields)
-    if data.points.step.max() > 0:
+    if data.points.step.max() > 0 and data.points.lambda_s.notna().any():  # symbols have the size of λ_s
         yield from (name for name, figure in FIGURES.items() if figure.general)
 
 
-def _provenance(table: PointTable) -> str:
+def provenance_line(table: PointTable) -> str:
+    """How much of a sweep is done, what it was computed with, and how long that took."""
     made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
     return (
         f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(table.system)} converged points; "

@@ -139,14 +139,15 @@ def _expected(result: Result) -> ExpectedContact:
 
 def _fields(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, numbers: Measurement) -> FieldMeasurement:
     # Twice the diameter shows the gap between patches; the map is held with a margin that wide, hence the limit.
-    reach, slope = 2 * numbers.diameter if np.isfinite(numbers.diameter) else 0.0, numbers.rms_slope
+    edge = bool(np.isfinite(numbers.diameter))  # full contact has none
+    reach, slope = 2 * numbers.diameter if edge else 0.0, numbers.rms_slope
     farthest = min(max(reach, 16 * grid.widest_step), grid.shortest_period / 8)
     profile = gap_profile(grid, gap, repulsive, farthest, wall.zero_gap)
     return FieldMeasurement(
         areas(grid, wall, gap),
         profile,
         profile.width(wall.range) if wall.range > 0 else np.nan,
-        paper.attraction_width(slope, numbers.diameter, wall.range) if wall.range > 0 else np.nan,
+        paper.attraction_width(slope, numbers.diameter, wall.range) if edge and wall.range > 0 else np.nan,
         gap_ratio(profile, slope, numbers.diameter),
         gap_distribution(grid, gap),
         None if wall.law is None else pressure_distribution(grid, wall, gap),

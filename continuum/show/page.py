@@ -7,6 +7,7 @@ import html
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from urllib.parse import quote
 
 import continuum
 from continuum.files import output
@@ -41,6 +42,7 @@ class Page:
     sheets : tables, each under its title.
     listing : title and text of what is shown as it is, such as an input.
     sources : of what the page says, at its foot.
+    files : that lie beside the page, each with what it is; the page leads to them.
     """
 
     title: str
@@ -50,6 +52,7 @@ class Page:
     sheets: Sequence[Sheet] = ()
     listing: tuple[str, str] | None = None
     sources: str = field(default="")
+    files: Sequence[tuple[str, str]] = ()
 
     def html(self) -> str:
         """The page; figures are read now."""
@@ -74,6 +77,12 @@ class Page:
         for sheet in self.sheets:
             note = f'<p class="note">{html.escape(sheet.note)}</p>' if sheet.note else ""
             yield f'<h2>{html.escape(sheet.title)}</h2><div class="sheet">{sheet.html()}</div>{note}'
+        if self.files:
+            links = (f'<a href="{html.escape(quote(name))}">{html.escape(name)}</a>' for name, _ in self.files)
+            items = "".join(
+                f"<li>{link}: {html.escape(what)}</li>" for link, (_, what) in zip(links, self.files, strict=True)
+            )
+            yield f"<h2>Files</h2><ul>{items}</ul>"
         if self.listing is not None:
             yield f"<h2>{html.escape(self.listing[0])}</h2><pre>{html.escape(self.listing[1])}</pre>"
         made = html.escape(f"stickiness {continuum.__version__}. {self.sources}")

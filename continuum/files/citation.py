@@ -1,0 +1,55 @@
+"""How the program and the paper whose model it is are cited, from ``CITATION.cff``: the one place that knows."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Citation:
+    """What ``CITATION.cff`` says."""
+
+    title: str
+    """Of the program."""
+    authors: tuple[str, ...]
+    """Of the program."""
+    version: str
+    license: str
+    paper: str
+    """The paper, as a reference is written."""
+    doi: str
+    """Of the paper."""
+
+    @property
+    def program(self) -> str:
+        """The program, as a reference is written."""
+        return f"{', '.join(self.authors)}, {self.title}, version {self.version}"
+
+    @classmethod
+    def read(cls) -> Citation:
+        """Read the file: after installation it lies in the package, in a checkout beside the packages."""
+        package = Path(__file__).resolve().parent.parent
+        path = next(
+            folder / "CITATION.cff" for folder in (package, package.parent) if (folder / "CITATION.cff").exists()
+        )
+        return cls.of(path.read_text(encoding="utf-8"))
+
+    @classmethod
+    def of(cls, text: str) -> Citation:
+        """What a text of this form says; of YAML, only as much is understood as the file of this project has."""
+        program, _, article = text.partition("references:")
+        names = zip(_all(article, "family-names"), _all(article, "given-names"), strict=True)
+        authors = [" ".join([re.sub(r"(\w)\w*\.?", r"\1.", given), family]) for family, given in names]
+        said = {key: _all(article, key)[0] for key in ("title", "journal", "volume", "start", "end", "year", "doi")}
+        paper = "{}, {title}, {journal} {volume}, {start}-{end} ({year}), doi:{doi}".format(
+            " and ".join(authors), **said
+        )
+        own = {key: _all(program, key)[0] for key in ("title", "version", "license")}
+        return cls(own["title"], _all(program, "name"), own["version"], own["license"], paper, said["doi"])
+
+
+def _all(text: str, key: str) -> tuple[str, ...]:
+    """All values of a key, in order."""
+    return tuple(re.findall(rf'^[ -]*{key}: "?(.*?)"?$', text, re.MULTILINE))

@@ -1,0 +1,209 @@
+"""One folder of a sweep for an archive such as Zenodo: a page to read, tables, the input, and metadata.
+
+The archives keep such a folder flat, and so is this: ``index.html`` with its figures, ``table.csv``, ``table.nc``,
+``sweep.toml``, ``.zenodo.json``, and ``SHA256SUMS``, by which the folder is known again and can be checked.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from continuum.arguments import ArgumentError, file_name, flag
+from continuum.errors import OutputError
+from continuum.files import output as files
+from continuum.files.citation import Citation
+from continuum.files.provenance import provenance
+from continuum.front.sweeps import sweep_collect
+from continuum.sweeps.collect import PointTable
+from continuum.sweeps.folder import Folder
+
+SUMS = "SHA256SUMS"
+_MARK = f"# written by `continuum sweep publish`; checked by `sha256sum -c {SUMS}`\n"
+_KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
+
+
+@dataclass(frozen=True)
+class Publication:
+    """What was published of a sweep."""
+
+    folder: Path
+    files: tuple[Path, ...]
+    """Files of the folder, the page first."""
+    table: PointTable
+    warnings: tuple[str, ...]
+    """What to mend before others read it."""
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """What an archive says of a publication."""
+
+    title: str
+    creators: tuple[str, ...]
+    license: str
+    description: str
+
+    def zenodo(self, paper: str) -> str:
+        """The text of ``.zenodo.json``, which refers to the paper of this DOI."""
+        said = {
+            "title": self.title,
+            "upload_type": "dataset",
+            "description": f"<p>{html.escape(self.description)}</p>",
+            "creators": [{"name": name} for name in self.creators],
+            "access_right": "open",
+            "license": self.license,
+            "keywords": _KEYWORDS,
+            "related_identifiers": [
+                {"identifier": paper, "relation": "references", "resource_type": "publication-article"}
+            ],
+        }
+        return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
+
+
+def sweep_publish(
+    sweep: str | Path,
+    output: str | Path = "published",
+    *,
+    title: str | None = None,
+    creators: Sequence[str] = (),
+    license: str = "cc-by-4.0",
+    force: bool = False,
+) -> Publication:
+    """Write one folder of a sweep for an archive: a page with figures and verdicts, tables, input, Zenodo's metadata.
+
+    Parameters
+    ----------
+    sweep : folder of the sweep.
+    output : folder to write, which is not there, empty, or as an earlier call left it.
+    title : of the data; made of the name of the sweep if None.
+    creators : who made the data, as "Family, Given"; those of the program if none are given.
+    license : of the data, as Zenodo names it.
+    force : write beside, and over, what is in the folder.
+
+    Raises
+    ------
+    SweepError, FigureError
+        If there is no sweep, or no system of it is done.
+    OutputError
+        If the folder holds files that are not of an earlier call or were changed since, or cannot be written to.
+    ArgumentError
+        If an argument is not allowed.
+    """
+    from continuum.paper.publication_page import write_publication_page  # pandas and Matplotlib, which take a second
+
+    root, place = file_name("sweep", sweep), file_name("output", output)
+    title, license = None if title is None else _line("title", title), _line("license", license)
+    if isinstance(creators, str) or not isinstance(creators, Sequence):
+        raise ArgumentError("creators", creators, 'names, each as "Family, Given"')
+    names = tuple(_line("creators", name) for name in creators)
+    citation, before = Citation.read(), {} if flag("force", force) else _earlier(place)
+    with TemporaryDirectory() as made:
+        draft = Path(made)
+        found = sweep_collect(root, draft)
+        files.distinct(place / "sweep.toml", [Folder(root).description])
+        name = found.listing.name
+        about = Metadata(title or f"Sweep {name}: adhesive contacts", names or citation.authors, license,
+                         _description(found))  # fmt: skip
+        files.save(draft / "sweep.toml", Folder(root).description.read_bytes())
+        _as_netcdf(draft / "table.h5")
+        files.save(draft / ".zenodo.json", about.zenodo(citation.doi))
+        doubts = _doubts(found)
+        write_publication_page(root, found, draft, about, citation, doubts)
+        written = {path.name: path.read_bytes() for path in sorted(draft.iterdir())}
+    _require_ours(place, written, None if force else before)
+    paths = _replaced(place, written, before)
+    unnamed = () if names else ("the creators are those of the program; name yours with --creator 'Family, Given'",)
+    return Publication(place, paths, found, (*doubts, *unnamed))
+
+
+def _line(name: str, value: object) -> str:
+    if not isinstance(value, str) or not value.strip() or not value.isprintable():
+        raise ArgumentError(name, value, "a line of text")
+    return value.strip()
+
+
+def _description(found: PointTable) -> str:
+    axes = ", ".join(key for axis in found.listing.axes for key in axis.keys)
+    return (
+        f"{len(found.system)} equilibria of {len(found.keys)} adhesive contacts, solved by Green's functions; "
+        f"a sweep over {axes or 'nothing'}. Lengths are in units of the atomic spacing a0, pressures of the contact "
+        "modulus E*. The page index.html has figures and how to cite, table.csv has a row for each equilibrium, and "
+        "sweep.toml is the input, from which the program makes all of it again."
+    )
+
+
+def _doubts(found: PointTable) -> tuple[str, ...]:
+    """What readers of the folder should know."""
+    said = list(found.faults)
+    if found.missing:
+        said.append(f"{found.missing} of {len(found.listing.systems)} systems are not done")
+    each = (found.listing.common, *(system.settings for system in found.listing.systems))
+    read = sorted({Path(str(value)).name for given in each for value in _paths(given)})
+    if read:
+        said.append(f"the input reads files that are not part of this folder: {', '.join(read)}")
+    return tuple(said)
+
+
+def _paths(given: Mapping[str, object]) -> list[object]:
+    """Names of files among settings, also within whole tables."""
+    inside = [path for value in given.values() if isinstance(value, Mapping) for path in _paths(value)]
+    named = re.compile(r"(.*\.)?path(\.name)?")
+    return inside + [value for key, value in given.items() if named.fullmatch(key) and isinstance(value, str)]
+
+
+def _as_netcdf(cube: Path) -> None:
+    """Put ``table.nc`` in the place of ``table.h5``, if xarray is installed."""
+    try:
+        from continuum.files.labelled import write_netcdf
+    except ImportError:
+        return
+    said = {f"written_with_{name.rpartition('/')[2]}": value for name, value in provenance().items()}
+    write_netcdf(cube, cube.with_suffix(".nc"), {k: int(v) if isinstance(v, bool) else v for k, v in said.items()})
+    cube.unlink()
+
+
+def _earlier(place: Path) -> dict[str, str]:
+    """Sums of the files that an earlier call left, by their names; raises OutputError where another wrote."""
+    if not place.is_dir() or not any(place.iterdir()):
+        return {}
+    text = (place / SUMS).read_text(errors="replace") if (place / SUMS).is_file() else ""
+    if not text.startswith(_MARK):
+        raise OutputError(
+            f"{place}: holds files that `continuum sweep publish` has not written, and is left alone; choose another "
+            "folder with --output, or write into this one with --force"
+        )
+    return {name: digest for digest, name in re.findall(r"^([0-9a-f]{64})  ([^/\n]+)$", text, re.MULTILINE)}
+
+
+def _require_ours(place: Path, written: Mapping[str, bytes], before: Mapping[str, str] | None) -> None:
+    """Refuse to write over, or remove, a file that is not as an earlier call left it; all may go if that is None."""
+    if before is None:
+        return
+    for name in sorted({*written, *before}):
+        if (place / name).exists() and before.get(name) != _sum_of(place / name):
+            raise OutputError(
+                f"{place / name}: is not as `continuum sweep publish` has written it, and is left alone; choose "
+                "another folder with --output, or write over it with --force"
+            )
+
+
+def _sum_of(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+
+
+def _replaced(place: Path, written: Mapping[str, bytes], before: Mapping[str, str]) -> tuple[Path, ...]:
+    """Write the files, remove those of before that are no more, and write the sums; returns the paths."""
+    files.folder(place)
+    for name in before.keys() - written.keys():
+        (place / name).unlink(missing_ok=True)
+    order = sorted(written, key=lambda name: (name != "index.html", name))
+    paths = [files.save(place / name, written[name]) for name in order]
+    sums = "".join(f"{hashlib.sha256(written[name]).hexdigest()}  {name}\n" for name in order)
+    return (*paths, files.save(place / SUMS, _MARK + sums))
