@@ -1,8 +1,9 @@
 """Bounds that carry over from surface to surface and from metal to metal: quantiles of an ensemble that ran before.
 
 ``ensemble.csv``, made by ``tests/studies/ensemble.py``, holds by how much the lattice Green's function and the atoms
-differ in each state of eight surfaces on springs and on three metals.  A case without ``[[tolerance]]`` is judged by
-it: without adhesion by |N difference|/N_rep = a h' and |u difference| = b a0 h'², with it by c h' of all that acts.
+differ in each state of eight surfaces on springs and on three metals, and of sixteen on deeper springs.  A case
+without ``[[tolerance]]`` is judged by those that are like it: without adhesion by |N difference|/N_rep = a h' and
+|u difference| = b a0 h'², with it by c h' of all that acts.
 
 A coefficient belongs to the surface and to the crystal.  Of a surface, its worst state counts.  Over the surfaces of
 one crystal their logarithms are taken as normal: the limit is that which a further surface exceeds with the probability
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 import csv
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import resources
 from typing import NamedTuple
@@ -31,13 +32,8 @@ RARE = 0.01
 FEWEST = 8
 """Surfaces of a crystal below which there is no bound."""
 SPRINGS = "springs"
-HURST, LAMBDA_S, ROLL_OFF, PERIOD, DEPTH = 0.8, 8.0, 2.0, 4.0, 2.0
-"""Of the surfaces of the ensemble: H, λ_s in a0; λ_L, period and depth of the slab in λ_s."""
-AREAS = (0.1, 0.25)
-PLAIN_SLOPES = (0.1, 0.01)
-"""Slopes without adhesion."""
-STICKY_SLOPE, ADHESION_LENGTH = 0.1, 0.005
-"""With adhesion."""
+HURST, LAMBDA_S, ROLL_OFF, PERIOD = 0.8, 8.0, 2.0, 4.0
+"""Of the surfaces of the ensemble: H, λ_s in a0; λ_L and period in λ_s."""
 
 
 class Row(NamedTuple):
@@ -45,6 +41,8 @@ class Row(NamedTuple):
 
     crystal: str
     """``springs``, or the name of the file of the potential."""
+    depth: float
+    """Of the slab, in λ_s."""
     adhesion_length: float
     """In a0."""
     seed: int
@@ -74,7 +72,13 @@ def rows() -> tuple[Row, ...]:
     """The states of the ensemble."""
     text = (resources.files("atomistic.ladder") / "ensemble.csv").read_text(encoding="utf-8")
     return tuple(
-        Row(r["crystal"], float(r["adhesion_length"]), int(r["seed"]), *(float(r[name]) for name in Row._fields[3:]))
+        Row(
+            r["crystal"],
+            float(r["depth"]),
+            float(r["adhesion_length"]),
+            int(r["seed"]),
+            *(float(r[name]) for name in Row._fields[4:]),
+        )
         for r in csv.DictReader(text.splitlines())
     )
 
@@ -105,14 +109,15 @@ def carried_bounds(
     ----------
     ensemble : states to judge by; those of the file if None.
     """
-    if untested(config, case, ensemble):
+    alike, outside = _alike(config, case, ensemble)
+    if outside:
         return ()
-    sticky, left = case.adhesion_length > 0, _others(config, case, ensemble)
+    sticky = case.adhesion_length > 0
     scalings: tuple[tuple[Compared, int], ...] = (("gross_load", 1),) if sticky else (("load", 1), ("displacement", 2))
     found = []
     for quantity, power in scalings:
         worst: defaultdict[str, dict[int, float]] = defaultdict(dict)
-        for row in left:
+        for row in alike:
             scaled = float(getattr(row, quantity)) / row.rms_slope**power
             worst[row.crystal][row.seed] = max(scaled, worst[row.crystal].get(row.seed, 0.0))
         most = limit(worst, len(config.surface.seeds))
@@ -127,46 +132,55 @@ def carried_bounds(
 
 def untested(config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None = None) -> str:
     """Why the ensemble has no bounds for a case, in words: what is outside of it; empty if it has."""
-    return "; ".join(said for inside, said in _conditions(config, case, ensemble) if not inside)
+    return "; ".join(_alike(config, case, ensemble)[1])
 
 
-def _conditions(config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None) -> Iterator[tuple[bool, str]]:
-    """Whether a case is as those of the ensemble, and what it should be."""
+def _alike(
+    config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None
+) -> tuple[list[Row], tuple[str, ...]]:
+    """States of the ensemble that judge a case, and in words what of the case lies outside of it."""
     shortest, longest = config.wavelengths(case)
-    yield config.interatomic.kind in (SPRINGS, "eam", "pair-style"), "it is of springs and metals"
+    alike, conditions = _others(config, ensemble), list[tuple[bool, str]]()
+    conditions.append((config.interatomic.kind in (SPRINGS, "eam", "pair-style"), "it is of springs and metals"))
     for value, of_ensemble, name in (
         (config.surface.hurst, HURST, "H"),
         (shortest, LAMBDA_S, "λ_s/a0"),
         (longest / shortest, ROLL_OFF, "λ_L/λ_s"),
         (config.slab.n / shortest, PERIOD, "period/λ_s"),
-        (config.slab.depth / shortest, DEPTH, "depth/λ_s"),
     ):
-        yield bool(np.isclose(value, of_ensemble)), f"its {name} is {of_ensemble:g}, here {value:g}"
-    low, high = min(AREAS), max(AREAS)
-    yield all(low <= area <= high for area in case.areas), f"its A_rep/A0 are {low:g} to {high:g}"
-    yield not case.jump, "it has no states beside a jump"
-    if case.adhesion_length > 0:
-        yield bool(np.isclose(case.adhesion_length, ADHESION_LENGTH)), f"its l_a is 0 or {ADHESION_LENGTH:g} a0"
-        yield bool(np.allclose(case.rms_slopes, STICKY_SLOPE)), f"its h' with adhesion is {STICKY_SLOPE:g}"
-        yield case.branches == ("approach",), "with adhesion it approaches only"
-    else:
-        least, most = min(PLAIN_SLOPES), max(PLAIN_SLOPES)
-        yield all(least <= slope <= most for slope in case.rms_slopes), f"its h' is {least:g} to {most:g}"
+        conditions.append((bool(np.isclose(value, of_ensemble)), f"its {name} is {of_ensemble:g}, here {value:g}"))
+    conditions.append((not case.jump, "it has no states beside a jump"))
+    approach_only = case.adhesion_length == 0 or case.branches == ("approach",)
+    conditions.append((approach_only, "with adhesion it approaches only"))
+    for value, column, name in (
+        (config.slab.depth / shortest, "depth", "depth/λ_s"),
+        (case.adhesion_length, "adhesion_length", "l_a/a0"),
+    ):
+        known = sorted({float(getattr(row, column)) for row in alike})
+        alike = [row for row in alike if np.isclose(getattr(row, column), value)]
+        words = " or ".join(f"{each:g}" for each in known)
+        conditions.append((bool(alike) or not known, f"its {name} is {words}, here {value:g}"))
+    for values, column, name in ((case.areas, "area", "A_rep/A0"), (case.rms_slopes, "rms_slope", "h'")):
+        known = sorted({float(getattr(row, column)) for row in alike})
+        inside = not known or all(known[0] <= value <= known[-1] for value in values)
+        conditions.append(
+            (inside, f"its {name} is {' to '.join(f'{each:g}' for each in known[:: len(known) - 1 or 1])}")
+        )
     seeds: defaultdict[str, set[int]] = defaultdict(set)
-    for row in _others(config, case, ensemble):
+    for row in alike:
         seeds[row.crystal].add(row.seed)
     enough = bool(seeds) and min(map(len, seeds.values())) >= FEWEST
-    yield enough, f"it has fewer than {FEWEST} surfaces that are not judged here"
+    outside = tuple(said for inside, said in conditions if not inside)
+    return alike, outside or (() if enough else (f"it has fewer than {FEWEST} surfaces that are not judged here",))
 
 
-def _others(config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None) -> list[Row]:
-    """States of the ensemble like those of a case: not of its crystal, and of springs not of its surfaces."""
+def _others(config: ValidateConfig, ensemble: Sequence[Row] | None) -> list[Row]:
+    """States of the ensemble that are not judged: of metals those of other crystals, of springs other surfaces."""
     springs, own = config.interatomic.kind == SPRINGS, _crystal_of(config.interatomic)
     return [
         row
         for row in (rows() if ensemble is None else ensemble)
-        if (row.adhesion_length > 0) == (case.adhesion_length > 0)
-        and (row.crystal == SPRINGS) == springs
+        if (row.crystal == SPRINGS) == springs
         and (row.seed not in config.surface.seeds if springs else row.crystal != own)
     ]
 

@@ -40,9 +40,11 @@ def of(text: str, tmp_path: Path) -> ValidateConfig:
 def made(crystal: str, coefficient: float, seeds: range = range(101, 109)) -> list[Row]:
     """States of one crystal whose coefficients scatter by a per cent."""
     return [
-        Row(crystal, length, seed, 0.1, 0.1, load=c * 0.1, gross_load=c * 0.1, displacement=c * 0.01)
+        Row(crystal, 2.0, length, seed, slope, area, load=c * slope, gross_load=c * slope, displacement=c * slope**2)
         for seed in seeds
-        for length in (0.0, ensemble.ADHESION_LENGTH)
+        for length in (0.0, 0.005)
+        for slope in (0.1, 0.01)
+        for area in (0.1, 0.25)
         for c in (coefficient * (1 + 0.01 * (seed % 2)),)
     ]
 
@@ -81,11 +83,11 @@ def test_what_is_judged_is_in_no_bound_of_its_own(tmp_path: Path) -> None:
     ("old", "new", "words"),
     [
         ('kind = "springs"', 'kind = "lennard-jones"', "springs and metals"),
-        ("depth = 16.0", "depth = 32.0", "depth/λ_s is 2, here 4"),
+        ("depth = 16.0", "depth = 40.0", "depth/λ_s is 2, here 5"),
         ("hurst = 0.8", "hurst = 0.5", "H is 0.8, here 0.5"),
         ("rms_slopes = [0.1, 0.01]", "rms_slopes = [0.001]", "h' is 0.01 to 0.1"),
-        ("areas = [0.1, 0.25]", "areas = [0.02]", "A_rep/A0 are 0.1 to 0.25"),
-        ("adhesion_length = 0.0", "adhesion_length = 0.05", "l_a is 0 or 0.005 a0"),
+        ("areas = [0.1, 0.25]", "areas = [0.02]", "A_rep/A0 is 0.1 to 0.25"),
+        ("adhesion_length = 0.0", "adhesion_length = 0.05", "l_a/a0 is 0 or 0.005, here 0.05"),
     ],
 )
 def test_outside_of_the_ensemble_there_is_no_bound(old: str, new: str, words: str, tmp_path: Path) -> None:
