@@ -63,8 +63,8 @@ def text(crystal: str, family: Family) -> str:
         f"[surface]\nhurst = {ensemble.HURST}\nlambda_s = {s}\nlambda_L = {ensemble.ROLL_OFF * s}",
         f"seeds = {list(family.seeds)}",
     ]
-    for length, slopes, areas in family.cases:
-        parts.append(f'[[case]]\nname = "{length:g}"\nadhesion_length = {length}')
+    for i, (length, slopes, areas) in enumerate(family.cases):
+        parts.append(f'[[case]]\nname = "case{i}"\nadhesion_length = {length}')
         parts.append(f"rms_slopes = {list(slopes)}\nareas = {list(areas)}")
         parts.append('branches = ["approach"]' if length > 0 else "")
     return "\n".join(parts) + "\n"
