@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
+import tomllib
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from matplotlib import pyplot as plt
 from sphinx.application import Sphinx
 
-import atomistic
 import continuum
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
@@ -26,6 +27,7 @@ def _style(*_: object) -> None:
 
 
 HERE = Path(__file__).parent
+GROUPS = HERE / "reference.toml"
 project, author = "stickiness", "the stickiness developers"
 release = version = continuum.__version__
 extensions = [
@@ -53,7 +55,8 @@ suppress_warnings = ["config.cache"]  # functions in the configuration of the ga
 html_theme = "furo"
 html_title = "stickiness"
 html_show_copyright = False
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 
 INPUTS = {
     "run": (RunConfig, "Input of `continuum run`"),
@@ -104,14 +107,20 @@ def _exit_codes() -> str:
     return "\n".join([*head, *rows, ""])
 
 
-def _public(package: str, names: list[str]) -> str:
-    """The front door, from its docstrings."""
-    kinds = [(name, getattr(sys.modules[package], name)) for name in names if name[0] != "_"]
+def _public(package: str, groups: list[dict[str, Any]]) -> str:
+    """The front door by what one does, from its docstrings."""
     lines = [f"# Public names of `{package}`", ""]
-    for name, value in kinds:
-        directive = "autoclass" if isinstance(value, type) else "autofunction" if callable(value) else "autodata"
-        members = "\n:members:" if directive == "autoclass" else ""
-        lines += [f"## {name}", "", f"```{{eval-rst}}\n.. {directive}:: {package}.{name}{_indented(members)}\n```", ""]
+    for group in groups:
+        names = ", ".join(f"{{py:obj}}`{name} <{package}.{name}>`" for name in group["names"])
+        lines += [f"* {group['title']}: {names}"]
+    for group in groups:
+        lines += ["", f"## {group['title']}", "", group["says"], ""]
+        for name in group["names"]:
+            value = getattr(import_module(package), name)
+            directive = "autoclass" if isinstance(value, type) else "autofunction" if callable(value) else "autodata"
+            members = "\n:members:" if directive == "autoclass" else ""
+            text = f".. {directive}:: {package}.{name}{_indented(members)}"
+            lines += [f"### {name}", "", f"```{{eval-rst}}\n{text}\n```", ""]
     return "\n".join(lines)
 
 
@@ -124,7 +133,7 @@ def _generate(_: object) -> None:
     folder.mkdir(exist_ok=True)
     pages = {name: markdown(model, title) for name, (model, title) in INPUTS.items()}
     pages |= {"columns": _columns(), "exit-codes": _exit_codes()}
-    pages |= {module.__name__: _public(module.__name__, list(module.__all__)) for module in (continuum, atomistic)}
+    pages |= {package: _public(package, groups) for package, groups in tomllib.loads(GROUPS.read_text()).items()}
     for name, text in pages.items():
         path = folder / f"{name}.md"
         if not path.exists() or path.read_text() != text:

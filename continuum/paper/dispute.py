@@ -295,7 +295,7 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
     sweeps : name of the folder and table; paths with a way back are judged by their pull-off, others by their load.
     path : of the page, in Markdown; figures lie beside it.
     """
-    parts, written = ["# Which theory is right: the numbers\n"], list[Path]()
+    parts, tables, written = ["# Which theory is right: the numbers\n"], ["## Tables\n"], list[Path]()
     for name, table in sweeps:
         back = bool((table["retracting"] == 1).any())
         title = "Pull-off equal to the load before" if back else "Attraction equal to repulsion at 1 % area"
@@ -306,12 +306,14 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
         stem = stem.with_name(f"{stem.name}-{name}") if stem.with_suffix(".png") in written else stem
         written += save_drawing(drawing, stem)
         made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
-        parts += [f"## {title}\n", f"Sweep `{name}`: {len(table.keys)} of {len(table.listing.systems)} systems done, "
-                  f"{len(turns)} turns. Computed with {made}.\n", f"![{drawing.caption}]({stem.name}.png)\n",
-                  f"{drawing.caption}\n"]  # fmt: skip
-        parts += [f"**{sheet.title}**\n\n{sheet.markdown()}\n" for sheet in sheets]
-        parts += [_losses(turns)] if back else [_diameters(table)]
-    return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
+        parts += [f"## {title}: `{name}`\n", f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
+        parts += [] if back else [_diameters(table)]
+        parts += [f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(turns)} turns. Computed with "
+                  f"{made}.\n"]  # fmt: skip
+        tables += [f"### {title}: tables of `{name}`\n"]
+        tables += [f"**{sheet.title}**\n\n{sheet.markdown()}\n" for sheet in sheets]
+        tables += [_losses(turns)] if back else []
+    return [output.save(path, "\n".join([*parts, *tables]).rstrip() + "\n"), *written]
 
 
 def many_contacts(turns: DataFrame) -> list[Sheet]:

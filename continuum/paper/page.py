@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from continuum.files import output
-from continuum.paper.claims import Claim, Finding, claim_verdicts, verdict_sheet
+from continuum.paper.claims import Claim, Finding, Word, claim_verdicts, verdict_sheet
 from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, Drawing, save_drawing
 from continuum.paper.points import FigureError, SweepData
@@ -65,19 +65,35 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
         msg = f"folders of different names, whose figures do not overwrite one another, not {', '.join(names)}"
         raise FigureError(msg)
     verdicts = [claim_verdicts(data.points) for data in sweeps]
-    written, parts = (
-        list[Path](),
-        ["# The paper's figures and claims, from stored sweeps\n", _matrix(names, verdicts), ""],
-    )
+    written, tables = list[Path](), ["## Verdicts\n", _matrix(names, verdicts), ""]
+    parts = ["# The paper's figures and claims, from stored sweeps\n", _answer(verdicts), ""]
     for folder, data, found in zip(names, sweeps, verdicts, strict=True):
-        parts += [f"## Sweep `{folder}`\n", provenance_line(data.table), _sizes(data)]
-        looked = [each for each in found if each[1].points]
-        parts += ["", verdict_sheet(looked).markdown(), ""]
+        parts += [f"## Sweep `{folder}`\n", provenance_line(data.table), _sizes(data), ""]
         for name, drawing in drawings_of(data):
             stem = path.with_name(f"paper-{folder}-{name}")
             written += save_drawing(drawing, stem)
             parts += [f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
-    return [output.save(path, "\n".join(parts).rstrip() + "\n"), *written]
+        looked = [each for each in found if each[1].points]
+        tables += [f"### Verdicts of `{folder}`\n", verdict_sheet(looked).markdown(), ""]
+    return [output.save(path, "\n".join([*parts, *tables]).rstrip() + "\n"), *written]
+
+
+def _answer(verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:
+    """The verdicts in words: each claim once, by the worst that a sweep says of it, and how many say so."""
+    heads: dict[Word, str] = {
+        "reproduced": "Reproduced by every sweep that tests it",
+        "reproduced with a remark": "Reproduced, but with a remark by some",
+        "not reproduced": "Not reproduced by some",
+        "not tested": "Not tested",
+    }
+    said: dict[Word, list[str]] = {word: [] for word in heads}
+    worst_first: tuple[Word, ...] = ("not reproduced", "reproduced with a remark", "reproduced", "not tested")
+    for i, (claim, _) in enumerate(verdicts[0]):
+        words = [found[i][1].word for found in verdicts if found[i][1].word != "not tested"]
+        worst: Word = next((word for word in worst_first if word in words), "not tested")
+        count = f" ({words.count(worst)} of {len(words)} sweeps)" if worst in worst_first[:2] else ""
+        said[worst].append(f"{claim.text}{count}")
+    return "\n".join(f"* **{heads[word]}**: {'; '.join(claims)}." for word, claims in said.items() if claims)
 
 
 def _matrix(names: Sequence[str], verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:

@@ -143,6 +143,7 @@ def test_page_and_figures_are_written(tmp_path) -> None:
     )
     text = (tmp_path / "dispute.md").read_text()
     assert "Hysteresis at the turn" in text
+    assert text.index("![") < text.index("## Tables") < text.index("\n|")
     assert "d_rep over 4h'/h''" in text
     names = {"dispute.md", "dispute-load.png", "dispute-pull-off.csv", "dispute-load-short.png"}
     assert {path.name for path in written} >= names

@@ -125,6 +125,13 @@ def test_the_page_has_all_verdicts_of_all_sweeps_in_one_table(tmp_path: Path, mo
     row = next(line for line in lines if line.startswith("| kappa_rep is close to 2"))
     assert row.split(" | ")[1:] == ["[reproduced](#sweep-good)", "[not reproduced](#sweep-soft1) |"]
     assert "## Sweep `good`" in lines
+    # The answer in words comes before all tables, and counts the sweeps that say so.
+    answers = [line for line in lines[: lines.index("## Sweep `good`")] if line.startswith("* ")]
+    (bad,) = (line for line in answers if line.startswith("* **Not reproduced by some**"))
+    assert "kappa_rep is close to 2 without adhesion (1 of 2 sweeps)" in bad
+    (well,) = (line for line in answers if line.startswith("* **Reproduced by every sweep that tests it**"))
+    assert "N_att = (w/range) A_att" in well
+    assert min(i for i, line in enumerate(lines) if line.startswith("|")) > lines.index("## Verdicts")
 
 
 def test_points_with_too_few_asperities_do_not_count() -> None:
