@@ -59,7 +59,7 @@ class Bisection:
         """The search that a table describes in which :func:`bisection_faults` finds nothing."""
         found = _COLUMN.fullmatch(given["bisect"])
         assert found is not None
-        target = None if found[2] is None else float(found[2]) * (0.01 if found[3] else 1.0)
+        target = None if found[2] is None else float(found[2]) / (100 if found[3] else 1)
         crosses, first, last, tolerance = (float(given.get(name, 0)) for name in ("crosses", "from", "to", "tolerance"))
         return cls(key, found[1], target, crosses, first, last, tolerance, given.get("scale", "log"))
 
@@ -74,10 +74,10 @@ class Bisection:
     def halvings(self) -> int:
         """Number of times that the bracket is halved, if the ends bracket the value."""
         if self.scale == "log":
-            wide = math.log(self.last / self.first) / math.log1p(self.tolerance)
+            wide = (math.log(self.last) - math.log(self.first)) / math.log1p(self.tolerance)
         else:
-            wide = (self.last - self.first) / (self.tolerance * max(abs(self.first), abs(self.last)))
-        return max(0, math.ceil(math.log2(wide) - 1e-9))
+            wide = (self.last - self.first) / max(abs(self.first), abs(self.last)) / self.tolerance
+        return math.ceil(math.log2(wide) - 1e-9) if wide > 1 else 0
 
     @property
     def most(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -76,21 +76,28 @@ def solve_task(root: Path, task: Task) -> None:
 
 
 def _solve_search(root: Path, task: BisectionTask) -> None:
-    folder, search, trials = Folder(root), task.bisection, dict[float, SystemPlan]()
+    folder, search = Folder(root), task.bisection
+    trials, known = dict[float, SystemPlan](), dict[float, float | None]()
 
     def column_at(value: float) -> float | None:
         if value not in trials:
             plan = SystemPlan(task.plan.source, {**task.plan.settings, search.key: value}, "")
-            trials[value] = SystemPlan(plan.source, plan.settings, identity(plan.config))
-        try:
-            return _column(search, trials[value].key, _on_disk(folder))
-        except StoreError as error:  # says nothing about the search
-            raise OutputError(f"{error}; `continuum sweep verify --aside` moves it away") from error
+            trials[value] = replace(plan, key=identity(plan.config))
+        if known.get(value) is None:
+            try:
+                known[value] = _column(search, trials[value].key, _on_disk(folder))
+            except StoreError as error:  # says nothing about the search
+                raise OutputError(f"{error}; `continuum sweep verify --aside` moves it away") from error
+        return known[value]
+
+    def next_value() -> float | None:
+        value = search.follow(column_at).next
+        save_trials(task.path, {v: p.key for v, p in trials.items() if v not in (search.first, search.last)})
+        return value
 
     with output.reserved(output.folder(folder.searches) / task.path.stem):
-        while (value := search.follow(column_at).next) is not None:
+        while (value := next_value()) is not None:
             plan = trials[value]
-            save_trials(task.path, {v: p.key for v, p in trials.items() if v not in (search.first, search.last)})
             try:
                 solve_system(root, SystemTask(folder.point(plan.key), label_of(plan.settings), plan=plan))
             except OutputError:
