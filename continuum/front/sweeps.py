@@ -7,7 +7,7 @@ days later, by another process or on another machine.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -148,9 +148,15 @@ def sweep(
     held = tuple(one for one in ended if isinstance(one.error, LockedError) and not is_done(one.task))
     failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
     done = sum(one.ok and not one.found for one in ended)
-    paths, searches = {one.task.path for one in ended}, crossings_of(root, systems_of(root))
-    crossings = tuple(one for one in searches if Folder(root).search(one.name) in paths)
+    crossings = _crossings(root, {one.task.path for one in ended}) if described.bisection else ()
     return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held, crossings)
+
+
+def _crossings(root: Path, paths: Set[Path]) -> tuple[Crossing, ...]:
+    """What the searches of these files have found."""
+    listing = systems_of(root)
+    mine = tuple(one for one in listing.searches if Folder(root).search(one.name) in paths)
+    return crossings_of(root, replace(listing, searches=mine))
 
 
 def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
