@@ -82,8 +82,8 @@ def sweep(
 ) -> SweepRun:
     """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
 
-    A sweep is an input with a table [sweep]: axes over any of its keys.  Whatever stops the work, the same call does
-    what is missing.
+    A sweep is an input with a table [sweep]: axes over any of its keys, along one of which a crossing may be searched
+    for.  Whatever stops the work, the same call does what is missing.
 
     Parameters
     ----------

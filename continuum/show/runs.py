@@ -219,15 +219,15 @@ def crossings_sheet(listing: SweepListing, crossings: Sequence[Crossing]) -> She
     if search is None:
         return Sheet.of("crossings", ("search",), ())
     axes = [key for axis in listing.axes[:-1] for key in axis.keys]
-    numbers = (search.key, "lower", "upper", f"{search.column} at lower", f"{search.column} at upper")
-    named = [Column(name, form=".6g") for name in numbers]
-    columns: list[Column | str] = ["search", *axes, *named, "systems", "status"]
+    ends = (Column(f"{search.column} at {end}", form=".3g") for end in ("lower", "upper"))
+    values = (Column(name, form=".6g") for name in (search.key, "lower", "upper"))
+    columns: list[Column | str] = ["search", *axes, *values, *ends, "systems", "status"]
     rows = []
     for number, one in enumerate(crossings, 1):
         bracket = one.bracket
-        values = [v if isinstance(v, str | int | float) else text_of(v) for v in (one.settings[key] for key in axes)]
-        ends = (bracket.value, bracket.lower, bracket.upper, bracket.at_lower, bracket.at_upper)
-        rows.append((number, *values, *ends, bracket.trials, one.status))
+        given = [v if isinstance(v, str | int | float) else text_of(v) for v in (one.settings[key] for key in axes)]
+        found = (bracket.value, bracket.lower, bracket.upper, bracket.at_lower, bracket.at_upper)
+        rows.append((number, *given, *found, bracket.trials, one.status))
     at = "" if search.target is None else f" at {search.target:g}"
     return Sheet.of(f"{search.key} where {search.column}{at} crosses {search.crosses:g}", columns, rows)
 

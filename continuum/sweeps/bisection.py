@@ -95,11 +95,9 @@ class Bisection:
 
     def at(self, table: Real) -> float:
         """The column of a system, from its table of all :data:`COLUMNS`; NaN where its point has not converged."""
-        names = list(COLUMNS)
-        row = -1
-        if self.target is not None:
-            row = next((i for i, each in enumerate(table[:, names.index("target")]) if self.is_target(each)), -1)
-        return float(table[row, names.index(self.column)]) if table[row, names.index("converged")] == 1 else math.nan
+        target, converged, column = map(list(COLUMNS).index, ("target", "converged", self.column))
+        rows = table[-1:] if self.target is None else [row for row in table if self.is_target(row[target])]
+        return float(rows[0][column]) if len(rows) and rows[0][converged] == 1 else math.nan
 
     def follow(self, column_at: Callable[[float], float | None]) -> Bracket:
         """The search as far as it is known.
@@ -118,7 +116,7 @@ class Bisection:
             if math.isnan(found):
                 return replace(bracket, reason=self._nothing(value))
         start, end = bracket.at_lower - self.crosses, bracket.at_upper - self.crosses
-        if start == end or start * end > 0:
+        if start == end or not min(start, end) <= 0 <= max(start, end):
             said = f"no crossing between {self.first:g} and {self.last:g}"
             return replace(
                 bracket, reason=f"{said}: {self.column} is {bracket.at_lower:.4g} and {bracket.at_upper:.4g}"
@@ -137,7 +135,8 @@ class Bisection:
         return replace(bracket, value=self._between(bracket))
 
     def _nothing(self, value: float) -> str:
-        return f"no {self.column} at {self.key.rpartition('.')[2]} {value:g}: its point did not converge, or has none"
+        at = f"{self.key.rpartition('.')[2]} {value:g}"
+        return f"no {self.column} at {at}: the point did not converge, is jumped over, or has none"
 
     def _between(self, bracket: Bracket) -> float:
         """Where the column crosses the value, if it is linear in the key, or in its logarithm."""

@@ -102,6 +102,7 @@ def test_where_nothing_crosses_or_nothing_is_known_it_says_so() -> None:
     assert one.follow(lambda value: -1.0 if value == 0.002 else 5.0).value == 0.002
     assert one.follow(lambda value: -1.0 if value == 0.02 else 5.0).value == 0.02
     assert "no crossing" in one.follow(lambda value: -1.0).reason
+    assert "no crossing" in search().follow(lambda value: 1e-200 * value).reason
 
 
 def test_the_column_is_read_where_it_is_asked_for() -> None:
@@ -114,6 +115,7 @@ def test_the_column_is_read_where_it_is_asked_for() -> None:
     assert search(bisect="load").at(table) == 4.0
     assert math.isnan(search(bisect="load at 1.2").at(table))
     assert search(bisect=" load  at 140 %").at(table) == 2.0
+    assert math.isnan(search(bisect="load at 1.3").at(table))
 
 
 NUMBERS = st.one_of(
