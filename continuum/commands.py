@@ -32,7 +32,7 @@ from continuum.show.answer import statements
 from continuum.show.console import EstimatedProgress, progress, show, tell, warn
 from continuum.show.prediction import reading_order
 from continuum.show.prediction_data import as_csv
-from continuum.show.runs import failed_sheet, progress_line, result_line, status_sheet, table_sheet, turn_sheet
+from continuum.show.runs import progress_line, result_line, status_sheets, table_sheets, turn_sheet
 from continuum.show.study import study_doubts, study_sentence
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
@@ -149,11 +149,14 @@ def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None,
             warn=warn, begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
             progress=lambda ended, n, total: report.end(ended.task.path, result_line(ended), new=not ended.found),
         )  # fmt: skip
-    print(f"{done.folder}: {done.done} systems done, {done.found} were there, {len(done.failed)} failed")
+    what = "searches" if done.crossings else "systems"
+    print(f"{done.folder}: {done.done} {what} done, {done.found} were there, {len(done.failed)} failed")
     if done.held:
         print(f"{len(done.held)} are locked by another process: {done.held[0].reason}")
     warn([f"{ended.task.label}: {ended.reason}" for ended in done.failed[:20]])
-    return OK if done.ok else NOT_CONVERGED
+    without = [one for one in done.crossings if one.complete and not one.found]
+    warn([f"{one.label}: {one.status}" for one in without[:20]])
+    return OK if done.ok and not without else NOT_CONVERGED
 
 
 @like(sweeps.sweep_slurm)
@@ -169,18 +172,18 @@ def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Para
 @like(collecting.sweep_status)
 def sweep_status(sweep: Path, *, settings: Settings = None, **given: Any) -> int:
     found = collecting.sweep_status(sweep, settings=dict(settings or ()), **given)
-    show(status_sheet(found))
+    for sheet in status_sheets(found):
+        show(sheet)
     for change in found.changes:
         print(f"would change: {change}")
-    if found.failed:
-        show(failed_sheet(found))
     return OK
 
 
 @like(sweeps.sweep_collect)
 def sweep_collect(**given: Any) -> int:
     found = sweeps.sweep_collect(**given)
-    show(table_sheet(found))
+    for sheet in table_sheets(found):
+        show(sheet)
     warn(found.faults)
     for path in found.files:
         print(path)
@@ -190,7 +193,8 @@ def sweep_collect(**given: Any) -> int:
 @like(publication.sweep_publish)
 def sweep_publish(*, creators: Creators = None, **given: Any) -> int:
     found = publication.sweep_publish(creators=creators or (), **given)
-    show(table_sheet(found.table))
+    for sheet in table_sheets(found.table):
+        show(sheet)
     warn(found.warnings)
     for path in found.files:
         print(path)

@@ -7,7 +7,7 @@ days later, by another process or on another machine.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,14 +21,16 @@ from continuum.files.output import LockedError, folder, save
 from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.memory import physical_memory
+from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
 from continuum.sweeps.collect import PointTable, write_cube
+from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
 from continuum.sweeps.engine import check_workers, run_tasks
-from continuum.sweeps.folder import Folder, names
-from continuum.sweeps.sweep import SystemTask, begin, record, solve_system
+from continuum.sweeps.folder import Folder
+from continuum.sweeps.sweep import SystemTask, begin, record, systems_of
 from continuum.sweeps.tasks import TaskResult
 
 After = Callable[[TaskResult, int, int], None]
@@ -41,7 +43,7 @@ class SweepRun:
 
     folder: Path
     total: int
-    """Number of systems that this call had to do."""
+    """Number of systems that this call had to do; of searches, where a key is searched for, as below."""
     found: int
     """Systems that were done before, or meanwhile by another process."""
     done: int
@@ -49,6 +51,8 @@ class SweepRun:
     """Systems that failed, with the reasons."""
     held: tuple[TaskResult, ...]
     """Systems that are locked by another process."""
+    crossings: tuple[Crossing, ...] = ()
+    """What the searches of this call have found."""
 
     @property
     def ok(self) -> bool:
@@ -78,8 +82,8 @@ def sweep(
 ) -> SweepRun:
     """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
 
-    A sweep is an input with a table [sweep]: axes over any of its keys.  Whatever stops the work, the same call does
-    what is missing.
+    A sweep is an input with a table [sweep]: axes over any of its keys, along one of which a crossing may be searched
+    for.  Whatever stops the work, the same call does what is missing.
 
     Parameters
     ----------
@@ -128,9 +132,9 @@ def sweep(
     tasks = begin(described, root, retry=flag("retry", retry), shard=(part, parts), threads=threads, warn=warn)
     if begun is not None:
         begun(tasks)
-    there = names(Folder(root).points)
+    is_done = done_before(root)
     running = run_tasks(
-        tasks, partial(solve_system, root), lambda task: task.path.stem in there,
+        tasks, partial(solve_task, root), is_done,
         workers=at_once, memory=limit, scheduler_file=cluster, devices=devices,
     )  # fmt: skip
     ended = list[TaskResult]()
@@ -140,10 +144,19 @@ def sweep(
             ended.append(one)
             if progress is not None:
                 progress(one, len(ended), len(tasks))
-    held = tuple(one for one in ended if isinstance(one.error, LockedError) and not one.task.path.is_file())
+    is_done = done_before(root)
+    held = tuple(one for one in ended if isinstance(one.error, LockedError) and not is_done(one.task))
     failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
     done = sum(one.ok and not one.found for one in ended)
-    return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held)
+    crossings = _crossings(root, {one.task.path for one in ended}) if described.bisection else ()
+    return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held, crossings)
+
+
+def _crossings(root: Path, paths: Set[Path]) -> tuple[Crossing, ...]:
+    """What the searches of these files have found."""
+    listing = systems_of(root)
+    mine = tuple(one for one in listing.searches if Folder(root).search(one.name) in paths)
+    return crossings_of(root, replace(listing, searches=mine))
 
 
 def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
@@ -151,8 +164,15 @@ def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sh
     described = Sweep.read(file, settings, reduced=reduced)
     costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
     pairs = {grid: pair_seconds(grid) for grid in {grid for _, grid in costs}}
+    searches: list[tuple[str, str, str]] = []
+    if described.bisection is not None:  # what is tried between two ends costs at most what the dearer one does
+        searches = [("searches", f"{len(costs) // 2}", ""), ("their systems are counted as if all cross", "", "")]
+        between = described.bisection.halvings
+        ends = zip(costs[::2], costs[1::2], strict=True)
+        costs += [max(two, key=lambda end: end[0].fft_pairs) for two in ends for _ in range(between)]
     seconds = [cost.seconds(pairs[grid]) for cost, grid in costs]
     rows = [
+        *searches,
         ("systems", f"{len(costs)}", ""),
         ("points of their paths", f"{sum(cost.points for cost, _ in costs)}", ""),
         ("grids", ", ".join(sorted({f"{nx} x {ny}" for nx, ny in (grid.shape for grid in pairs)})), ""),
@@ -167,6 +187,8 @@ def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sh
 def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:
     """Write all points of a sweep as one table: ``table.csv`` (a row for each) and ``table.h5`` (xarray opens it).
 
+    Where a key is searched for, ``crossings.csv`` has a row for each search, and ``table.h5`` its numbers.
+
     Parameters
     ----------
     sweep : folder of the sweep.
@@ -175,7 +197,8 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     Returns
     -------
     PointTable
-        The table; ``found["load"]`` is a column, and ``found.files`` are those that were written.
+        The table; ``found["load"]`` is a column, ``found.crossings`` are what searches have found, and ``found.files``
+        those that were written.
 
     Raises
     ------
@@ -192,7 +215,10 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     sheet = Sheet.of(
         found.listing.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows
     )
-    return replace(found, files=(save(text, sheet.csv()), cube))
+    files = [save(text, sheet.csv()), cube]
+    if found.crossings:
+        files.append(save(Folder(place).crossings, crossings_sheet(found.listing, found.crossings).csv()))
+    return replace(found, files=tuple(files))
 
 
 def sweep_slurm(

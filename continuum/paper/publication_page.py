@@ -16,6 +16,7 @@ from continuum.paper.figures import save_drawing
 from continuum.paper.page import drawings_of, provenance_line
 from continuum.paper.points import SweepData
 from continuum.show.page import Page
+from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
@@ -27,6 +28,7 @@ _SAID = {
     "table.csv": "all converged points, a row each",
     "table.nc": "the same with the axes of the input, as NetCDF: xarray opens it",
     "table.h5": "the same with the axes of the input, as HDF5: xarray opens it",
+    "crossings.csv": "what its searches have found, a row each",
     "sweep.toml": "the input of the sweep",
     ".zenodo.json": "metadata of this data set, as Zenodo reads them",
 }
@@ -51,6 +53,7 @@ def write_publication_page(
         said |= {picture.name: drawing.caption, f"{name}.pdf": "the same, to print", numbers.name: "its numbers"}
     looked = [each for each in claim_verdicts(data.points) if each[1].points]
     sheets = [verdict_sheet(looked)] if looked else []
+    sheets += [crossings_sheet(found.listing, found.crossings)] if found.crossings else []
     sheets += [summary_sheet(found), _origin(found, about), _citing(about, citation)]
     there = {path.name for path in folder.iterdir()}
     Page(

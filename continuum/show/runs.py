@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from continuum.files.output import LockedError
+from continuum.files.toml import text_of
 from continuum.runs.analysis import Analysis, MeasuredPoint
 from continuum.runs.record import PathEvent, Point
 from continuum.runs.result import Result
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable, SweepStatus
+from continuum.sweeps.crossings import Crossing
+from continuum.sweeps.sweep import SweepListing
 from continuum.sweeps.tasks import TaskResult
 
 _POINT = (Column("step"), Column("branch"), Column("mean gap", "a0"))
@@ -171,8 +175,8 @@ def result_line(ended: TaskResult) -> str:
     return f"{ended.task.label}: {ended.reason.splitlines()[0]}"
 
 
-def status_sheet(found: SweepStatus) -> Sheet:
-    """How far a sweep is."""
+def status_sheets(found: SweepStatus) -> list[Sheet]:
+    """How far a sweep is, what failed, and how far its searches are."""
     rows: list[tuple[str, str | int]] = [
         ("systems", found.total),
         ("done", found.done),
@@ -181,24 +185,55 @@ def status_sheet(found: SweepStatus) -> Sheet:
         ("failed", len(found.failed)),
         ("left", found.total - found.done - len(found.failed)),
     ]
+    if found.crossings:  # which systems a search will try is not known
+        ended = [one for one in found.crossings if one.complete]
+        rows[0], rows[-1] = ("systems so far", found.total), ("searches", len(found.crossings))
+        rows += [
+            ("crossings found", sum(one.found for one in ended)),
+            ("ended without one", sum(not one.found for one in ended)),
+            ("not ended", len(found.crossings) - len(ended)),
+        ]
     if not math.isnan(found.rate):
         rows.append(("lately", f"{found.rate:.3g} systems an hour"))
     if found.done < found.total and not math.isnan(found.seconds_left):
         rows.append(("time left, about", f"{found.seconds_left / 3600:.2g} h at that rate"))
     if found.others:
         rows.append(("of an earlier input, kept", found.others))
-    return pairs(found.listing.name, rows)
+    sheets = [pairs(found.listing.name, rows)]
+    if found.failed:
+        sheets.append(_beginning(Sheet.of("failed; --retry tries them again", ("system", "reason"), found.failed)))
+    if found.crossings:
+        sheets.append(_beginning(crossings_sheet(found.listing, found.crossings)))
+    return sheets
 
 
-def failed_sheet(found: SweepStatus) -> Sheet:
-    """Table of the systems that failed, with the reasons."""
-    rows = list(found.failed[:_MOST])
-    note = f"and {len(found.failed) - _MOST} more" if len(found.failed) > _MOST else ""
-    return Sheet.of("failed; --retry tries them again", ("system", "reason"), rows, note)
+def _beginning(sheet: Sheet) -> Sheet:
+    """As many rows as a terminal shows."""
+    more = len(sheet.rows) - _MOST
+    return replace(sheet, rows=sheet.rows[:_MOST], note=f"and {more} more") if more > 0 else sheet
 
 
-def table_sheet(found: PointTable) -> Sheet:
-    """Table of the columns that were collected."""
+def crossings_sheet(listing: SweepListing, crossings: Sequence[Crossing]) -> Sheet:
+    """Table of what searches have found so far, one in a row."""
+    search = listing.bisection
+    if search is None:
+        return Sheet.of("crossings", ("search",), ())
+    axes = [key for axis in listing.axes[:-1] for key in axis.keys]
+    ends = (Column(f"{search.column} at {end}", form=".3g") for end in ("lower", "upper"))
+    values = (Column(name, form=".6g") for name in (search.key, "lower", "upper"))
+    columns: list[Column | str] = ["search", *axes, *values, *ends, "systems", "status"]
+    rows = []
+    for number, one in enumerate(crossings, 1):
+        bracket = one.bracket
+        given = [v if isinstance(v, str | int | float) else text_of(v) for v in (one.settings[key] for key in axes)]
+        found = (bracket.value, bracket.lower, bracket.upper, bracket.at_lower, bracket.at_upper)
+        rows.append((number, *given, *found, bracket.trials, one.status))
+    at = "" if search.target is None else f" at {search.target:g}"
+    return Sheet.of(f"{search.key} where {search.column}{at} crosses {search.crosses:g}", columns, rows)
+
+
+def table_sheets(found: PointTable) -> list[Sheet]:
+    """What was collected, and what searches have found."""
     rows: list[tuple[str, str | int]] = [
         ("systems", len(found.keys)),
         ("points", len(found.system)),
@@ -207,4 +242,5 @@ def table_sheet(found: PointTable) -> Sheet:
         ("files that cannot be read", len(found.faults)),
         *(("computed with", f"{made}: {count} systems") for made, count in found.provenance.items()),
     ]
-    return pairs(found.listing.name, rows)
+    searched = [_beginning(crossings_sheet(found.listing, found.crossings))] if found.crossings else []
+    return [pairs(found.listing.name, rows), *searched]

@@ -2,6 +2,7 @@
 
 A sweep is the input of a run with a table ``[sweep]``.  Every key of ``[sweep.axes]`` is an axis; the keys of one table
 ``[[sweep.zipped]]`` change together.  All combinations that pass every condition of ``sweep.keep`` are the systems.
+One key of ``[sweep.axes]`` may be searched for instead: then each combination of the others is a search.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, document, find, text_of
 from continuum.runs.config import RunConfig
 from continuum.runs.ranges import MOST, expand_range
+from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
 from continuum.sweeps.conditions import condition, dotted, holds
 from continuum.tables import Fault, Table, constraint
 
@@ -41,7 +43,8 @@ class SweepTable(Table):
     """[sweep]: what changes from system to system."""
 
     axes: _Values = Field(default_factory=dict)
-    """dotted keys of this input, each with a list of values or a range: {from, to, step | factor | count}"""
+    """dotted keys of this input, each with a list of values or a range: {from, to, step | factor | count}; one may be
+    searched for: {bisect, from, to, tolerance}"""
     zipped: tuple[_Values, ...] = ()
     """tables of keys that change together, lists of one length each"""
     keep: tuple[str, ...] = ()
@@ -51,11 +54,17 @@ class SweepTable(Table):
 
     @property
     def all_axes(self) -> tuple[Axis, ...]:
-        """The axes in their order, the zipped ones last."""
-        single = [Axis((name,), tuple((v,) for v in expand_range(given))) for name, given in _flat(self.axes)]
+        """The axes in their order, the zipped ones last; without the key that is searched for."""
+        listed = ((name, given) for name, given in _flat(self.axes) if not is_bisection(given))
+        single = [Axis((name,), tuple((v,) for v in expand_range(given))) for name, given in listed]
         columns = [dict(_flat(table)) for table in self.zipped]
         together = [Axis(tuple(t), tuple(zip(*map(expand_range, t.values()), strict=True))) for t in columns]
         return (*single, *together)
+
+    @property
+    def bisection(self) -> Bisection | None:
+        """The search along one key, if there is one."""
+        return next((Bisection.of(name, given) for name, given in _flat(self.axes) if is_bisection(given)), None)
 
     @constraint
     def _sound(self) -> Iterator[Fault]:
@@ -64,17 +73,24 @@ class SweepTable(Table):
 
     def _lists(self) -> Iterator[Fault]:
         places = [(("axes",), self.axes), *((("zipped", i), table) for i, table in enumerate(self.zipped))]
+        searched = [name for name, given in _flat(self.axes) if is_bisection(given)]
+        if len(searched) > 1:
+            yield Fault(("axes",), f"one search: {', '.join(searched)} are searched for")
         for place, table in places:
             for name, given in _flat(table):
+                here = (*place, *_parts(table, name))
+                if place == ("axes",) and is_bisection(given):
+                    yield from (replace(fault, key=(*here, *fault.key)) for fault in bisection_faults(given))
+                    continue
                 try:
                     values = expand_range(given)
                 except ValueError as error:
-                    yield Fault((*place, name), f"a list of values, or a range {{from, to, step}}: {error}")
+                    yield Fault(here, f"a list of values, or a range {{from, to, step}}: {error}", _why(given))
                 else:
                     if not values:
-                        yield Fault((*place, name), "at least one value")
+                        yield Fault(here, "at least one value")
                     if place == ("axes",) and _repeated(values):
-                        yield Fault((*place, name), "different values", "the same one twice")
+                        yield Fault(here, "different values", "the same one twice")
 
     def _together(self) -> Iterator[Fault]:
         for i, table in enumerate(self.zipped):
@@ -102,6 +118,18 @@ class SweepTable(Table):
 _flat = partial(dotted, ranges=True)
 
 
+def _parts(table: Mapping[str, Any], name: str) -> tuple[str, ...]:
+    """Where a dotted key stands, whether it is quoted there or not."""
+    if name in table:
+        return (name,)
+    first = next(part for part in table if name.startswith(f"{part}."))
+    return (first, *_parts(table[first], name.removeprefix(f"{first}.")))
+
+
+def _why(given: Any) -> str:
+    return "a search: it stands in [sweep.axes], not among keys that change together" if is_bisection(given) else ""
+
+
 def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
     """An axis with other values; of keys that change together, all must be given, or one for a single place."""
     if not changes.keys() & set(axis.keys):
@@ -112,6 +140,27 @@ def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
         several = isinstance(given, (tuple, list)) or (isinstance(given, Mapping) and "from" in given)
         columns.append(expand_range(given) if several else (given,))
     return Axis(axis.keys, tuple(zip(*columns, strict=True)))
+
+
+def _all_changed(table: SweepTable, changes: Mapping[str, Any]) -> tuple[tuple[Axis, ...], Bisection | None]:
+    """Axes and search with other values; a list takes the place of a search, and a search that of a list.
+
+    Raises ValueError in words that name the key.
+    """
+    axes, bisection = list(table.all_axes), table.bisection
+    if bisection is not None and bisection.key in changes:
+        axes.append(Axis((bisection.key,), ()))
+        bisection = None
+    searched = [axis for axis in axes if len(axis.keys) == 1 and is_bisection(changes.get(axis.keys[0]))]
+    for axis in searched:
+        (key,) = axis.keys
+        if bisection is not None:
+            msg = f"one search: {bisection.key} and {key} are searched for"
+            raise ValueError(msg)
+        if faults := list(bisection_faults(changes[key])):
+            raise ValueError("; ".join(f"{key}.{'.'.join(map(str, one.key))}: {one.allowed}" for one in faults))
+        bisection = Bisection.of(key, changes[key])
+    return tuple(_changed(axis, changes) for axis in axes if axis not in searched), bisection
 
 
 def _too_many(axes: Iterable[Axis]) -> Iterator[Fault]:
@@ -182,6 +231,8 @@ class Sweep:
     keep: tuple[str, ...]
     changed: bool = False
     """Whether values are not those of the file."""
+    bisection: Bisection | None = None
+    """What is searched for in each combination of the axes, if anything is."""
 
     @property
     def text(self) -> str:
@@ -192,7 +243,8 @@ class Sweep:
         said = (
             f"# {self.source.path.name}, with the values that were given beside it, of [sweep.reduced] or by --set.\n"
         )
-        axes = {key: values for each in zipped if len(each) == 1 for key, values in each.items()}
+        axes: _Values = {key: values for each in zipped if len(each) == 1 for key, values in each.items()}
+        axes |= {} if self.bisection is None else {self.bisection.key: self.bisection.table}
         together = [each for each in zipped if len(each) > 1]
         sweep = {"keep": self.keep, "axes": axes, "zipped": together}
         return said + document({**self.base.data, "sweep": {name: value for name, value in sweep.items() if value}})
@@ -220,7 +272,7 @@ class Sweep:
         found = parsed(replace(source, data={"sweep": table}), _Sweeps).sweep
         changes = {**(dict(_flat(found.reduced)) if reduced else {}), **(settings or {})}
         try:
-            axes = tuple(_changed(axis, changes) for axis in found.all_axes)
+            axes, bisection = _all_changed(found, changes)
         except ValueError as error:
             fault = Fault(("sweep",), f"lists or ranges on its axes, of one length where keys change together: {error}")
             raise ConfigError(source, [fault]) from None
@@ -231,39 +283,72 @@ class Sweep:
         ]
         if faults:
             raise ConfigError(source, [replace(fault, key=("sweep",)) for fault in faults])
-        on_axes = {key for axis in axes for key in axis.keys}
+        on_axes = {key for axis in axes for key in axis.keys} | ({bisection.key} if bisection else set())
         plain = {key: value for key, value in changes.items() if key not in on_axes}
         for key, axis in itertools.product(plain, on_axes):
             if _overlap(key, axis):  # it would be set, and then replaced
                 raise ConfigError(source, [Fault(("sweep",), f"values for the axis {axis} as it is, not for {key}")])
         base = replace(source, data=data)
         name = f"{source.path.stem}-reduced" if reduced else source.path.stem
-        return cls(name, source, base.changed(plain) if plain else base, axes, found.keep, bool(changes))
+        return cls(name, source, base.changed(plain) if plain else base, axes, found.keep, bool(changes), bisection)
 
     def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changing fastest.
 
-        Raises ConfigError if one of them is no input of a run, or there is none.
+        Of a search, its lower and then its upper end.  Raises ConfigError if one of them is no input of a run, a
+        search is none of its column, or there is no system.
         """
         conditions, seen = [condition(text) for text in self.keep], dict[str, SystemPlan]()
         for places in itertools.product(*(axis.values for axis in self.axes)):
             each = zip(self.axes, places, strict=True)
-            settings = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
-            source = self.base.changed(settings)
-            if not self._kept(source, conditions):
-                continue
-            config = parsed(source, RunConfig)
-            plan = SystemPlan(self.base, settings, identity(config))
-            if plan.key in seen:
-                cause = "values that are equal, files of the same content, or a key such as solver.threads on an axis"
-                same = f"{label_of(seen[plan.key].settings)} and {label_of(settings)} are one and the same"
-                raise ConfigError(self.source, [Fault(("sweep",), f"systems that differ: {same}", cause)])
-            seen[plan.key] = plan
-            yield plan, config
+            combination = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
+            config = None
+            for settings in self._kept(self._ends(combination), conditions):
+                config = parsed(self.base.changed(settings), RunConfig)
+                plan = SystemPlan(self.base, settings, identity(config))
+                if plan.key in seen:
+                    cause = (
+                        "values that are equal, files of the same content, or a key such as solver.threads on an axis"
+                    )
+                    same = f"{label_of(seen[plan.key].settings)} and {label_of(settings)} are one and the same"
+                    raise ConfigError(self.source, [Fault(("sweep",), f"systems that differ: {same}", cause)])
+                seen[plan.key] = plan
+                yield plan, config
+            if config is not None and self.bisection is not None:
+                self._require_column(config, self.bisection, combination)
         if not seen:
             raise ConfigError(self.source, [Fault(("sweep", "keep"), "conditions that at least one system meets")])
 
-    def _kept(self, source: Source, conditions: Sequence[ast.expr]) -> bool:
+    def _ends(self, combination: _Values) -> list[_Values]:
+        """The settings of a combination of the axes, or where a key is searched for those of both ends."""
+        if (search := self.bisection) is None:
+            return [combination]
+        return [{**combination, search.key: value} for value in (search.first, search.last)]
+
+    def _require_column(self, config: RunConfig, search: Bisection, combination: _Values) -> None:
+        """Refuse a search whose column has no place on the path, or whose values in between make no input of a run."""
+        targets = [target for _, leg in config.loading.legs for target in leg]
+        if search.target is not None and not any(map(search.is_target, targets)):
+            axes = self.source.data["sweep"].get("axes", {})
+            at = ("sweep",) if self.changed else ("sweep", "axes", *_parts(axes, search.key), "bisect")
+            named = ", ".join(f"{target:g}" for target in targets[:8]) + (", ..." if len(targets) > 8 else "")
+            cause = (
+                f"{search.column} is read at a point of the path, and {search.target:g} is none of [loading] targets"
+            )
+            raise ConfigError(self.source, [Fault(at, f"a column at a target of the path: {named}", cause)])
+        parsed(self.base.changed({**combination, search.key: search.middle(search.first, search.last)}), RunConfig)
+
+    def _kept(self, settings: list[_Values], conditions: Sequence[ast.expr]) -> list[_Values]:
+        """The systems that all conditions keep: of a search both ends or none."""
+        found = [one for one in settings if self._holds(self.base.changed(one), conditions)]
+        if 0 < len(found) < len(settings):
+            cause = f"{label_of(found[0])} is kept, and the other end of the search is not"
+            raise ConfigError(
+                self.source, [Fault(("sweep", "keep"), "conditions on both ends of a search alike", cause)]
+            )
+        return found
+
+    def _holds(self, source: Source, conditions: Sequence[ast.expr]) -> bool:
         for i, each in enumerate(conditions):
             try:
                 if not holds(each, source.data):

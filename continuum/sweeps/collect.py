@@ -6,7 +6,7 @@ import json
 import os
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +27,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
 from continuum.sweeps.axes import Sweep
+from continuum.sweeps.crossings import Crossing, crossing_datasets, crossings_of
 from continuum.sweeps.folder import TABLE_SCHEMA, Folder
 from continuum.sweeps.measured import COLUMNS, numbers_of
 from continuum.sweeps.sweep import SweepListing, System, changes_of, systems_of
@@ -58,6 +59,8 @@ class PointTable:
     """Versions and commits that the points were computed with, and the number of systems of each."""
     files: tuple[Path, ...] = ()
     """Files that the table was written into."""
+    crossings: tuple[Crossing, ...] = ()
+    """What was found in each combination of the axes, where a key is searched for."""
 
     def __getitem__(self, name: str) -> Real:
         """A column, one number for each point: of the table, or a key of the input such as ``surface.lambda_s``."""
@@ -114,6 +117,7 @@ def collect(root: str | Path) -> PointTable:
     folder, listing = Folder(Path(root)), systems_of(root)
     keys, system, tables, seconds, faults = list[str](), list[int](), list[Real](), list[float](), list[str]()
     made: Counter[str] = Counter()
+    of_searches = dict[str, Real]()
     unconverged = missing = 0
     for each in listing.systems:
         path = folder.point(each.key)
@@ -125,6 +129,8 @@ def collect(root: str | Path) -> PointTable:
         except StoreError as error:
             faults.append(str(error))
             continue
+        if listing.searches:
+            of_searches[each.key] = found.table
         good = found.table[:, list(COLUMNS).index("converged")] == 1
         unconverged += int((~good).sum())
         system += [len(keys)] * int(good.sum())
@@ -135,17 +141,19 @@ def collect(root: str | Path) -> PointTable:
     values = np.concatenate(tables) if tables else np.empty((0, len(COLUMNS)))
     return PointTable(
         listing, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
-        tuple(faults), dict(made),
+        tuple(faults), dict(made), crossings=crossings_of(folder.root, listing, of_searches.get),
     )  # fmt: skip
 
 
 def write_cube(found: PointTable, path: Path) -> None:
     """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it.
 
-    Keys that change together are one dimension, named by the first.  What is not there is NaN.
+    Keys that change together are one dimension, named by the first.  What is not there is NaN.  Where a key is searched
+    for, its dimension is ``trial``, in the order of its values, which are a variable as the columns are.
     """
-    axes = [axis for axis in found.listing.axes if axis.values]
-    names = [axis.keys[0] for axis in axes]
+    searches = found.listing.searches
+    axes = [axis for axis in found.listing.axes[: -1 if searches else None] if axis.values]
+    dims = {axis.keys[0]: len(axis.values) for axis in axes}
     places = [{json.dumps(values): i for i, values in enumerate(axis.values)} for axis in axes]
     of_system = {}
     for key in found.keys:
@@ -153,21 +161,23 @@ def write_cube(found: PointTable, path: Path) -> None:
         of_system[key] = tuple(
             place[json.dumps([values[k] for k in axis.keys])] for axis, place in zip(axes, places, strict=True)
         )
-    steps = found["step"].astype(int)
-    shape = (*(len(axis.values) for axis in axes), int(steps.max(initial=-1)) + 1)
-    of_point = [of_system[found.keys[i]] for i in found.system]
-    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(axes)).T)
     datasets = {}
     for axis in axes:
         for i, key in enumerate(axis.keys):
             column = np.array([_word(values[i]) for values in axis.values])
             datasets[key] = Dataset(column, (axis.keys[0],), "", "value of this key of the input")
+    if searches:
+        dims, of_system = _with_searches(found, datasets, dims, of_system)
+    steps = found["step"].astype(int)
+    shape = (*dims.values(), int(steps.max(initial=-1)) + 1)
+    of_point = [of_system[found.keys[i]] for i in found.system]
+    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(dims)).T)
     for i, (name, (unit, what)) in enumerate(COLUMNS.items()):
         if name == "step":
             continue
         cube = np.full(shape, np.nan)
         cube[(*where, steps)] = found.values[:, i]
-        datasets[name] = Dataset(cube, (*names, "step"), unit, what)
+        datasets[name] = Dataset(cube, (*dims, "step"), unit, what)
     datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
     said = {
         "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listing.name,
@@ -176,6 +186,28 @@ def write_cube(found: PointTable, path: Path) -> None:
         "made_with": json.dumps(dict(found.provenance)), **provenance(),
     }  # fmt: skip
     store.write(path, datasets, said)
+
+
+def _with_searches(
+    found: PointTable, datasets: dict[str, Dataset], dims: dict[str, int], of_system: Mapping[str, tuple[int, ...]]
+) -> tuple[dict[str, int], dict[str, tuple[int, ...]]]:
+    """Add what searches tried and found to the datasets; returns dimensions and places with those of the trials."""
+    search, searches = found.listing.bisection, found.listing.searches
+    assert search is not None
+    dims = dims or {"search": 1}  # a dataset has a dimension
+    trials = {system.key: i for each in searches for i, system in enumerate(each.systems)}
+    combination = {key: place or (0,) for key, place in of_system.items()}
+    known = [(one, combination[s.key]) for one, each in zip(found.crossings, searches, strict=True)
+             for s in each.systems[:1] if s.key in combination]  # fmt: skip
+    datasets |= crossing_datasets([one for one, _ in known], [place for _, place in known], dims, found.listing)
+    all_dims = {**dims, "trial": max(len(each.systems) for each in searches)}
+    places = {key: (*place, trials[key]) for key, place in combination.items()}
+    tried = np.full(tuple(all_dims.values()), np.nan)
+    for key, place in places.items():
+        tried[place] = found.setting(key, search.key)
+    datasets[search.key] = Dataset(tried, tuple(all_dims), "", "value of this key of the input, which is searched for")
+    datasets["trial"] = Dataset(np.arange(all_dims["trial"]), ("trial",), "1", "systems of a search, by that value")
+    return all_dims, places
 
 
 @dataclass(frozen=True)
@@ -196,6 +228,8 @@ class SweepStatus:
     """Files of systems that the listing does not have: of an earlier input, kept."""
     changes: tuple[str, ...] = ()
     """What a run of the input that was asked about would change, in words."""
+    crossings: tuple[Crossing, ...] = ()
+    """How far each search is, where a key is searched for."""
 
     @property
     def total(self) -> int:
@@ -239,26 +273,36 @@ def sweep_status(
     done = {name: when for name, when in ended.items() if name in costs}
     failed = []
     for name, system in costs.items():
-        if name not in done and (path := folder.failure(name)).is_file():
-            failed.append((system.label, _reason(path)))
+        if name not in done and (reason := folder.failure_reason(name)):
+            failed.append((system.label, reason))
+    crossings = crossings_of(root, listing)
+    failed += [(one.label, reason) for one in crossings if (reason := folder.failure_reason(one.name))]
     running = []
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")
         if not name.endswith(".h5") and output.is_locked(mark):
             running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}")
-    left = sum(system.cost for name, system in costs.items() if name not in done)
+    left = sum(system.cost for name, system in costs.items() if name not in done) + _left(listing, crossings)
     rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
     seconds = left / work_rate if work_rate > 0 else np.nan
     return SweepStatus(
-        listing, len(done), tuple(running), tuple(failed), rate, seconds, len(ended) - len(done), tuple(changes)
+        listing,
+        len(done),
+        tuple(running),
+        tuple(failed),
+        rate,
+        seconds,
+        len(ended) - len(done),
+        tuple(changes),
+        crossings,
     )
 
 
-def _reason(path: Path) -> str:
-    try:
-        return str(json.loads(path.read_text())["reason"]).splitlines()[0]
-    except (OSError, ValueError, KeyError, IndexError, TypeError):
-        return "its record cannot be read"
+def _left(listing: SweepListing, crossings: Sequence[Crossing]) -> float:
+    """Work of what searches may still try, but for the systems that are known."""
+    most = 0 if listing.bisection is None else listing.bisection.most
+    each = zip(listing.searches, crossings, strict=True)
+    return sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)
 
 
 def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:

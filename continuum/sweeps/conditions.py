@@ -95,9 +95,9 @@ def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) -> Iterator[tuple[str, Any]]:
-    """Dotted keys and their values, whether the keys are quoted or not; ``ranges``, {from, ...}, are values."""
+    """Dotted keys and their values, whether the keys are quoted or not; ``ranges`` and searches are values."""
     for name, value in table.items():
-        if isinstance(value, Mapping) and not (ranges and "from" in value):
+        if isinstance(value, Mapping) and not (ranges and ("from" in value or "bisect" in value)):
             yield from dotted(value, f"{prefix}{name}.", ranges=ranges)
         else:
             yield prefix + name, value

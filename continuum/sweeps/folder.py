@@ -2,12 +2,14 @@
 
 It holds ``sweep.toml`` (the input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the systems that are
 done, never changed again), ``work/`` (those that are running), ``failed/KEY.json`` (why one could not be done),
-``earlier/`` (inputs that listed systems which the present one does not), and the tables ``table.csv`` and ``table.h5``.
+``earlier/`` (inputs that listed systems which the present one does not), the tables ``table.csv`` and ``table.h5``, and
+of searches ``searches/NAME.json`` (which systems one has tried) and ``crossings.csv`` (what they have found).
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from pathlib import Path
 
@@ -36,12 +38,27 @@ class Folder:
         self.failed = root / "failed"
         self.folders = self.points, self.work, self.failed
         self.tables = root / "table.csv", root / "table.h5"  # of all points, as text and for xarray
+        self.searches = root / "searches"
+        self.crossings = root / "crossings.csv"
 
     def point(self, key: str) -> Path:
         return self.points / f"{key[:_DIGITS]}.h5"
 
     def failure(self, key: str) -> Path:
         return self.failed / f"{key[:_DIGITS]}.json"
+
+    def search(self, name: str) -> Path:
+        return self.searches / f"{name[:_DIGITS]}.json"
+
+    def failure_reason(self, key: str) -> str:
+        """The first line of why a system, or a search, could not be done; empty where no record says so."""
+        path = self.failure(key)
+        if not path.is_file():
+            return ""
+        try:
+            return str(json.loads(path.read_text())["reason"]).splitlines()[0]
+        except (OSError, ValueError, KeyError, IndexError, TypeError):
+            return "its record cannot be read"
 
     def make(self) -> None:
         """Make its folders on disk; raises OutputError if they cannot be made or written to."""
@@ -67,7 +84,7 @@ class Folder:
             raise _of_another(there[0])
 
     def require_tables_of_ours(self) -> None:
-        """Refuse a place that holds a ``table.csv`` or ``table.h5`` which is no table of a sweep.
+        """Refuse a place that holds a ``table.csv``, ``table.h5`` or ``crossings.csv`` which is no table of a sweep.
 
         Raises OutputError that names it.
         """
@@ -76,6 +93,8 @@ class Folder:
             raise _of_another(text)
         if cube.exists() and store.schema_of(cube) != TABLE_SCHEMA:
             raise _of_another(cube)
+        if self.crossings.exists() and not _begins_with(self.crossings, b"search,"):
+            raise _of_another(self.crossings)
 
     def keep_earlier(self) -> None:
         """Keep input and listing, which are about to be replaced by others, under names made of their content."""

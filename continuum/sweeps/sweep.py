@@ -5,6 +5,7 @@ Nothing is known anywhere but in the folder of the sweep: processes may die, and
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -19,6 +20,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Axis, Sweep, SystemPlan, label_of
+from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
@@ -44,14 +46,29 @@ class System:
 
 
 @dataclass(frozen=True)
+class SweepSearch:
+    """A search of a sweep, in one combination of its axes."""
+
+    name: str
+    """Of its files; made of what it searches for, and between which systems."""
+    systems: tuple[System, ...]
+    """Its ends and what it has tried between them, in the order of the key that is searched for."""
+
+
+@dataclass(frozen=True)
 class SweepListing:
     """What a sweep amounts to."""
 
     name: str
     axes: tuple[Axis, ...]
+    """The key that is searched for is the last, if there is one, with the values that were tried."""
     common: Mapping[str, Any]
     """Values of all other keys of the input, defaults included."""
     systems: tuple[System, ...]
+    """Those of searches are known as they are tried."""
+    bisection: Bisection | None = None
+    """What is searched for, if anything is."""
+    searches: tuple[SweepSearch, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -59,6 +76,15 @@ class SystemTask(Task):
     """What the engine is given."""
 
     plan: SystemPlan = field(kw_only=True)
+
+
+@dataclass(frozen=True)
+class BisectionTask(SystemTask):
+    """A whole search, which one process does; its file says which systems it has tried."""
+
+    bisection: Bisection = field(kw_only=True)
+    upper: str = field(kw_only=True)
+    """Identity of the system at its upper end; the plan is that of the lower one."""
 
 
 def begin(
@@ -136,7 +162,8 @@ def systems_of(root: str | Path) -> SweepListing:
             System(key, dict(zip(keys, values, strict=True)), cost, memory)
             for key, values, cost, memory in data["systems"]
         )
-        return SweepListing(data["name"], axes, data["common"], systems)
+        bisection = Bisection(**data["bisection"]) if data.get("bisection") else None
+        return _with_trials(Folder(Path(root)), SweepListing(data["name"], axes, data["common"], systems, bisection))
     except FileNotFoundError:
         raise SweepError(f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -154,10 +181,63 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
         nx, ny = config.grid.n
         work = float(cost.fft_pairs) * nx * ny
         tasks.append(SystemTask(folder.point(plan.key), label_of(plan.settings), work, float(cost.memory), plan=plan))
-    on_axes = {key for axis in sweep.axes for key in axis.keys}
+    axes, search = sweep.axes, sweep.bisection
+    if search is not None:
+        axes += (Axis((search.key,), ((search.first,), (search.last,))),)
+    on_axes = {key for axis in axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
     systems = tuple(System(task.plan.key, task.plan.settings, task.cost, task.memory) for task in tasks)
-    return SweepListing(sweep.name, sweep.axes, common, systems), tasks
+    listing = _with_trials(folder, SweepListing(sweep.name, axes, common, systems, search))
+    if search is not None:
+        ends = zip(tasks[::2], tasks[1::2], strict=True)
+        tasks = [_search_task(folder, search, lower, upper) for lower, upper in ends]
+    return listing, tasks
+
+
+def _search_task(folder: Folder, search: Bisection, lower: SystemTask, upper: SystemTask) -> SystemTask:
+    settings = {**lower.plan.settings, search.key: f"{search.first:g} to {search.last:g}"}
+    cost = search.most * max(lower.cost, upper.cost)
+    path = folder.search(_name_of(search, lower.plan.key, upper.plan.key))
+    return BisectionTask(path, label_of(settings), cost, max(lower.memory, upper.memory), plan=lower.plan,
+                         bisection=search, upper=upper.plan.key)  # fmt: skip
+
+
+def _name_of(search: Bisection, lower: str, upper: str) -> str:
+    """Name of a search between two systems; to another tolerance it is the same one, continued."""
+    content = json.dumps([lower, upper, search.column, search.target, search.crosses, search.scale])
+    return hashlib.sha256(content.encode()).hexdigest()[:24]
+
+
+def save_trials(path: Path, trials: Mapping[float, str]) -> None:
+    """Write which systems a search has tried between its ends, by the value of its key."""
+    _save_once(path, json.dumps({"schema": "stickiness/search", "trials": list(trials.items())}) + "\n")
+
+
+def read_trials(path: Path) -> dict[float, str]:
+    """What :func:`save_trials` has written; nothing where that cannot be read, as the search writes it again."""
+    try:
+        return {float(value): str(key) for value, key in json.loads(path.read_text())["trials"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+
+
+def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
+    """A listing of the ends of searches, with what was tried between them."""
+    if (search := listing.bisection) is None:
+        return listing
+    searches = []
+    for lower, upper in zip(listing.systems[::2], listing.systems[1::2], strict=True):
+        name = _name_of(search, lower.key, upper.key)
+        cost, memory = max(lower.cost, upper.cost), max(lower.memory, upper.memory)
+        between = (
+            System(key, {**lower.settings, search.key: value}, cost, memory)
+            for value, key in sorted(read_trials(folder.search(name)).items())
+        )
+        searches.append(SweepSearch(name, (lower, *between, upper)))
+    systems = tuple(system for each in searches for system in each.systems)
+    values = sorted({system.settings[search.key] for system in systems})
+    axes = (*listing.axes[:-1], Axis((search.key,), tuple((value,) for value in values)))
+    return replace(listing, axes=axes, systems=systems, searches=tuple(searches))
 
 
 def _require_same_sweep(folder: Folder, listing: SweepListing) -> list[str]:
@@ -191,7 +271,7 @@ def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
 
 def _changes(earlier: SweepListing, listing: SweepListing) -> list[str]:
     before, now = ({system.key for system in one.systems} for one in (earlier, listing))
-    if before == now:
+    if before == now and earlier.bisection == listing.bisection:
         return []
     counts = f"new systems: {len(now - before)}, the same: {len(before & now)}, no longer listed: {len(before - now)}"
     if not before & now:
@@ -207,6 +287,7 @@ def _differences(before: SweepListing, now: SweepListing) -> list[str]:
         {
             **one.common,
             **{k: list(v) for axis in one.axes for k, v in zip(axis.keys, zip(*axis.values, strict=True), strict=True)},
+            **({one.bisection.key: one.bisection.table} if one.bisection else {}),
         }
         for one in (before, now)
     ]
@@ -215,10 +296,15 @@ def _differences(before: SweepListing, now: SweepListing) -> list[str]:
 
 
 def _json(listing: SweepListing) -> str:
-    axes = [{"keys": axis.keys, "values": axis.values} for axis in listing.axes]
-    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": axes}
+    axes, systems, searched = listing.axes, listing.systems, dict[str, Any]()
+    if listing.bisection is not None:  # only what no search changes
+        systems = tuple(end for each in listing.searches for end in (each.systems[0], each.systems[-1]))
+        ends = tuple((system.settings[listing.bisection.key],) for system in systems[:2])
+        axes, searched = (*axes[:-1], replace(axes[-1], values=ends)), {"bisection": vars(listing.bisection)}
+    named = [{"keys": axis.keys, "values": axis.values} for axis in axes]
+    head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": named, **searched}
     # One line for each system, so that a long list is still a text.
-    rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in listing.systems]
+    rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in systems]
     start = json.dumps({**head, "common": listing.common})
     return start[:-1] + ', "systems": [\n' + ",\n".join(rows) + "\n]}\n"
 

@@ -208,6 +208,7 @@ def test_a_sweep_begins_from_a_template_of_which_every_line_is_valid(
     keys = "\n".join(line.removeprefix("# ") if "=" in line or "[" in line else line for line in axes.splitlines()[1:])
     whole.write_text(run + keys.replace("A list, or a range", "# a range"))
     # Three seeds, three adhesion lengths on the larger grid, as the smaller is not kept; of the reduced one seed.
-    assert {row[0]: row[1] for row in c.check(whole).sheet.rows}["systems"] == "9"
-    assert {row[0]: row[1] for row in c.check(whole, reduced=True).sheet.rows}["systems"] == "3"
+    assert {row[0]: row[1] for row in c.check(whole).sheet.rows}["searches"] == "9"
+    assert {row[0]: row[1] for row in c.check(whole, reduced=True).sheet.rows}["searches"] == "3"
+    assert {row[0]: row[1] for row in c.check(whole).sheet.rows}["systems"] == str(9 * (2 + 4))
     assert marked

@@ -1,0 +1,221 @@
+"""A search along one key: where a column of the table crosses a value, by halving a bracket.
+
+Which value of the key is tried next follows from the column at those tried before, and from nothing else, so that a
+search goes on from its files wherever it was stopped.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from continuum.files.toml import nearest
+from continuum.model.fourier import Real
+from continuum.sweeps.measured import COLUMNS
+from continuum.tables import Fault
+
+KEYS: Mapping[str, str] = {
+    "bisect": 'a column of the table, as "load", and at which target of the path, as "load at 1 %"; else at its end',
+    "from": "lower end of the values to search",
+    "to": "upper end of the values to search, above from",
+    "tolerance": "width of the last bracket, from 1e-6 to 0.5, relative to its values; if linear, to the larger end",
+    "crosses": "value that the column crosses; 0 if not given",
+    "scale": '"log" or "linear": in which the bracket is halved, and read in between; log if not given',
+}
+"""Keys of a search, and what they are; the last two may be left out."""
+_NEEDED = ("bisect", "from", "to", "tolerance")
+_SCALES = ("log", "linear")
+_COLUMN = re.compile(r"\s*(\w+)(?:\s+at\s+(\S+?)\s*(%?))?\s*")
+_FINEST, _COARSEST = 1e-6, 0.5
+_HUGE = 1e150  # numbers whose products and differences are numbers, too
+_DIGITS = 8  # of a value that is tried: it stands in labels and tables, and is the same on any machine
+
+
+@dataclass(frozen=True)
+class Bisection:
+    """What is searched for: the value of a key at which a column crosses a value.
+
+    The ends come first; where they bracket the value, the bracket is halved a number of times that is known beforehand.
+    """
+
+    key: str
+    """Dotted key of the input."""
+    column: str
+    """One of :data:`continuum.sweeps.measured.COLUMNS`."""
+    target: float | None
+    """Target of the path at which the column is read; None for its last point."""
+    crosses: float
+    first: float
+    last: float
+    tolerance: float
+    scale: str
+    """"log" or "linear"."""
+
+    @classmethod
+    def of(cls, key: str, given: Mapping[str, Any]) -> Bisection:
+        """The search that a table describes in which :func:`bisection_faults` finds nothing."""
+        found = _COLUMN.fullmatch(given["bisect"])
+        assert found is not None
+        target = None if found[2] is None else float(found[2]) / (100 if found[3] else 1)
+        crosses, first, last, tolerance = (float(given.get(name, 0)) for name in ("crosses", "from", "to", "tolerance"))
+        return cls(key, found[1], target, crosses, first, last, tolerance, given.get("scale", "log"))
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """As an input has it."""
+        at = "" if self.target is None else f" at {self.target!r}"
+        numbers = {"crosses": self.crosses, "from": self.first, "to": self.last, "tolerance": self.tolerance}
+        return {"bisect": f"{self.column}{at}", **numbers, "scale": self.scale}
+
+    @property
+    def halvings(self) -> int:
+        """Number of times that the bracket is halved, if the ends bracket the value."""
+        if self.scale == "log":
+            wide = (math.log(self.last) - math.log(self.first)) / math.log1p(self.tolerance)
+        else:
+            wide = (self.last - self.first) / max(abs(self.first), abs(self.last)) / self.tolerance
+        return math.ceil(math.log2(wide) - 1e-9) if wide > 1 else 0
+
+    @property
+    def most(self) -> int:
+        """Number of systems that the search takes at most."""
+        return 2 + self.halvings
+
+    def middle(self, lower: float, upper: float) -> float:
+        """The value between two that is tried next."""
+        exact = math.sqrt(lower) * math.sqrt(upper) if self.scale == "log" else lower / 2 + upper / 2
+        return float(f"{exact:.{_DIGITS}g}")
+
+    def is_target(self, value: float) -> bool:
+        """Whether the column is read at a point of this target."""
+        return self.target is not None and math.isclose(value, self.target, rel_tol=1e-9, abs_tol=1e-12)
+
+    def at(self, table: Real) -> float:
+        """The column of a system, from its table of all :data:`COLUMNS`; NaN where its point has not converged."""
+        target, converged, column = map(list(COLUMNS).index, ("target", "converged", self.column))
+        rows = table[-1:] if self.target is None else [row for row in table if self.is_target(row[target])]
+        return float(rows[0][column]) if len(rows) and rows[0][converged] == 1 else math.nan
+
+    def follow(self, column_at: Callable[[float], float | None]) -> Bracket:
+        """The search as far as it is known.
+
+        Parameters
+        ----------
+        column_at : the column at a value of the key: None where it is not known, NaN where there is none.
+        """
+        lowest, highest = column_at(self.first), column_at(self.last)
+        known = [math.nan if end is None else end for end in (lowest, highest)]
+        bracket = Bracket(self.first, self.last, at_lower=known[0], at_upper=known[1])
+        for value, found in ((self.first, lowest), (self.last, highest)):
+            if found is None:
+                return replace(bracket, next=value)
+            bracket = replace(bracket, trials=bracket.trials + 1)
+            if math.isnan(found):
+                return replace(bracket, reason=self._nothing(value))
+        start, end = bracket.at_lower - self.crosses, bracket.at_upper - self.crosses
+        if start == end or not min(start, end) <= 0 <= max(start, end):
+            said = f"no crossing between {self.first:g} and {self.last:g}"
+            return replace(
+                bracket, reason=f"{said}: {self.column} is {bracket.at_lower:.4g} and {bracket.at_upper:.4g}"
+            )
+        for _ in range(self.halvings):
+            value = self.middle(bracket.lower, bracket.upper)
+            if (found := column_at(value)) is None:
+                return replace(bracket, next=value)
+            bracket = replace(bracket, trials=bracket.trials + 1)
+            if math.isnan(found):
+                return replace(bracket, reason=self._nothing(value))
+            if found >= self.crosses if end > start else found <= self.crosses:
+                bracket = replace(bracket, upper=value, at_upper=found)
+            else:
+                bracket = replace(bracket, lower=value, at_lower=found)
+        return replace(bracket, value=self._between(bracket))
+
+    def _nothing(self, value: float) -> str:
+        at = f"{self.key.rpartition('.')[2]} {value:g}"
+        return f"no {self.column} at {at}: the point did not converge, is jumped over, or has none"
+
+    def _between(self, bracket: Bracket) -> float:
+        """Where the column crosses the value, if it is linear in the key, or in its logarithm."""
+        if bracket.at_lower == self.crosses:  # and perhaps at the upper end
+            return bracket.lower
+        share = (self.crosses - bracket.at_lower) / (bracket.at_upper - bracket.at_lower)
+        if self.scale == "log":
+            return float(bracket.lower * (bracket.upper / bracket.lower) ** share)
+        return bracket.lower + share * (bracket.upper - bracket.lower)
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """How far a search is: values of the key between which the column crosses the value, as far as it is known."""
+
+    lower: float
+    upper: float
+    at_lower: float
+    """The column at the lower end; NaN if it is not known."""
+    at_upper: float
+    trials: int = 0
+    """Systems that the search has taken."""
+    next: float | None = None
+    """Value of the key to be tried next; None where the search has ended."""
+    value: float = math.nan
+    """Where the column crosses the value, read in between; NaN if that is not known."""
+    reason: str = ""
+    """Why the search has ended without a crossing; empty if it has not."""
+
+
+def is_bisection(given: Any) -> bool:
+    """Whether a value on an axis is meant as a search."""
+    if not isinstance(given, Mapping):
+        return False
+    return "bisect" in given or ("from" in given and not given.keys().isdisjoint(("tolerance", "crosses", "scale")))
+
+
+def bisection_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
+    """All that is wrong with the table of a search."""
+    for name in given.keys() - KEYS.keys():
+        meant = nearest(str(name), KEYS)
+        yield Fault((name,), "one of the keys " + ", ".join(KEYS), f"a slip; did you mean {meant}?" if meant else "")
+    for name in _NEEDED:
+        if name not in given:
+            yield Fault((name,), f"this key is required ({KEYS[name]})")
+    sound = dict[str, float]()
+    for name in ("from", "to", "tolerance", "crosses"):
+        value: Any = given.get(name)
+        if type(value) in (int, float) and abs(value) < _HUGE:
+            sound[name] = float(value)
+        elif name in given:
+            yield Fault((name,), f"a number ({KEYS[name]})", "a number in quotes, or true/false")
+    yield from _wrong_column(given.get("bisect", "load"))
+    if "tolerance" in sound and not _FINEST <= sound["tolerance"] <= _COARSEST:
+        yield Fault(("tolerance",), KEYS["tolerance"])
+    scale = given.get("scale", "log")
+    if scale not in _SCALES:
+        meant = nearest(str(scale), _SCALES)
+        yield Fault(("scale",), '"log" or "linear"', f'a slip; did you mean "{meant}"?' if meant else "")
+    if scale == "log" and sound.get("from", 1.0) <= 0:
+        yield Fault(
+            ("from",), 'a number above 0, or scale = "linear"', "zero, or a sign: a logarithm has none of these"
+        )
+    if {"from", "to"} <= sound.keys() and sound["from"] >= sound["to"]:
+        yield Fault(("to",), KEYS["to"], "the ends exchanged")
+
+
+def _wrong_column(given: Any) -> Iterator[Fault]:
+    found = _COLUMN.fullmatch(given) if isinstance(given, str) else None
+    if found is None:
+        yield Fault(("bisect",), KEYS["bisect"])
+        return
+    if found[1] not in COLUMNS:
+        meant = nearest(found[1], COLUMNS)
+        hint = f"a slip; did you mean {meant}?" if meant else f"the columns are {', '.join(COLUMNS)}"
+        yield Fault(("bisect",), KEYS["bisect"], hint)
+    try:
+        finite = found[2] is None or math.isfinite(float(found[2]))
+    except ValueError:
+        finite = False
+    if not finite:
+        yield Fault(("bisect",), f"a number after at, which is a target of the path, not {found[2]}")

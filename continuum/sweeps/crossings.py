@@ -1,0 +1,202 @@
+"""The searches of a sweep: each trial is a system like any other, and what was found follows from their files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from continuum.errors import OutputError, StickinessError
+from continuum.files import output
+from continuum.files.hdf5 import StoreError
+from continuum.files.store import Dataset
+from continuum.files.tables import identity
+from continuum.files.toml import text_of
+from continuum.model.fourier import Real
+from continuum.sweeps.axes import SystemPlan, label_of
+from continuum.sweeps.bisection import Bisection, Bracket
+from continuum.sweeps.folder import Folder, names
+from continuum.sweeps.measured import COLUMNS, numbers_of
+from continuum.sweeps.sweep import BisectionTask, SweepListing, SystemTask, read_trials, save_trials, solve_system
+from continuum.sweeps.tasks import Task
+
+Numbers = Callable[[str], Real | None]
+"""The table of numbers of a system, by its identity; None where there is none."""
+
+
+class TrialError(StickinessError):
+    """A system that a search has to know could not be done."""
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """What a search has found in one combination of the axes."""
+
+    name: str
+    """Of the search."""
+    settings: Mapping[str, Any]
+    """Key and value on each other axis."""
+    bracket: Bracket
+    """Between which values of the key it lies, and the column there."""
+    status: str
+    """"found", "not done", or why there is none."""
+
+    @property
+    def found(self) -> bool:
+        """Whether the column crosses the value, within the tolerance of the search."""
+        return self.status == "found"
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is left to be tried."""
+        return self.bracket.next is None
+
+    @property
+    def value(self) -> float:
+        """The value of the key at the crossing, read between the ends of the bracket; NaN if it was not found."""
+        return self.bracket.value
+
+    @property
+    def label(self) -> str:
+        return label_of(self.settings)
+
+
+def solve_task(root: Path, task: Task) -> None:
+    """A system, or a search with all the systems that it still has to try.
+
+    Raises LockedError if another process works on it, TrialError if a system of a search fails.
+    """
+    if isinstance(task, BisectionTask):
+        _solve_search(root, task)
+    else:
+        solve_system(root, task)
+
+
+def _solve_search(root: Path, task: BisectionTask) -> None:
+    folder, search = Folder(root), task.bisection
+    trials, known = dict[float, SystemPlan](), dict[float, float | None]()
+
+    def column_at(value: float) -> float | None:
+        if value not in trials:
+            plan = SystemPlan(task.plan.source, {**task.plan.settings, search.key: value}, "")
+            trials[value] = replace(plan, key=identity(plan.config))
+        if known.get(value) is None:
+            try:
+                known[value] = _column(search, trials[value].key, _on_disk(folder))
+            except StoreError as error:  # says nothing about the search
+                raise OutputError(f"{error}; `continuum sweep verify --aside` moves it away") from error
+        return known[value]
+
+    def next_value() -> float | None:
+        value = search.follow(column_at).next
+        save_trials(task.path, {v: p.key for v, p in trials.items() if v not in (search.first, search.last)})
+        return value
+
+    with output.reserved(output.folder(folder.searches) / task.path.stem):
+        while (value := next_value()) is not None:
+            plan = trials[value]
+            try:
+                solve_system(root, SystemTask(folder.point(plan.key), label_of(plan.settings), plan=plan))
+            except OutputError:
+                raise
+            except Exception as error:
+                msg = f"at {search.key.rpartition('.')[2]} {text_of(value)}: {type(error).__name__}: {error}"
+                raise TrialError(msg) from error
+        folder.failure(task.path.stem).unlink(missing_ok=True)
+
+
+def done_before(root: Path) -> Callable[[Task], bool]:
+    """Whether a task was done, as far as the folder says now."""
+    folder = Folder(root)
+    there = names(folder.points)
+
+    def is_done(task: Task) -> bool:
+        if not isinstance(task, BisectionTask):
+            return task.path.stem in there
+        search = task.bisection
+        keys = {search.first: task.plan.key, search.last: task.upper, **read_trials(task.path)}
+        try:
+            return _bracket(search, keys, _on_disk(folder)).next is None
+        except StoreError:
+            return False
+
+    return is_done
+
+
+def crossings_of(root: Path, listing: SweepListing, numbers: Numbers | None = None) -> tuple[Crossing, ...]:
+    """What the searches of a sweep have found so far, in the order of its listing.
+
+    Parameters
+    ----------
+    numbers : where these were read already; else the files of the systems are.
+    """
+    folder, found = Folder(root), []
+    for each in listing.searches:
+        assert listing.bisection is not None
+        search, given = listing.bisection, each.systems[0].settings
+        keys = {system.settings[search.key]: system.key for system in each.systems}
+        damaged = ""
+        try:
+            bracket = _bracket(search, keys, numbers or _on_disk(folder))
+        except StoreError as error:
+            bracket, damaged = _bracket(search, {}, numbers or _on_disk(folder)), str(error)
+        status = damaged or bracket.reason or ("found" if bracket.next is None else "not done")
+        if status == "not done" and (reason := folder.failure_reason(each.name)):
+            status = f"failed: {reason}"
+        settings = {key: value for key, value in given.items() if key != search.key}
+        found.append(Crossing(each.name, settings, bracket, status))
+    return tuple(found)
+
+
+def _on_disk(folder: Folder) -> Numbers:
+    def numbers(key: str) -> Real | None:
+        path = folder.point(key)
+        return numbers_of(path, key).table if path.is_file() else None
+
+    return numbers
+
+
+def _bracket(search: Bisection, keys: Mapping[float, str], numbers: Numbers) -> Bracket:
+    """A search as far as it is known from systems of these identities."""
+    return search.follow(lambda value: _column(search, keys[value], numbers) if value in keys else None)
+
+
+def _column(search: Bisection, key: str, numbers: Numbers) -> float | None:
+    table = numbers(key)
+    return None if table is None else search.at(table)
+
+
+def crossing_datasets(crossings: Sequence[Crossing], places: Sequence[tuple[int, ...]], dims: Mapping[str, int],
+                      listing: SweepListing) -> dict[str, Dataset]:  # fmt: skip
+    """What the searches have found, with one dimension for each other axis.
+
+    Parameters
+    ----------
+    places : index on each axis of each crossing.
+    dims : name and size of each axis.
+    """
+    search = listing.bisection
+    assert search is not None
+    unit = COLUMNS[search.column][0]
+    found = {
+        "crossing": (
+            "",
+            f"{search.key} where {search.column} crosses {search.crosses:g}; NaN where it does not",
+            "value",
+        ),
+        "crossing_lower": ("", "lower end of its bracket, as far as the search is", "lower"),
+        "crossing_upper": ("", "upper end of its bracket", "upper"),
+        "crossing_at_lower": (unit, f"{search.column} at the lower end", "at_lower"),
+        "crossing_at_upper": (unit, f"{search.column} at the upper end", "at_upper"),
+        "crossing_trials": ("1", "systems that the search took", "trials"),
+    }
+    datasets = {}
+    for name, (units, what, attribute) in found.items():
+        values = np.full(tuple(dims.values()), np.nan)
+        for place, one in zip(places, crossings, strict=True):
+            values[place] = getattr(one.bracket, attribute)
+        datasets[name] = Dataset(values, tuple(dims), units, what)
+    return datasets
