@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.arguments import file_name, flag
+from continuum.arguments import choice, file_name, flag
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError
 from continuum.files.inputs import settings_of
@@ -31,11 +31,16 @@ from continuum.sweeps.folder import TABLE_SCHEMA, Folder
 from continuum.sweeps.measured import COLUMNS, numbers_of
 from continuum.sweeps.sweep import SweepListing, System, changes_of, systems_of
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+_KAPPAS = ("kappa", "kappa_rep", "kappa_att")
 _RECENT = 50
 """Systems that ended last, from which the rate is taken."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PointTable:
     """Table of all converged points of a sweep, one in a row."""
 
@@ -94,12 +99,104 @@ class PointTable:
                 found |= {f"{table}.{name}": value for name, value in values.items()}
         return found
 
+    def __repr__(self) -> str:
+        there = f"{len(self.system)} points of {len(self.keys)} systems"
+        return f"PointTable({self.listing.name!r}, {there}, {self.missing} systems missing)"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All points, one a row, with the keys on the axes and the columns of ``table.csv``, and the inverses of κ.
+
+        ``attrs["units"]`` has the unit of each column.
+        """
+        import pandas  # half a second, which no command but this one needs
+
+        head, rows = self.rows()
+        frame = pandas.DataFrame(rows, columns=[name for name, _ in head])
+        for name in _KAPPAS:
+            frame[f"inverse_{name}"] = 1 / frame[name]
+        frame.attrs["units"] = {**dict(head), **{f"inverse_{name}": "1" for name in _KAPPAS}}
+        return frame
+
+    def means(self, over: str = "surface.seed") -> pandas.DataFrame:
+        """Means over what differs in one key only, such as surfaces, one row for each point of their paths.
+
+        The columns are those of :meth:`to_pandas`, but for that key; NAME_error is the standard error of each mean, and
+        ``count`` how many there are.  Of κ the mean of the inverse is what the paper averages: ``inverse_kappa``.
+
+        Raises ArgumentError if the key is on no axis, or changes together with others.
+        """
+        single = [axis.keys[0] for axis in self.listing.axes if len(axis.keys) == 1]
+        choice("over", over, single)
+        frame = self.to_pandas().drop(columns="system")
+        others = [key for axis in self.listing.axes for key in axis.keys if key != over]
+        groups = frame.drop(columns=over).groupby([*others, "step"], sort=False, dropna=False)
+        columns = [name for name in frame if name not in (*others, "step", over)]
+        means, errors = groups[columns].mean(), groups[columns].sem().add_suffix("_error")
+        means.insert(0, "count", groups.size())
+        return means.join(errors).reset_index()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All points with one dimension for each axis of the input, and ``step``, as in ``table.h5``.
+
+        Needs the extra ``xarray``.
+        """
+        import xarray
+
+        datasets, said = self.cube()
+        held = {
+            name: (each.dims, each.values, {"units": each.units, "long_name": each.long_name})
+            for name, each in datasets.items()
+        }
+        coordinates = {name: held.pop(name) for name in list(held) if held[name][0] != (*self._dimensions, "step")}
+        return xarray.Dataset(held, coordinates, said)
+
+    @property
+    def _dimensions(self) -> tuple[str, ...]:
+        return tuple(axis.keys[0] for axis in self.listing.axes if axis.values)
+
     def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
         """Name and unit of each column, and the rows of the tidy table."""
         axes = [key for axis in self.listing.axes for key in axis.keys]
         head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in COLUMNS.items())]
         each = zip((self.keys[index] for index in self.system), self.values.tolist(), strict=True)
         return head, ([key, *(_word(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
+
+    def cube(self) -> tuple[dict[str, Dataset], dict[str, Any]]:
+        """One dimension for each axis of the input, and ``step``; and the attributes of the whole.
+
+        Keys that change together are one dimension, named by the first.  What is not there is NaN.
+        """
+        axes = [axis for axis in self.listing.axes if axis.values]
+        places = [{json.dumps(values): i for i, values in enumerate(axis.values)} for axis in axes]
+        of_system = {}
+        for key in self.keys:
+            values = self._settings[key]
+            of_system[key] = tuple(
+                place[json.dumps([values[k] for k in axis.keys])] for axis, place in zip(axes, places, strict=True)
+            )
+        steps = self["step"].astype(int)
+        shape = (*(len(axis.values) for axis in axes), int(steps.max(initial=-1)) + 1)
+        of_point = [of_system[self.keys[i]] for i in self.system]
+        where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(axes)).T)
+        datasets = {}
+        for axis in axes:
+            for i, key in enumerate(axis.keys):
+                column = np.array([_word(values[i]) for values in axis.values])
+                datasets[key] = Dataset(column, (axis.keys[0],), "", "value of this key of the input")
+        for i, (name, (unit, what)) in enumerate(COLUMNS.items()):
+            if name == "step":
+                continue
+            cube = np.full(shape, np.nan)
+            cube[(*where, steps)] = self.values[:, i]
+            datasets[name] = Dataset(cube, (*self._dimensions, "step"), unit, what)
+        datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
+        said = {
+            "schema": TABLE_SCHEMA, "schema_version": 1, "name": self.listing.name,
+            "common": json.dumps(self.listing.common), "systems": len(self.keys), "systems_missing": self.missing,
+            "points": len(self.system), "points_unconverged": self.unconverged, "files_unreadable": len(self.faults),
+            "made_with": json.dumps(dict(self.provenance)),
+        }  # fmt: skip
+        return datasets, said
 
 
 def _word(value: Any) -> Any:
@@ -140,42 +237,9 @@ def collect(root: str | Path) -> PointTable:
 
 
 def write_cube(found: PointTable, path: Path) -> None:
-    """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it.
-
-    Keys that change together are one dimension, named by the first.  What is not there is NaN.
-    """
-    axes = [axis for axis in found.listing.axes if axis.values]
-    names = [axis.keys[0] for axis in axes]
-    places = [{json.dumps(values): i for i, values in enumerate(axis.values)} for axis in axes]
-    of_system = {}
-    for key in found.keys:
-        values = found._settings[key]
-        of_system[key] = tuple(
-            place[json.dumps([values[k] for k in axis.keys])] for axis, place in zip(axes, places, strict=True)
-        )
-    steps = found["step"].astype(int)
-    shape = (*(len(axis.values) for axis in axes), int(steps.max(initial=-1)) + 1)
-    of_point = [of_system[found.keys[i]] for i in found.system]
-    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(axes)).T)
-    datasets = {}
-    for axis in axes:
-        for i, key in enumerate(axis.keys):
-            column = np.array([_word(values[i]) for values in axis.values])
-            datasets[key] = Dataset(column, (axis.keys[0],), "", "value of this key of the input")
-    for i, (name, (unit, what)) in enumerate(COLUMNS.items()):
-        if name == "step":
-            continue
-        cube = np.full(shape, np.nan)
-        cube[(*where, steps)] = found.values[:, i]
-        datasets[name] = Dataset(cube, (*names, "step"), unit, what)
-    datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
-    said = {
-        "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listing.name,
-        "common": json.dumps(found.listing.common), "systems": len(found.keys), "systems_missing": found.missing,
-        "points": len(found.system), "points_unconverged": found.unconverged, "files_unreadable": len(found.faults),
-        "made_with": json.dumps(dict(found.provenance)), **provenance(),
-    }  # fmt: skip
-    store.write(path, datasets, said)
+    """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it."""
+    datasets, said = found.cube()
+    store.write(path, datasets, {**said, **provenance()})
 
 
 @dataclass(frozen=True)
