@@ -74,6 +74,7 @@ if TYPE_CHECKING:
         attraction_on_core,
     )
     from continuum.paper.examples import examples
+    from continuum.paper.page import figure
     from continuum.runs.analysis import Analysis
     from continuum.runs.result import Result
     from continuum.solve.solution import NotConvergedError
@@ -94,6 +95,7 @@ _WHERE = {
     "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm"),
     "sweeps.collect": ("sweep_status", "sweep_verify"),
     "paper.examples": ("examples",),
+    "paper.page": ("figure",),
     "model.grid": ("Grid",),
     "model.surface": ("SelfAffine", "moments"),
     "model.surfaces": ("sine", "sphere"),
@@ -155,6 +157,7 @@ __all__ = [
     "certify",
     "check",
     "examples",
+    "figure",
     "moments",
     "plot",
     "predict",

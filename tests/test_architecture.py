@@ -146,7 +146,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
                 "atomistic.config",
             },
         ),
-        ("pandas", {"continuum.paper"}),
+        ("pandas", {"continuum.paper", "continuum.sweeps.collect"}),
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.fourier"}),
         ("numba", {"continuum.model.laws", "continuum.solve.cpu.compiled", "continuum.solve.cuda.device"}),

@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from continuum.arguments import ArgumentError
+from continuum.arguments import ArgumentError, file_name
 from continuum.files.tables import Document, frozen
 from continuum.files.toml import ConfigError, Source, find, nearest
 from continuum.tables import STRICT, Fault, Key, Table, TableFamily, table_in, tables_in
@@ -25,18 +25,39 @@ from continuum.tables import STRICT, Fault, Key, Table, TableFamily, table_in, t
 _Document = TypeVar("_Document", bound=Document)
 
 
-def load(path: str | Path, model: type[_Document], settings: Mapping[str, Any] | None = None) -> _Document:
-    """Read an input file.
+InputFile = str | Path | Mapping[str, Any]
+"""An input: the name of a file, or its tables as a dictionary of Python."""
+
+
+def source_of(given: InputFile, name: str = "input") -> Source:
+    """The text of an input, whether it is a file or the tables of one.
 
     Parameters
     ----------
-    path : the file as given, or ``inputs/...`` for one that comes with the package.
+    given : the file, ``inputs/...`` for one that comes with the package; or its tables, also with NumPy's numbers.
+    name : of tables, which have no file; relative paths in them start from the present folder.
+
+    Raises ArgumentError if it is neither; ConfigError if it cannot be read.
+    """
+    if isinstance(given, Mapping):
+        if not all(isinstance(key, str) for key in given):
+            raise ArgumentError("file", given, 'tables by their names, such as {"grid": {"n": 64}}')
+        return Source.of({key: _plain(value) for key, value in given.items()}, name)
+    return Source.read(find(file_name("file", given)))
+
+
+def load(path: InputFile, model: type[_Document], settings: Mapping[str, Any] | None = None) -> _Document:
+    """Read an input.
+
+    Parameters
+    ----------
+    path : as :func:`source_of` takes it.
     model : what it should hold.
     settings : values instead of those of the file, by dotted keys such as ``surface.seed``.
 
     Raises ConfigError with all faults of the file.
     """
-    source = Source.read(find(path))
+    source = source_of(path)
     return parsed(source.changed(settings) if settings else source, model)
 
 

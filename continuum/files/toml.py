@@ -57,7 +57,22 @@ class Source:
     @classmethod
     def read(cls, path: Path) -> Source:
         """Read and parse a TOML file; raises ConfigError if there is no such file, or it is no TOML."""
-        text = _text(path)
+        return cls._parsed(path, _text(path))
+
+    @classmethod
+    def of(cls, tables: Mapping[str, Any], name: str) -> Source:
+        """The input file that has these tables, under a name; raises ConfigError if no file could hold them."""
+        path = Path(f"{name}.toml")
+        try:
+            text = document(tables)
+            tomllib.loads(text)
+        except (TypeError, ValueError, RecursionError):
+            cause = "its tables hold None, or what is no number, text, list or table"
+            raise ConfigError(path, [Fault((), "tables of what an input file can hold", cause)]) from None
+        return cls._parsed(path, text)
+
+    @classmethod
+    def _parsed(cls, path: Path, text: str) -> Source:
         try:
             data = tomllib.loads(text)
             deep = _is_deep(data)

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from continuum.arguments import ArgumentError, choice, file_name, flag, function, number, several
-from continuum.files.inputs import load, settings_of
+from continuum.files.inputs import InputFile, load, settings_of, source_of
 from continuum.files.tables import identity
-from continuum.files.toml import Source, find
 from continuum.front.sweeps import check_sweep
 from continuum.runs.analysis import Analysis
 from continuum.runs.build import RunSetup, build
@@ -40,7 +39,7 @@ class CheckReport:
         return self.sheet._repr_html_()
 
 
-def check(file: str | Path, settings: Mapping[str, Any] | None = None, *, reduced: bool = False) -> CheckReport:
+def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced: bool = False) -> CheckReport:
     """Validate an input file of a run or of a sweep, and say what it amounts to and what it will cost.
 
     Parameters
@@ -55,11 +54,15 @@ def check(file: str | Path, settings: Mapping[str, Any] | None = None, *, reduce
         With all faults of the file, or of the first faulty system of a sweep.
     ArgumentError
         If an argument is not allowed.
+
+    Notes
+    -----
+    In Python the input may be a dictionary of its tables, too; it is called "input".
     """
-    path, given = file_name("file", file), settings_of(settings)
-    if flag("reduced", reduced) or "sweep" in Source.read(find(path)).data:
-        return CheckReport(check_sweep(path, given, reduced=reduced))
-    config = load(path, RunConfig, given)
+    given, source = settings_of(settings), source_of(file)
+    if flag("reduced", reduced) or "sweep" in source.data:
+        return CheckReport(check_sweep(file, given, reduced=reduced))
+    config = load(file, RunConfig, given)
     system, cost = build(config), cost_of(config)
     grid, wall, real, expected = system.grid, system.problem.wall, system.realised, system.expected
     rows: list[tuple[str, str, str]] = [
@@ -84,11 +87,11 @@ def check(file: str | Path, settings: Mapping[str, Any] | None = None, *, reduce
         ("identity", identity(config)[:16], ""),
     ]
     columns = (Column("quantity"), Column("value"), Column("unit"))
-    return CheckReport(Sheet.of(f"{file}: valid", columns, rows), system)
+    return CheckReport(Sheet.of(f"{source.path}: valid", columns, rows), system)
 
 
 def run(
-    file: str | Path | RunConfig,
+    file: InputFile | RunConfig,
     output: str | Path = "results",
     *,
     settings: Mapping[str, Any] | None = None,
@@ -116,6 +119,10 @@ def run(
         If the input cannot be run, this machine has not the device, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
+
+    Notes
+    -----
+    In Python the input may be a dictionary of its tables, too; it is called "input".
     """
     given = settings_of(settings)
     function("progress", progress)
@@ -124,7 +131,7 @@ def run(
         choice("device", device, BACK_ENDS)
     if isinstance(file, RunConfig) and given:
         raise ArgumentError("settings", given, "values of keys of a file; this input was read already")
-    config = file if isinstance(file, RunConfig) else load(file_name("file", file), RunConfig, given)
+    config = file if isinstance(file, RunConfig) else load(file, RunConfig, given)
     config = config if device is None else config.on(device)
     path = file_name("output", output)
     if path.suffix != ".h5":
@@ -134,7 +141,7 @@ def run(
 
 
 def turn(
-    file: str | Path,
+    file: InputFile,
     output: str | Path = "results",
     *,
     area: Sequence[float] = (0.01,),
@@ -166,13 +173,18 @@ def turn(
         If the input cannot be run, its wall has no work of adhesion, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
+
+    Notes
+    -----
+    In Python the input may be a dictionary of its tables, too; it is called "input".
     """
     areas = [number("area", each, above=0, below=1) for each in several("area", area)]
     number("width", width, above=0, below=1)
-    path, into = file_name("file", file), file_name("output", output)
+    into = file_name("output", output)
     loading = {"control": "repulsive-area", "targets": areas, "turn": width, "area_tolerance": 0.05}
-    config = load(path, RunConfig, {"loading": loading, **settings_of(settings)})
-    into = into if into.suffix == ".h5" else into / f"{path.stem}-turn.h5"
+    config = load(file, RunConfig, {"loading": loading, **settings_of(settings)})
+    name = config.source.path.stem if config.source else "input"
+    into = into if into.suffix == ".h5" else into / f"{name}-turn.h5"
     return run(config, into, force=force, progress=progress, warn=warn)
 
 

@@ -6,6 +6,7 @@ days later, by another process or on another machine.
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence, Set
 from contextlib import closing
@@ -15,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import continuum.sweeps.collect
-from continuum.arguments import choice, count, file_name, flag, function, number, pair
-from continuum.files.inputs import settings_of
+from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, pair
+from continuum.files.inputs import InputFile, settings_of
 from continuum.files.output import LockedError, folder, save
 from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds
@@ -26,13 +27,15 @@ from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
-from continuum.sweeps.collect import PointTable, write_cube
+from continuum.sweeps.collect import PointTable
 from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
+from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SystemTask, begin, record, systems_of
 from continuum.sweeps.tasks import TaskResult
 
+_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
 """Called after each system with how it ended, how many have, and how many there are."""
 
@@ -64,9 +67,10 @@ class SweepRun:
 
 
 def sweep(
-    file: str | Path,
+    file: InputFile,
     output: str | Path = "results",
     *,
+    name: str | None = None,
     settings: Mapping[str, Any] | None = None,
     reduced: bool = False,
     workers: int | None = None,
@@ -89,6 +93,7 @@ def sweep(
     ----------
     file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
     output : folder in which that of the sweep is made, named after the file.
+    name : of that folder, instead of the name of the file.
     settings : values of keys instead of those of the file; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
     workers : processes at once, one by default, or one for each GPU; fewer where their memory would not suffice.
@@ -109,12 +114,17 @@ def sweep(
         or there is no such cluster.
     ArgumentError, InputError
         If an argument is not allowed; or this machine has not the device, or fewer GPUs than workers.
+
+    Notes
+    -----
+    In Python the input may be a dictionary of its tables, too; it is called "sweep" unless it gets a name.
     """
-    function("progress", progress)
-    function("begun", begun)
-    function("warn", warn)
+    for argument, called in (("progress", progress), ("begun", begun), ("warn", warn)):
+        function(argument, called)
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
-    described = Sweep.read(file_name("file", file), given, reduced=flag("reduced", reduced))
+    if name is not None and not re.fullmatch(_NAME, instance("name", name, str)):
+        raise ArgumentError("name", name, "a name of letters, digits, dots, - and _, for a folder")
+    described = Sweep.read(file, given, reduced=flag("reduced", reduced), name=name)
     # All that can be wrong is found before anything is written.
     cluster = None if scheduler_file is None else file_name("scheduler_file", scheduler_file)
     devices: tuple[str, ...] = ()
@@ -144,11 +154,16 @@ def sweep(
             ended.append(one)
             if progress is not None:
                 progress(one, len(ended), len(tasks))
+    return _ended(root, ended, searched=described.bisection is not None)
+
+
+def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepRun:
+    """What became of the systems of a call."""
     is_done = done_before(root)
     held = tuple(one for one in ended if isinstance(one.error, LockedError) and not is_done(one.task))
     failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
     done = sum(one.ok and not one.found for one in ended)
-    crossings = _crossings(root, {one.task.path for one in ended}) if described.bisection else ()
+    crossings = _crossings(root, {one.task.path for one in ended}) if searched else ()
     return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held, crossings)
 
 
@@ -159,7 +174,7 @@ def _crossings(root: Path, paths: Set[Path]) -> tuple[Crossing, ...]:
     return crossings_of(root, replace(listing, searches=mine))
 
 
-def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
+def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
     """Validate the input of a sweep, each of its systems, and say what they cost together."""
     described = Sweep.read(file, settings, reduced=reduced)
     costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
@@ -181,7 +196,7 @@ def check_sweep(file: Path, settings: Mapping[str, Any], *, reduced: bool) -> Sh
         ("", f"{sum(seconds):.2g}", "core-seconds of this machine, as it is now"),
         ("of them the longest path", f"{max(seconds):.2g}", "core-seconds"),
     ]  # fmt: skip
-    return Sheet.of(f"{file}: valid", ("quantity", Column("value"), "unit"), rows)
+    return Sheet.of(f"{described.source.path}: valid", ("quantity", Column("value"), "unit"), rows)
 
 
 def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:

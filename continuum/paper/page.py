@@ -8,7 +8,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from matplotlib.figure import Figure
+
+from continuum.arguments import choice, file_name
 from continuum.files import output
+from continuum.front.sweeps import SweepRun
 from continuum.paper.claims import Claim, Finding, Word, claim_verdicts, verdict_sheet
 from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, Drawing, save_drawing
@@ -50,6 +54,24 @@ def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None)
         text = f"# {found.title}\n\n{found.markdown()}\n\n{provenance_line(data.table)}\n"
         return [output.save(place / "verdicts.md", text), output.save(place / "verdicts.csv", found.csv())]
     return save_drawing(FIGURES[name].make(data), place / name)
+
+
+def figure(name: str, sweep: str | Path | SweepRun) -> Figure:
+    """A figure of the paper from a stored sweep, to look at or to change; :func:`plot_figure` writes it into files.
+
+    Parameters
+    ----------
+    name : as ``continuum plot`` knows it, such as "figure4".
+    sweep : folder of a sweep, or what :func:`continuum.sweep` returned.
+
+    Raises
+    ------
+    ArgumentError, SweepError, FigureError
+        If there is no such figure, no sweep, or no point for it.
+    """
+    choice("name", name, FIGURES)
+    root = sweep.folder if isinstance(sweep, SweepRun) else file_name("sweep", sweep)
+    return FIGURES[name].make(SweepData(collect(root), root)).figure
 
 
 def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:

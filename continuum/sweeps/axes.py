@@ -13,14 +13,13 @@ import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from pydantic import Field
 
-from continuum.files.inputs import parsed
+from continuum.files.inputs import InputFile, parsed, source_of
 from continuum.files.tables import Document, identity
-from continuum.files.toml import ConfigError, Source, document, find, text_of
+from continuum.files.toml import ConfigError, Source, document, text_of
 from continuum.runs.config import RunConfig
 from continuum.runs.ranges import MOST, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
@@ -250,11 +249,20 @@ class Sweep:
         return said + document({**self.base.data, "sweep": {name: value for name, value in sweep.items() if value}})
 
     @classmethod
-    def read(cls, path: str | Path, settings: Mapping[str, Any] | None = None, *, reduced: bool = False) -> Sweep:
+    def read(
+        cls,
+        file: InputFile,
+        settings: Mapping[str, Any] | None = None,
+        *,
+        reduced: bool = False,
+        name: str | None = None,
+    ) -> Sweep:
         """Read a sweep; its systems are not looked at yet.
 
         Parameters
         ----------
+        file : the input, or its tables.
+        name : of the sweep; that of the file if None, and "sweep" of tables.
         settings : values of keys instead of those of the file; of a key on an axis, a value, a list or a range.
         reduced : whether those of ``[sweep.reduced]`` hold, before the settings.
 
@@ -263,7 +271,7 @@ class Sweep:
         ConfigError
             With all faults of the table [sweep].
         """
-        source = Source.read(find(path))
+        source = source_of(file, name or "sweep")
         data = dict(source.data)
         table = data.pop("sweep", None)
         if not isinstance(table, Mapping):
@@ -289,8 +297,9 @@ class Sweep:
             if _overlap(key, axis):  # it would be set, and then replaced
                 raise ConfigError(source, [Fault(("sweep",), f"values for the axis {axis} as it is, not for {key}")])
         base = replace(source, data=data)
-        name = f"{source.path.stem}-reduced" if reduced else source.path.stem
-        return cls(name, source, base.changed(plain) if plain else base, axes, found.keep, bool(changes), bisection)
+        own = name or source.path.stem
+        base = base.changed(plain) if plain else base
+        return cls(f"{own}-reduced" if reduced else own, source, base, axes, found.keep, bool(changes), bisection)
 
     def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changing fastest.

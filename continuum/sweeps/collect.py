@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections import Counter
@@ -10,33 +9,37 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from continuum.arguments import file_name, flag
+from continuum.arguments import choice, file_name, flag
 from continuum.files import output, store
 from continuum.files.hdf5 import StoreError
 from continuum.files.inputs import settings_of
-from continuum.files.provenance import provenance
-from continuum.files.store import Dataset
 from continuum.files.tables import frozen, identity, restored
 from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
 from continuum.sweeps.axes import Sweep
-from continuum.sweeps.crossings import Crossing, crossing_datasets, crossings_of
-from continuum.sweeps.folder import TABLE_SCHEMA, Folder
+from continuum.sweeps.crossings import Crossing, crossings_of
+from continuum.sweeps.cube import as_cell, cube_of
+from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS, numbers_of
 from continuum.sweeps.sweep import SweepListing, System, changes_of, systems_of
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+_KAPPAS = ("kappa", "kappa_rep", "kappa_att")
 _RECENT = 50
 """Systems that ended last, from which the rate is taken."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PointTable:
     """Table of all converged points of a sweep, one in a row."""
 
@@ -97,16 +100,64 @@ class PointTable:
                 found |= {f"{table}.{name}": value for name, value in values.items()}
         return found
 
+    def __repr__(self) -> str:
+        there = f"{len(self.system)} points of {len(self.keys)} systems"
+        return f"PointTable({self.listing.name!r}, {there}, {self.missing} systems missing)"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All points, one a row, with the keys on the axes and the columns of ``table.csv``, and the inverses of κ.
+
+        ``attrs["units"]`` has the unit of each column.
+        """
+        import pandas  # half a second, which no command but this one needs
+
+        head, rows = self.rows()
+        frame = pandas.DataFrame(rows, columns=[name for name, _ in head])
+        for name in _KAPPAS:
+            frame[f"inverse_{name}"] = 1 / frame[name]
+        frame.attrs["units"] = {**dict(head), **{f"inverse_{name}": "1" for name in _KAPPAS}}
+        return frame
+
+    def means(self, over: str = "surface.seed") -> pandas.DataFrame:
+        """Means over what differs in one key only, such as surfaces, one row for each point of their paths.
+
+        The columns are those of :meth:`to_pandas`, but for that key; NAME_error is the standard error of each mean, and
+        ``count`` how many there are.  Of κ the mean of the inverse is what the paper averages: ``inverse_kappa``.
+
+        Raises ArgumentError if the key is on no axis, or changes together with others.
+        """
+        single = [axis.keys[0] for axis in self.listing.axes if len(axis.keys) == 1]
+        choice("over", over, single)
+        frame = self.to_pandas().drop(columns="system")
+        others = [key for axis in self.listing.axes for key in axis.keys if key != over]
+        groups = frame.drop(columns=over).groupby([*others, "step"], sort=False, dropna=False)
+        columns = [name for name in frame if name not in (*others, "step", over)]
+        means, errors = groups[columns].mean(), groups[columns].sem().add_suffix("_error")
+        means.insert(0, "count", groups.size())
+        return means.join(errors).reset_index()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All points with one dimension for each axis of the input, and ``step``, as in ``table.h5``.
+
+        Needs the extra ``xarray``.
+        """
+        import xarray
+
+        datasets, said = cube_of(self)
+        held = {
+            name: (each.dims, each.values, {"units": each.units, "long_name": each.long_name})
+            for name, each in datasets.items()
+        }
+        named = {"step", "trial", *(key for axis in self.listing.axes for key in axis.keys)}
+        coordinates = {name: held.pop(name) for name in list(held) if name in named and len(held[name][0]) == 1}
+        return xarray.Dataset(held, coordinates, said)
+
     def rows(self) -> tuple[list[tuple[str, str]], Iterator[list[Any]]]:
         """Name and unit of each column, and the rows of the tidy table."""
         axes = [key for axis in self.listing.axes for key in axis.keys]
         head = [("system", ""), *((name, "") for name in axes), *((n, unit) for n, (unit, _) in COLUMNS.items())]
         each = zip((self.keys[index] for index in self.system), self.values.tolist(), strict=True)
-        return head, ([key, *(_word(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
-
-
-def _word(value: Any) -> Any:
-    return json.dumps(value) if isinstance(value, (list, tuple, dict)) else value
+        return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
 
 
 def collect(root: str | Path) -> PointTable:
@@ -143,71 +194,6 @@ def collect(root: str | Path) -> PointTable:
         listing, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
         tuple(faults), dict(made), crossings=crossings_of(folder.root, listing, of_searches.get),
     )  # fmt: skip
-
-
-def write_cube(found: PointTable, path: Path) -> None:
-    """Write the table with one dimension for each axis of the input, and ``step``: as xarray has it.
-
-    Keys that change together are one dimension, named by the first.  What is not there is NaN.  Where a key is searched
-    for, its dimension is ``trial``, in the order of its values, which are a variable as the columns are.
-    """
-    searches = found.listing.searches
-    axes = [axis for axis in found.listing.axes[: -1 if searches else None] if axis.values]
-    dims = {axis.keys[0]: len(axis.values) for axis in axes}
-    places = [{json.dumps(values): i for i, values in enumerate(axis.values)} for axis in axes]
-    of_system = {}
-    for key in found.keys:
-        values = found._settings[key]
-        of_system[key] = tuple(
-            place[json.dumps([values[k] for k in axis.keys])] for axis, place in zip(axes, places, strict=True)
-        )
-    datasets = {}
-    for axis in axes:
-        for i, key in enumerate(axis.keys):
-            column = np.array([_word(values[i]) for values in axis.values])
-            datasets[key] = Dataset(column, (axis.keys[0],), "", "value of this key of the input")
-    if searches:
-        dims, of_system = _with_searches(found, datasets, dims, of_system)
-    steps = found["step"].astype(int)
-    shape = (*dims.values(), int(steps.max(initial=-1)) + 1)
-    of_point = [of_system[found.keys[i]] for i in found.system]
-    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(dims)).T)
-    for i, (name, (unit, what)) in enumerate(COLUMNS.items()):
-        if name == "step":
-            continue
-        cube = np.full(shape, np.nan)
-        cube[(*where, steps)] = found.values[:, i]
-        datasets[name] = Dataset(cube, (*dims, "step"), unit, what)
-    datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
-    said = {
-        "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listing.name,
-        "common": json.dumps(found.listing.common), "systems": len(found.keys), "systems_missing": found.missing,
-        "points": len(found.system), "points_unconverged": found.unconverged, "files_unreadable": len(found.faults),
-        "made_with": json.dumps(dict(found.provenance)), **provenance(),
-    }  # fmt: skip
-    store.write(path, datasets, said)
-
-
-def _with_searches(
-    found: PointTable, datasets: dict[str, Dataset], dims: dict[str, int], of_system: Mapping[str, tuple[int, ...]]
-) -> tuple[dict[str, int], dict[str, tuple[int, ...]]]:
-    """Add what searches tried and found to the datasets; returns dimensions and places with those of the trials."""
-    search, searches = found.listing.bisection, found.listing.searches
-    assert search is not None
-    dims = dims or {"search": 1}  # a dataset has a dimension
-    trials = {system.key: i for each in searches for i, system in enumerate(each.systems)}
-    combination = {key: place or (0,) for key, place in of_system.items()}
-    known = [(one, combination[s.key]) for one, each in zip(found.crossings, searches, strict=True)
-             for s in each.systems[:1] if s.key in combination]  # fmt: skip
-    datasets |= crossing_datasets([one for one, _ in known], [place for _, place in known], dims, found.listing)
-    all_dims = {**dims, "trial": max(len(each.systems) for each in searches)}
-    places = {key: (*place, trials[key]) for key, place in combination.items()}
-    tried = np.full(tuple(all_dims.values()), np.nan)
-    for key, place in places.items():
-        tried[place] = found.setting(key, search.key)
-    datasets[search.key] = Dataset(tried, tuple(all_dims), "", "value of this key of the input, which is searched for")
-    datasets["trial"] = Dataset(np.arange(all_dims["trial"]), ("trial",), "1", "systems of a search, by that value")
-    return all_dims, places
 
 
 @dataclass(frozen=True)

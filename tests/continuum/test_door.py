@@ -111,9 +111,10 @@ FILES: Calls = {
         c.sweep,
         {
             "file": "sweep.toml", "output": "out", "settings": None, "reduced": False, "workers": 1, "threads": 1,
-            "device": None, "memory": None, "retry": False, "shard": (1, 1), "scheduler_file": None,
+            "device": None, "memory": None, "retry": False, "shard": (1, 1), "scheduler_file": None, "name": "mine",
         },
     ),
+    "figure": (c.figure, {"name": "figure4", "sweep": "nowhere"}),
     "sweep_status": (c.sweep_status, {"sweep": "nowhere", "why": "sweep.toml", "settings": None, "reduced": False}),
     "sweep_collect": (c.sweep_collect, {"sweep": "nowhere", "output": None}),
     "sweep_verify": (c.sweep_verify, {"sweep": "nowhere", "aside": False}),

@@ -1,0 +1,96 @@
+"""The points of a sweep with one dimension for each axis of its input: what ``table.h5`` holds, and xarray opens."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from continuum.files import store
+from continuum.files.provenance import provenance
+from continuum.files.store import Dataset
+from continuum.sweeps.crossings import crossing_datasets
+from continuum.sweeps.folder import TABLE_SCHEMA
+from continuum.sweeps.measured import COLUMNS
+
+if TYPE_CHECKING:
+    from continuum.sweeps.collect import PointTable
+
+
+def write_cube(found: PointTable, path: Path) -> None:
+    """Write the table as xarray has it."""
+    datasets, said = cube_of(found)
+    store.write(path, datasets, {**said, **provenance()})
+
+
+def cube_of(found: PointTable) -> tuple[dict[str, Dataset], dict[str, Any]]:
+    """The datasets with one dimension for each axis of the input, and ``step``; and the attributes of the whole.
+
+    Keys that change together are one dimension, named by the first.  What is not there is NaN.  Where a key is searched
+    for, its dimension is ``trial``, in the order of its values, which are a variable as the columns are.
+    """
+    searches = found.listing.searches
+    axes = [axis for axis in found.listing.axes[: -1 if searches else None] if axis.values]
+    dims = {axis.keys[0]: len(axis.values) for axis in axes}
+    places = [{json.dumps(values): i for i, values in enumerate(axis.values)} for axis in axes]
+    of_system = {}
+    for key in found.keys:
+        values = found._settings[key]
+        of_system[key] = tuple(
+            place[json.dumps([values[k] for k in axis.keys])] for axis, place in zip(axes, places, strict=True)
+        )
+    datasets = {}
+    for axis in axes:
+        for i, key in enumerate(axis.keys):
+            column = np.array([as_cell(values[i]) for values in axis.values])
+            datasets[key] = Dataset(column, (axis.keys[0],), "", "value of this key of the input")
+    if searches:
+        dims, of_system = _with_searches(found, datasets, dims, of_system)
+    steps = found["step"].astype(int)
+    shape = (*dims.values(), int(steps.max(initial=-1)) + 1)
+    of_point = [of_system[found.keys[i]] for i in found.system]
+    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(dims)).T)
+    for i, (name, (unit, what)) in enumerate(COLUMNS.items()):
+        if name == "step":
+            continue
+        cube = np.full(shape, np.nan)
+        cube[(*where, steps)] = found.values[:, i]
+        datasets[name] = Dataset(cube, (*dims, "step"), unit, what)
+    datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
+    said = {
+        "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listing.name,
+        "common": json.dumps(found.listing.common), "systems": len(found.keys), "systems_missing": found.missing,
+        "points": len(found.system), "points_unconverged": found.unconverged, "files_unreadable": len(found.faults),
+        "made_with": json.dumps(dict(found.provenance)),
+    }  # fmt: skip
+    return datasets, said
+
+
+def _with_searches(
+    found: PointTable, datasets: dict[str, Dataset], dims: dict[str, int], of_system: Mapping[str, tuple[int, ...]]
+) -> tuple[dict[str, int], dict[str, tuple[int, ...]]]:
+    """Add what searches tried and found to the datasets; returns dimensions and places with those of the trials."""
+    search, searches = found.listing.bisection, found.listing.searches
+    assert search is not None
+    dims = dims or {"search": 1}  # a dataset has a dimension
+    trials = {system.key: i for each in searches for i, system in enumerate(each.systems)}
+    combination = {key: place or (0,) for key, place in of_system.items()}
+    known = [(one, combination[s.key]) for one, each in zip(found.crossings, searches, strict=True)
+             for s in each.systems[:1] if s.key in combination]  # fmt: skip
+    datasets |= crossing_datasets([one for one, _ in known], [place for _, place in known], dims, found.listing)
+    all_dims = {**dims, "trial": max(len(each.systems) for each in searches)}
+    places = {key: (*place, trials[key]) for key, place in combination.items()}
+    tried = np.full(tuple(all_dims.values()), np.nan)
+    for key, place in places.items():
+        tried[place] = found.setting(key, search.key)
+    datasets[search.key] = Dataset(tried, tuple(all_dims), "", "value of this key of the input, which is searched for")
+    datasets["trial"] = Dataset(np.arange(all_dims["trial"]), ("trial",), "1", "systems of a search, by that value")
+    return all_dims, places
+
+
+def as_cell(value: Any) -> Any:
+    """The value of a key as a cell of a table: lists and tables as text."""
+    return json.dumps(value) if isinstance(value, (list, tuple, dict)) else value

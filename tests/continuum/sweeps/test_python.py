@@ -1,0 +1,125 @@
+"""A sweep from Python alone: an input that is a dictionary, and its points as pandas and xarray have them."""
+
+from __future__ import annotations
+
+import copy
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+
+import continuum as c
+from continuum.arguments import ArgumentError
+from continuum.files.inputs import source_of
+from continuum.sweeps.collect import PointTable
+
+RUN: dict[str, Any] = {
+    "grid": {"n": [32, 40]},
+    "surface": {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 4.0, "lambda_L": 16.0, "seed": 1},
+    "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.005},
+    "substrate": {"response": "half-space", "mean": "clamped"},
+    "loading": {"control": "repulsive-area", "targets": [0.15, 0.3]},
+}
+AXES = {"surface.seed": [1, 2, 3], "wall.adhesion_length": [0.0, 0.005]}
+SWEEP = {**RUN, "sweep": {"axes": AXES}}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return c.sweep(SWEEP, tmp_path_factory.mktemp("out"), name="mine")
+
+
+@pytest.fixture(scope="module")
+def table(done: Any) -> PointTable:
+    found: PointTable = done.collect()
+    return found
+
+
+def test_a_dictionary_is_the_same_sweep_as_its_file(done: Any, tmp_path: Path) -> None:
+    before = copy.deepcopy(SWEEP)
+    path = tmp_path / "mine.toml"
+    path.write_text(source_of(SWEEP).text)
+    assert c.sweep(path, done.folder.parent).found == 6
+    # NumPy's numbers and arrays are numbers and lists.
+    axes = {"surface.seed": np.arange(1, 4), "wall.adhesion_length": np.array([0.0, 0.005])}
+    assert c.sweep({**RUN, "sweep": {"axes": axes}}, done.folder.parent, name="mine").found == 6
+    assert before == SWEEP
+    assert done.folder.name == "mine"
+    assert (
+        c.sweep(SWEEP, tmp_path, settings={"surface.seed": [1], "wall.adhesion_length": 0.005}).folder.name == "sweep"
+    )
+    assert c.check(SWEEP).sheet.rows[0][1] == "6"
+
+
+def test_a_run_takes_a_dictionary(tmp_path: Path, table: PointTable) -> None:
+    found = c.run(RUN, tmp_path)
+    assert found.path.name == "input.h5"
+    mine = table.to_pandas().query("`surface.seed` == 1 and `wall.adhesion_length` == 0.005")
+    assert list(mine.load) == [point.point.load for point in found.analyse().points]
+
+
+@pytest.mark.parametrize("name", ["", "../x", "a/b", ".hidden", "x" * 200, 3])
+def test_a_name_that_is_no_folder_is_refused(name: Any, tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match="name"):
+        c.sweep(SWEEP, tmp_path / "out", name=name)
+    assert not (tmp_path / "out").exists()
+
+
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.binary(max_size=3),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@given(st.sampled_from(["grid", "surface", "sweep", "new"]), ANYTHING)
+def test_whatever_a_table_holds_ends_in_a_message_of_its_input(name: str, value: Any) -> None:
+    with suppress(c.ConfigError):
+        c.check({**SWEEP, name: value})
+    with pytest.raises(c.ConfigError, match=r"^(input|sweep)\.toml"):
+        c.check({**SWEEP, name: value, "wall": {}})
+
+
+def test_pandas_and_xarray_have_what_the_files_have(table: PointTable, done: Any, tmp_path: Path) -> None:
+    frame, cube = table.to_pandas(), table.to_xarray()
+    assert repr(table) == "PointTable('mine', 12 points of 6 systems, 0 systems missing)"
+    assert len(frame) == 12
+    assert frame.attrs["units"]["load"] == "E*"
+    for row in frame.itertuples(index=False):
+        values = dict(zip(frame.columns, row, strict=True))
+        place = {name: values[name] for name in (*AXES, "step")}
+        for name in ("load", "area_rep", "kappa_rep"):
+            np.testing.assert_equal(cube[name].sel(place).item(), values[name])
+        assert values["inverse_kappa"] * values["kappa"] == pytest.approx(1)
+    c.sweep_collect(done.folder, tmp_path)
+    with xarray.open_dataset(tmp_path / "table.h5", engine="h5netcdf") as stored:
+        xarray.testing.assert_equal(cube, stored)
+        assert cube.attrs.items() <= stored.attrs.items()
+
+
+def test_means_are_over_surfaces_and_have_no_seed(table: PointTable) -> None:
+    frame, means = table.to_pandas(), table.means()
+    assert "surface.seed" not in means
+    assert list(means["count"]) == [3, 3, 3, 3]
+    for row in means.itertuples():
+        # Positional: names with dots are no attributes.
+        here = frame[
+            (frame["wall.adhesion_length"] == means["wall.adhesion_length"][row.Index]) & (frame.step == row.step)
+        ]
+        kappas = here.kappa.to_numpy()
+        assert row.inverse_kappa == pytest.approx(np.mean(1 / kappas), rel=1e-12)
+        assert row.inverse_kappa_error == pytest.approx(np.std(1 / kappas, ddof=1) / np.sqrt(3), rel=1e-9)
+    with pytest.raises(ArgumentError, match="over"):
+        table.means("surface.hurst")
+
+
+def test_a_figure_is_drawn_to_be_looked_at(done: Any) -> None:
+    assert isinstance(c.figure("figure4", done), Figure)
+    with pytest.raises(ArgumentError, match="name"):
+        c.figure("figure9", done)
