@@ -27,19 +27,6 @@ from tests.faulty_maps import faulty
 from tests.printed import faults_in_print
 
 
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> dict[str, Figure]:
-    """The figures that would be saved, by name."""
-    figures: dict[str, Figure] = {}
-
-    def noted(figure: Figure, stem: Path) -> Path:
-        figures[stem.name] = figure
-        return stem
-
-    monkeypatch.setattr(plot, "save_figure", noted)
-    return figures
-
-
 def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure]) -> None:
     result = continuum.run(small)
     draw_run(result)
