@@ -10,7 +10,10 @@ import pytest
 from hypothesis import settings
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
+    from matplotlib.figure import Figure
 
 # Whether a test passes must not depend on how fast the machine is, on who else uses it, or on what is drawn that day:
 # examples are drawn from a seed.  `make search` draws more of them, and others each time.
@@ -31,6 +34,21 @@ def png_only() -> Iterator[None]:
 
     with written_as(["png"]):
         yield
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> dict[str, Figure]:
+    """The figures that would be saved, by name."""
+    from continuum.show import plot
+
+    figures: dict[str, Figure] = {}
+
+    def noted(figure: Figure, stem: Path) -> Path:
+        figures[stem.name] = figure
+        return stem
+
+    monkeypatch.setattr(plot, "save_figure", noted)
+    return figures
 
 
 @pytest.fixture

@@ -16,7 +16,16 @@ from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
-from continuum.show.plot import PAGE, SERIES, contact_image, new_axes, save_figure, styled
+from continuum.show.plot import (
+    PAGE,
+    SERIES,
+    contact_image,
+    legend_under,
+    letter_panels,
+    new_axes,
+    save_figure,
+    styled,
+)
 from continuum.show.runs import words
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import readable
@@ -245,13 +254,10 @@ def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figur
         load.plot([], [], "o", color=SERIES[0], markerfacecolor="white", label="on the way back")
     if jumped.any():
         load.plot([], [], ":", color="0.6", label="jump")
-    if beside or along or turn < len(x):
-        load.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     load.axhline(0, color="grey", linewidth=0.6)
     place = f"offset along {along} ($a_0$)" if along else "separation ($a_0$)"
     load.set(xlabel=place, ylabel="$N/A_0$ (GPa)" if real is not None else "$N/A_0$ ($E^*$)")
     area.set(xlabel=place, ylabel="$A/A_0$", ylim=(-0.03, 1.03))
-    area.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     grid = run.last.slab.grid
     widest = int(np.argmax([step.area_rep for step in run.steps]))
     contact_image(contact, contact_map(run.wall, run.gaps[widest]), grid.lengths)
@@ -259,5 +265,8 @@ def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figur
     if marked:
         x_slipped, y_slipped = np.nonzero(run.slips[widest])
         contact.plot(x_slipped + 0.5, y_slipped + 0.5, "x", color=SERIES[2], markersize=3)
-    contact.set(xlabel="x ($a_0$)", ylabel="y ($a_0$)", title=f"contact, step {widest + 1}{marked}")
+    contact.set(xlabel="x ($a_0$)", ylabel="y ($a_0$)")
+    letter_panels((load, area, contact), ("load", "areas", f"contact, step {widest + 1}{marked}"))
+    for axis in (load, area):
+        legend_under(axis, 0.3)
     return figure

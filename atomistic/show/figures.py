@@ -25,6 +25,8 @@ LABELS = {
     "lattice": "lattice Green's function",
     "atoms": "atoms (LAMMPS)",
 }
+_WIDE = 3
+"""Panels beside one another up to which a title has room for wall and slope in one line."""
 _COLOURS = dict(zip(RUNGS, plot.SERIES, strict=False))
 _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 """Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
@@ -49,6 +51,7 @@ def rung_contact_maps(archive: Archive) -> Figure:
     figure, axes = plot.new_axes(plot.PAGE, 2.3 * len(rows) + 0.5, len(rows), 3, squeeze=False)
     nx, ny = columns["contact"].shape[2:]
     i, j = RUNGS.index("lattice"), RUNGS.index("atoms")
+    titles = []
     differs: Any = {"marker": "s", "linestyle": "", "markerfacecolor": "none", "markeredgecolor": plot.DIFFERENT_COLOUR}
     for state, row in zip(rows, axes, strict=True):
         a, b = columns["contact"][i, state], columns["contact"][j, state]
@@ -57,23 +60,14 @@ def rung_contact_maps(archive: Archive) -> Figure:
         plot.contact_image(row[2], b, (float(nx), float(ny)), alpha=0.25)
         for x, y in np.argwhere(a != b):
             row[2].plot(x + 0.5, y + 0.5, markersize=4, **differs)
-        area = columns["area_rep"][j, state]
-        row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
+        area = rf"$A_\mathrm{{rep}}/A_0$ = {columns['area_rep'][j, state]:.3f}"
         differ = int(np.count_nonzero(a != b))
-        row[2].set_title(f"{differ} of {a.size} atoms differ")
-        row[1].set_title(f"$A_{{rep}}/A_0$ = {area:.3f}")
-    for axis, title in zip(axes[0], ("lattice Green's function", "atoms (LAMMPS)", "difference"), strict=True):
-        axis.set_title(f"{title}\n{axis.get_title() or ' '}")
+        row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
+        titles += ["lattice Green's function", f"atoms (LAMMPS)\n{area}", f"{differ} of {a.size} atoms differ"]
     for axis in axes[-1]:
         axis.set_xlabel("x ($a_0$)")
-    figure.legend(
-        handles=[
-            *plot.contact_key(),
-            Line2D([], [], label="differs", **differs),
-        ],
-        loc="outside lower center",
-        ncols=3,
-    )  # fmt: skip
+    plot.letter_panels(axes.flat, titles)
+    plot.legend_below(figure, [*plot.contact_key(), Line2D([], [], label="differs", **differs)])
     return figure
 
 
@@ -98,7 +92,7 @@ def curves(archive: Archive) -> Figure | None:
     if "curve_case" not in columns:
         return None
     cases = list(dict.fromkeys(columns["curve_case"].tolist()))
-    atoms = RUNGS.index("atoms")
+    atoms, titles = RUNGS.index("atoms"), []
     width = plot.PAGE if len(cases) > 1 else plot.COLUMN
     figure, axes = plot.new_axes(width, 5.6, 3, len(cases), squeeze=False, sharex="col")
     for case, (area_axis, load_axis, difference_axis) in zip(cases, axes.T, strict=True):
@@ -126,19 +120,20 @@ def curves(archive: Archive) -> Figure | None:
         load_axis.plot(points["mean_gap"], points["load"], "o", **look)
         difference_axis.plot(points["mean_gap"], 1e4 * (points["load"] - at_points), "o", **look)
         load_axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-        area_axis.set_title(f"{case}\n{_wall_and_slope(archive, middle)}")
+        gap = "\n" if len(cases) > _WIDE else ", "
+        titles.append(f"{case}\n{_wall_and_slope(archive, middle, gap)}")
         difference_axis.set_xlabel("mean gap ($a_0$)")
-    axes[0, 0].set_ylabel("repulsive area $A_{rep}/A_0$")
+    axes[0, 0].set_ylabel(r"repulsive area $A_\mathrm{rep}/A_0$")
     axes[1, 0].set_ylabel("load $N/(E^* A_0)$")
     axes[2, 0].set_ylabel("load minus lattice's\n$\\Delta N/(10^{-4} E^* A_0)$")
-    handles, labels = axes[2, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3 if len(cases) > 1 else 1)
+    plot.letter_panels(axes.flat, titles)
+    plot.legend_below(figure, plot.labelled(axes[2, 0]))
     return figure
 
 
-def _wall_and_slope(archive: Archive, state: int) -> str:
+def _wall_and_slope(archive: Archive, state: int, gap: str = ", ") -> str:
     length, slope = (archive.columns[name][state] for name in ("adhesion_length", "rms_slope"))
-    return f"$\\ell_a$ = {length:g} $a_0$, $h'_{{rms}}$ = {slope:g}"
+    return rf"$\ell_a$ = {length:g} $a_0${gap}$h'_\mathrm{{rms}}$ = {slope:g}"
 
 
 @plot.styled
@@ -150,10 +145,11 @@ def scaling(archive: Archive) -> Figure | None:
     if not fits:
         return None
     figure, (left, right) = plot.new_axes(plot.PAGE, 3.4, 1, 2)
+    titles = []
     colours = dict(zip(sorted({fit.area for fit in fits}), cycle(plot.SERIES), strict=False))
     markers = dict(zip(sorted({fit.seed for fit in fits}), "osv^D", strict=False))
     for axis, quantity, expected, label in (
-        (left, "load", 1, "load difference $|\\Delta N|/N_{rep}$"),
+        (left, "load", 1, r"load difference $|\Delta N|/N_\mathrm{rep}$"),
         (right, "displacement", 2, "largest displacement difference ($a_0$)"),
     ):
         mine = [fit for fit in fits if fit.quantity == quantity]
@@ -169,13 +165,18 @@ def scaling(archive: Archive) -> Figure | None:
         top = max(float(np.abs(flattest).max()), 1e-300)
         axis.loglog(h, 2 * top * (h / h[0]) ** expected, "-", color="0.6", linewidth=2, zorder=0)
         fitted = np.array([fit.fitted for fit in mine])
-        text = f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}"
-        axis.text(0.05, 0.93, text, transform=axis.transAxes, va="top", fontsize=8)
-        axis.set(xlabel="rms slope $h'_{rms}$", ylabel=label)
-    handles = [Line2D([], [], color=colour, label=f"$A_{{rep}}/A_0$ = {area:g}") for area, colour in colours.items()]
+        titles.append(
+            f"line: exponent {expected}\nfitted: {fitted.mean():.3f}, from {fitted.min():.3f} to {fitted.max():.3f}"
+        )
+        axis.set(xlabel=r"rms slope $h'_\mathrm{rms}$", ylabel=label)
+    handles = [
+        Line2D([], [], color=colour, label=rf"$A_\mathrm{{rep}}/A_0$ = {area:g}") for area, colour in colours.items()
+    ]
     outlined: Any = {"color": "0.3", "markerfacecolor": "none", "linestyle": ""}
     handles += [Line2D([], [], marker=m, label=f"seed {s}", **outlined) for s, m in markers.items()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(colours))
+    plot.log_ticks(left, right)
+    plot.letter_panels((left, right), titles)
+    plot.legend_below(figure, handles)
     return figure
 
 
@@ -212,12 +213,13 @@ def draw_discreteness(found: Discreteness, stem: Path, title: str) -> Path:
     for slope, colour in ((found.along_110, plot.SERIES[0]), (found.along_100, plot.SERIES[5])):
         axis.plot(limit, 100 * slope * limit, "-", color=colour, linewidth=1)
     axis.axhline(0, color="0.6", linewidth=0.8)
-    axis.set(xlim=(0, 4.5), xlabel="wavenumber q ($1/a_0$)", ylabel=r"$K_{lattice}/K_{continuum} - 1$ (%)")
+    axis.set(
+        xlim=(0, 4.5), xlabel="wavenumber q ($1/a_0$)", ylabel=r"$K_\mathrm{lattice}/K_\mathrm{continuum} - 1$ (%)"
+    )
     above = axis.secondary_xaxis("top")
     lengths = (64, 16, 8, 4, 3, 2)
     above.set_xticks([2 * np.pi / length for length in lengths], [str(length) for length in lengths])
     above.set_xlabel("wavelength ($a_0$)")
-    axis.text(0.03, 0.97, title, transform=axis.transAxes, va="top")
-    axis.set_ylim(bottom=min(axis.get_ylim()[0], -0.6 * axis.get_ylim()[1]))  # room below for what the points are
-    axis.legend(markerscale=3, loc="lower left")
+    axis.set_title(title)
+    plot.legend_below(figure, plot.labelled(axis))
     return plot.save_figure(figure, stem)

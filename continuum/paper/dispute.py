@@ -23,7 +23,7 @@ from continuum.measure.curve import adhesion
 from continuum.model.grid import Grid
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.figures import Drawing, save_drawing
-from continuum.paper.points import ENOUGH, FigureError, alike, curve_of, plain_ticks, sweep_points
+from continuum.paper.points import ENOUGH, FigureError, alike, curve_of, sweep_points
 from continuum.show import plot
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import AREA, CRITERIA, Criterion, RoughContact
@@ -33,6 +33,8 @@ from continuum.theory import dispute, rough
 NEAR = 1.1
 """Ratio within which the largest or smallest work counts as the crossover itself: attraction is nearly proportional to
 w, so that the crossover is then known to a few per cent."""
+_WIDE = 3
+"""Panels beside one another up to which the title of each has room for one line."""
 _MARKS = {"spline": "o", "exponential": "s"}
 
 
@@ -226,22 +228,31 @@ def draw_crossovers(turns: DataFrame, title: str) -> Drawing:
     """Work at the crossover against λ_s: means over surfaces with their scatter, and a line for each theory."""
     rows = sorted(set(zip(turns["range"], turns.peak, strict=True)))
     columns = sorted(set(turns.hurst))
-    figure = plot.new_figure(2.4 * len(columns) + 1.2, 2.2 * len(rows) + 0.9)
-    axes = figure.subplots(len(rows), len(columns), sharex=True, sharey="row", squeeze=False)
-    body = []
+    width = plot.PAGE if len(columns) > 1 else plot.COLUMN
+    figure, axes = plot.new_axes(
+        width,
+        1.75 * len(rows) + (0.9 if len(columns) > 1 else 1.7),
+        len(rows),
+        len(columns),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+    )
+    body, titles = [], []
     for i, (reach, peak) in enumerate(rows):
         for axis, hurst in zip(axes[i], columns, strict=True):
             mine = turns[(turns.hurst == hurst) & (turns["range"] == reach) & (turns.peak == peak)]
             for law, same in mine.groupby("law"):
                 body += [(reach, law, hurst, *row) for row in _draw_panel(axis, same, law)]
-            turned = f", back at {peak} $h_{{rms}}$" if peak else ""
-            axis.set_title(rf"$H = {hurst:g}$, $\Delta r = {reach:g}\,h_{{rms}}${turned}", fontsize=8)
+            turned = rf"{chr(10)}back at {peak} $h_\mathrm{{rms}}$" if peak else ""
+            gap = ", " if len(columns) <= _WIDE else "\n"
+            titles.append(rf"$H = {hurst:g}${gap}$\Delta r = {reach:g}\,h_\mathrm{{rms}}${turned}")
             axis.set(xscale="log", yscale="log")
-            axis.minorticks_off()
-        plain_ticks(axes[i][0], "y")
-        axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_{rms}^2$ at the turn")
+        axes[i][0].set_ylabel(r"$\ell_a\lambda_L/h_\mathrm{rms}^2$ at the turn")
     _finish(axes, turns)
-    figure.legend(loc="outside lower center", ncols=len(columns))
+    plot.log_ticks(*axes.flat)
+    plot.letter_panels(axes.flat, titles)
+    plot.legend_below(figure, plot.labelled(*axes.flat))
     head = ("range/h_rms", "law", "H", "lambda_s (a0)", "surfaces", "l_a lambda_L/h_rms^2", "scatter (factor)",
             *(theory.name for theory in THEORIES))  # fmt: skip
     caption = f"{title}: means over surfaces, bars their scatter; lines are the theories on the same surfaces."
@@ -259,6 +270,7 @@ def _finish(axes: np.ndarray, turns: DataFrame) -> None:
         axis.set_xlim(left, right)
     for axis in axes[-1]:
         axis.set_xticks(cuts, [f"{cut:g}" for cut in cuts])
+        axis.set_xticks([], minor=True)
         axis.set_xlabel(r"$\lambda_s$ ($a_0$)")
     for theory in THEORIES:
         axes[0][0].plot([], [], color=theory.colour, label=theory.name)
@@ -277,7 +289,7 @@ def _draw_panel(axis: Axes, turns: DataFrame, law: str) -> list[tuple[float, ...
     scatter = np.array([np.exp(each.std(ddof=1)) if each.size > 1 else 1.0 for each in logs])
     axis.errorbar(
         cuts, mean, yerr=(mean - mean / scatter, mean * scatter - mean), fmt=_MARKS[law], color="0.2", capsize=2,
-        markerfacecolor="0.2" if law == "spline" else "none", elinewidth=0.7,
+        markerfacecolor="0.2" if law == "spline" else "none", elinewidth=0.7, markersize=3.5,
     )  # fmt: skip
     lines = []
     for theory in THEORIES:

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
+from string import ascii_uppercase
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
-from matplotlib.patches import Rectangle
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.typing import LineStyleType
 from pandas import DataFrame
 
 from continuum.measure.contact import REPULSIVE
 from continuum.measure.outline import Mask, perimeter_map
 from continuum.measure.profile import GapProfile
-from continuum.paper.points import SweepData, adhesion_colour, adhesion_labels
-from continuum.paper.relations import Drawn
+from continuum.model.fourier import Real
+from continuum.paper.points import LENGTH, SweepData, adhesion_colour, adhesion_key
 from continuum.runs.analysis import MeasuredPoint, analyse_run, gap_ratio
 from continuum.runs.result import Result
 from continuum.show import plot
@@ -26,6 +32,12 @@ _MAP_AREA = 0.02
 """A_rep/A0 of the maps of Fig. 1."""
 _PROFILE_AREA = 0.01
 """A_rep/A0 at which the profiles are taken."""
+_ABREAST = 3
+"""Maps beside one another in Fig. 1."""
+_MARK = plot.DIFFERENT_COLOUR
+_ARROW: Any = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "linewidth": 0.8, "mutation_scale": 7}
+_Line = tuple[Real, Real, Mask, Mask]
+"""Along a cut: x and height of the surface, where it is repelled and where attracted."""
 _Found = tuple[Result, MeasuredPoint, GapProfile]
 
 
@@ -48,64 +60,134 @@ def _window(inside: Mask, width: int) -> tuple[int, int]:
     return max(corners, key=lambda c: int(inside[c[0] : c[0] + width, c[1] : c[1] + width].sum()))
 
 
-def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Drawn:
-    """Fig. 1: geometry, maps at a fixed repulsive area with growing adhesion, one patch, and a cut through it."""
+def contact_areas(chosen: Sequence[tuple[Result, int]]) -> DataFrame:
+    """Numbers of the maps of Fig. 1."""
+    rows = [
+        (_length(result), point.area_rep, point.area_att, point.load_rep, point.load, point.mean_gap)
+        for result, point in ((result, result.points[step]) for result, step in chosen)
+    ]
+    return DataFrame(rows, columns=[LENGTH, "A_rep/A0", "A_att/A0", "N_rep/A0 (E*)", "N/A0 (E*)", "mean gap (a0)"])
+
+
+def draw_contact_maps(chosen: Sequence[tuple[Result, int]]) -> Figure:
+    """Fig. 1: maps at a fixed repulsive area with growing adhesion, one patch, and a cut through it."""
     first, last = chosen[0], chosen[-1]
     n, spacing = first[0].grid.shape[0], first[0].grid.spacing[0]
     quarter, small = max(n // 4, 16), min(max(int(80 / spacing), 16), n // 2)
     whole = first[0].contact_map(first[1])
     i, j = _window(whole == REPULSIVE, quarter)
-    columns = max(len(chosen) + 1, 3)  # the second row takes three
-    figure, axes = plot.new_axes(3.0 * columns, 6.0, 2, columns, squeeze=False)
-    plot.contact_image(axes[0, 0], whole, first[0].grid.lengths)
-    axes[0, 0].add_patch(Rectangle((i * spacing, j * spacing), quarter * spacing, quarter * spacing,
-                                   fill=False, edgecolor="#0072b2", linewidth=1.2))  # fmt: skip
-    axes[0, 0].set_title("whole; the square is enlarged")
-    rows = []
-    for axis, (result, step) in zip(axes[0, 1:], chosen, strict=False):
-        kinds = result.contact_map(step)
-        plot.contact_image(axis, kinds[i : i + quarter, j : j + quarter], (quarter * spacing, quarter * spacing))
-        length, point = float(result.attributes["work_of_adhesion"]), result.points[step]
-        axis.set_title(rf"$\ell_a/a_0 = {length:.3g}$, $A_{{rep}} = {100 * point.area_rep:.2g}\,\%$")
-        rows.append((length, point.area_rep, point.area_att, point.load_rep, point.load, point.mean_gap))
     kinds = last[0].contact_map(last[1])
     k, m = _window(kinds == REPULSIVE, small)
-    plot.contact_image(axes[1, 0], kinds[k : k + small, m : m + small], (small * spacing, small * spacing))
-    axes[1, 0].set_title(f"{small * spacing:g} $a_0$ of the strongest adhesion")
-    for axis in (*axes[0, : len(chosen) + 1], axes[1, 0]):
-        axis.set_xlabel("$a_0$")
-    _cut(axes[1, 1], axes[1, 2], last, k, m, small)
-    for axis in (*axes[1, 2:], *axes[0, len(chosen) + 1 :]):
-        axis.set_axis_off()
-    names = (("repulsive", plot.REPULSIVE_COLOUR), ("attracted", plot.ATTRACTED_COLOUR))
-    handles = [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in names]
-    axes[1, -1].legend(handles=handles, loc="center", title="contact maps")
-    heads = ["l_a (a0)", "A_rep/A0", "A_att/A0", "N_rep/A0 (E*)", "N/A0 (E*)", "mean gap (a0)"]
-    return figure, DataFrame(rows, columns=heads)
+    rows = -(-(len(chosen) + 2) // _ABREAST)
+    figure = plot.new_figure(plot.PAGE, 2.25 * rows + 2.3)
+    places = figure.add_gridspec(rows + 1, _ABREAST, height_ratios=[*[2.25] * rows, 1.6])
+    axes = [figure.add_subplot(places[divmod(at, _ABREAST)]) for at in range(len(chosen) + 2)]
+    plot.contact_image(axes[0], whole, first[0].grid.lengths)
+    _frame(axes[0], i, j, quarter, spacing)
+    titles = [rf"$\ell_a/a_0 = {_length(first[0]):.3g}$, whole"]
+    for axis, (result, step) in zip(axes[1:-1], chosen, strict=True):
+        part = result.contact_map(step)[i : i + quarter, j : j + quarter]
+        plot.contact_image(axis, part, (quarter * spacing, quarter * spacing))
+        area = 100 * result.points[step].area_rep
+        titles.append(rf"$\ell_a/a_0 = {_length(result):.3g}$, $A_\mathrm{{rep}} = {area:.2g}\,\%$")
+    _frame(axes[-2], k - i, m - j, small, spacing)
+    plot.contact_image(axes[-1], kinds[k : k + small, m : m + small], (small * spacing, small * spacing))
+    titles.append(f"the square of {ascii_uppercase[len(axes) - 2]}")
+    cut = figure.add_subplot(places[rows, :])
+    titles.append(f"cut along the line in {ascii_uppercase[len(axes) - 1]}, heights magnified")
+    for axis in axes:
+        axis.set(xlabel="x ($a_0$)", ylabel="y ($a_0$)")
+    key = _cut(cut, axes[-1], last, (k, m, small))
+    plot.letter_panels((*axes, cut), titles)
+    plot.legend_below(figure, [*plot.contact_key(), *key])
+    return figure
 
 
-def _cut(axis: Axes, key: Axes, drawn: tuple[Result, int], k: int, m: int, small: int) -> None:
-    """The rigid wall and the deformed surface along a line through the enlarged patch."""
-    result, step = drawn
+def _frame(axis: Axes, i: int, j: int, width: int, spacing: float) -> None:
+    """The square that the next map enlarges, as far as it lies in this one."""
+    corner = i * spacing, j * spacing
+    axis.add_patch(Rectangle(corner, width * spacing, width * spacing, fill=False, edgecolor=_MARK, linewidth=1.2))
+
+
+def _cut(axis: Axes, patch: Axes, drawn: tuple[Result, int], window: tuple[int, int, int]) -> list[Artist]:
+    """The rigid wall and the deformed surface along a line through the enlarged patch; returns what is to explain."""
+    (result, step), (k, m, small) = drawn, window
     gap, heights = result.gap(step), result.heights()
     if gap is None or heights is None:
         axis.text(0.5, 0.5, "a cut needs fields = true in [output]", ha="center", va="center")
         axis.set_axis_off()
-        return
-    touching = result.repulsive(step)[k : k + small, m : m + small].sum(axis=0)
-    line = slice(k, k + small), m + int(np.argmax(touching))
-    x = np.arange(small) * result.grid.spacing[0]
-    wall = heights[line] - heights[line].min()
-    surface = wall - gap[line] + result.wall.zero_gap
-    axis.fill_between(x, wall, wall.max() + 1, color="0.75", label="rigid wall")
-    axis.plot(x, surface, "-", color=plot.SERIES[0], label="deformed surface, moved up by $a_0$")
-    attracted = (gap[line] >= result.wall.zero_gap) & (gap[line] < result.wall.zero_gap + result.wall.range)
-    axis.plot(x[attracted], surface[attracted], ".", color=plot.ATTRACTED_COLOUR, label="attracted")
-    axis.set(xlabel="$a_0$", ylabel="height ($a_0$)", title="cut through it; heights magnified")
-    key.legend(*axis.get_legend_handles_labels(), fontsize=7, loc="center left")
+        return []
+    zero, reach, spacing = result.wall.zero_gap, result.wall.range, result.grid.spacing[0]
+    inside = result.repulsive(step)[k : k + small, m : m + small]
+    attracted = (gap >= zero) & (gap < zero + reach)
+    part = attracted[k : k + small, m : m + small]
+    # The line that shows most contact, of those with a rim if there are any.
+    shown = [inside[:, i].sum() * (small if _rims(inside[:, i], part[:, i]) else 1) for i in range(small)]
+    row = int(np.argmax(shown))
+    patch.axhline((row + 0.5) * spacing, color=_MARK, linewidth=0.8)
+    wall = heights[k : k + small, m + row] - heights[k : k + small, m + row].min()
+    x = np.arange(0.5, small) * spacing
+    surface = wall - gap[k : k + small, m + row] + zero
+    axis.fill_between(x, wall, wall.max() * 1.05, color="0.8", linewidth=0)
+    axis.plot(x, surface, "-", color=_MARK, linewidth=1.0)
+    for where, shade in ((inside[:, row], plot.REPULSIVE_COLOUR), (part[:, row], plot.ATTRACTED_COLOUR)):
+        axis.plot(x, np.where(where, surface, np.nan), "-", color=shade, linewidth=2.2)
+    axis.set(xlabel="x ($a_0$)", ylabel="height ($a_0$)", xlim=(0, small * spacing))
+    if inside[:, row].any():
+        _lengths(axis, (x, surface, inside[:, row], part[:, row]), result.moments.rms_slope)
+    return [
+        Patch(facecolor="0.8", label="rigid wall"),
+        Line2D([], [], color=_MARK, linewidth=1.0, label="deformed surface, moved up by $a_0$"),
+    ]
 
 
-def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Drawn:
+def _runs(inside: Mask) -> list[tuple[int, int]]:
+    """First and last but one of each run of cells along a line."""
+    ends = np.flatnonzero(np.diff(inside.astype(int), prepend=0, append=0))
+    return [(int(start), int(stop)) for start, stop in ends.reshape(-1, 2)]
+
+
+def _rims(repulsive: Mask, attracted: Mask) -> list[tuple[int, int]]:
+    """The runs of attraction that end: on one side there is a patch, on the other nothing."""
+    inner = [run for run in _runs(attracted) if run[0] > 0 and run[1] < attracted.size]
+    return [run for run in inner if bool(repulsive[run[0] - 1]) != bool(repulsive[run[1]])]
+
+
+def _lengths(axis: Axes, line: _Line, slope: float) -> None:
+    """Arrows below the surface, at the lengths that the theory speaks of: a chord of A_rep, d_att, and h'_rms."""
+    x, surface, repulsive, attracted = line
+    step, low = x[1] - x[0], float(surface.min())
+    tall = axis.get_ylim()[1] - low
+    marks = [(_longest(_runs(repulsive)), r"a chord: $d_\mathrm{rep}$ is their mean")]
+    marks += [(_longest(rims), r"$d_\mathrm{att}$") for rims in [_rims(repulsive, attracted)] if rims]
+    for level, ((start, stop), text) in enumerate(marks):
+        ends, y = (x[start] - step / 2, x[stop - 1] + step / 2), low - (0.08 + 0.24 * level) * tall
+        axis.annotate("", (ends[0], y), (ends[1], y), arrowprops=_ARROW)
+        for end, at in zip(ends, (start, stop - 1), strict=True):
+            axis.plot([end, end], [y, surface[at]], ":", color="0.5", linewidth=0.6)
+        middle = np.clip(np.mean(ends), 0.15 * x[-1], 0.85 * x[-1])
+        axis.annotate(text, (float(middle), y), (0, -3), textcoords="offset points", ha="center", va="top")
+    axis.set_ylim(low - 0.7 * tall, low + tall)
+    # A line as steep as the surface is on average, in the scales of this panel, where no arrow is.
+    bottom, run = low - 0.6 * tall, 0.08 * x[-1]
+    left = 0.02 * x[-1] if sum(marks[-1][0]) > x.size else 0.75 * x[-1]
+    axis.plot([left, left + run, left + run], [bottom, bottom + slope * run, bottom], "-", color="0.3", linewidth=0.8)
+    axis.annotate(rf"$h'_\mathrm{{rms}} = {slope:.2g}$", (left + run, bottom), (4, 0), textcoords="offset points")
+
+
+def _longest(runs: Sequence[tuple[int, int]]) -> tuple[int, int]:
+    return max(runs, key=lambda run: run[1] - run[0])
+
+
+def cell_counts(chosen: Sequence[tuple[Result, int]]) -> DataFrame:
+    """Cells of the first map, and those of its perimeter."""
+    result, step = chosen[0]
+    inside = result.repulsive(step)
+    counts = int(inside.sum()), int(perimeter_map(inside).sum())
+    return DataFrame([counts], columns=["cells of A_rep", "perimeter cells"])
+
+
+def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Figure:
     """Fig. S-1: which cells are neighbours, and the perimeter cells of a patch."""
     result, step = chosen[0]
     inside = result.repulsive(step)
@@ -115,7 +197,7 @@ def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Drawn:
     shown = inside.astype(int) + (inside & ~edge)
     part = shown[i : i + width, j : j + width]
     neighbours = np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])
-    figure, (left, right) = plot.new_axes(6.4, 3.4, 1, 2)
+    figure, (left, right) = plot.new_axes(plot.COLUMN, 2.0, 1, 2)
     for axis, cells in ((left, neighbours), (right, part)):
         axis.pcolormesh(
             cells.T, cmap=ListedColormap(["white", "0.65", "black"]), vmin=0, vmax=2, edgecolors="0.85", lw=0.3
@@ -123,10 +205,8 @@ def draw_patch_cells(chosen: Sequence[tuple[Result, int]]) -> Drawn:
         axis.set_aspect("equal")
         axis.set_xticks([])
         axis.set_yticks([])
-    left.set_title("neighbours of the black cell: grey")
-    right.set_title("perimeter cells: grey")
-    counts = int(inside.sum()), int(edge.sum())
-    return figure, DataFrame([counts], columns=["cells of A_rep", "perimeter cells"])
+    plot.letter_panels((left, right), ("grey: neighbours", "grey: perimeter"))
+    return figure
 
 
 def stored_profiles(data: SweepData) -> list[_Found]:
@@ -152,36 +232,39 @@ def _lambda_s(result: Result) -> float:
     return float(getattr(result.config.surface, "lambda_s", None) or "nan")
 
 
-def draw_gap_profiles(found: Sequence[_Found]) -> Drawn:
-    """Ratio of the mean gap to Eq. (S-1) against the distance from the edge, at 1 % area; d_att in the table."""
+def gap_ratios(found: Sequence[_Found]) -> DataFrame:
+    """Mean gap over Eq. (S-1), and d_att, of each contact."""
+    return DataFrame([_row(*each) for each in found])
+
+
+def draw_gap_profiles(found: Sequence[_Found]) -> Figure:
+    """Ratio of the mean gap to Eq. (S-1) against the distance from the edge, at 1 % area."""
     by_wall = {
         "hard wall": [each for each in found if each[0].wall.law is None],
         "wall with a law": [each for each in found if each[0].wall.law is not None],
     }
     groups = [(title, some) for title, some in by_wall.items() if some]
-    figure = plot.new_figure(4.4 * len(groups), 3.6)
-    for i, (title, some) in enumerate(groups):
-        axis = figure.add_subplot(1, len(groups), i + 1)
-        _panel(axis, some)
-        axis.set_title(title)
-        if i == 0:
-            axis.set_ylabel("mean gap / Eq. (S-1)")
-    return figure, DataFrame([_row(*each) for each in found])
-
-
-def _panel(axis: Axes, found: Sequence[_Found]) -> None:
+    figure, axes = plot.new_axes(plot.PAGE if len(groups) > 1 else plot.COLUMN, 2.9, 1, len(groups), squeeze=False)
     waves = sorted({_lambda_s(result) for result, *_ in found})
-    lines = dict(zip(waves, cycle(("-", "--", ":", "-.")), strict=False))
-    for result, point, profile in found:
-        diameter, line = point.numbers.diameter, lines[_lambda_s(result)]
-        ratio = profile.gap / paper.gap_outside_contact(profile.distance, result.moments.rms_slope, diameter)
-        axis.plot(profile.distance / diameter, ratio, line, color=adhesion_colour(_length(result)), linewidth=0.9)
-    adhesion_labels(axis, [_length(result) for result, *_ in found], "-", ", each line a surface")
-    for lambda_s, line in lines.items() if len(lines) > 1 else ():
-        axis.plot([], [], line, color="0.3", label=rf"$\lambda_s/a_0 = {lambda_s:g}$")
-    axis.axhline(1, color="0.5", linewidth=0.6, linestyle=":", zorder=0, label="equal")
-    axis.set(xlim=(0, 0.6), ylim=(0, 2), xlabel=r"$x/d_{rep}$, from the edge")
-    axis.legend(fontsize=7)
+    styles: tuple[LineStyleType, ...] = ("-", "--", ":", "-.")
+    lines = dict(zip(waves, cycle(styles), strict=False))
+    for axis, (_, some) in zip(axes[0], groups, strict=True):
+        for result, point, profile in some:
+            diameter, line = point.numbers.diameter, lines[_lambda_s(result)]
+            ratio = profile.gap / paper.gap_outside_contact(profile.distance, result.moments.rms_slope, diameter)
+            shade = adhesion_colour(_length(result))
+            axis.plot(profile.distance / diameter, ratio, line, color=shade, linewidth=0.9)
+        axis.axhline(1, color="0.5", linewidth=0.6, zorder=0)
+        axis.set(xlim=(0, 0.6), ylim=(0, 2), xlabel=r"$x/d_\mathrm{rep}$, from the edge")
+    axes[0, 0].set_ylabel("mean gap / Eq. (S-1)")
+    plot.letter_panels(axes[0], [title for title, _ in groups])
+    sizes = [
+        Line2D([], [], linestyle=line, color="0.3", label=rf"$\lambda_s/a_0 = {lambda_s:g}$")
+        for lambda_s, line in lines.items()
+        if len(lines) > 1
+    ]
+    plot.legend_below(figure, adhesion_key([_length(result) for result, *_ in found], "-"), sizes)
+    return figure
 
 
 def _row(result: Result, point: MeasuredPoint, profile: GapProfile) -> dict[str, str | float]:
@@ -193,7 +276,7 @@ def _row(result: Result, point: MeasuredPoint, profile: GapProfile) -> dict[str,
     return {
         "lambda_s (a0)": _lambda_s(result),
         "wall": config.wall.law,
-        "l_a (a0)": _length(result),
+        LENGTH: _length(result),
         "seed": getattr(config.surface, "seed", ""),
         "A_rep/A0": numbers.area_rep,
         "d_rep (a0)": numbers.diameter,

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pandas import DataFrame
 
 from continuum.files import output
-from continuum.paper import fields, relations
+from continuum.paper import fields, further, relations
 from continuum.paper.points import FigureError, SweepData
 from continuum.show import plot
 from continuum.show.sheet import Sheet
@@ -40,9 +40,14 @@ class PaperFigure:
     """What it shows of a sweep."""
     needs: str
     """What the sweep lacks where there is nothing to show."""
-    draw: Callable[[Any], relations.Drawn]
+    table: Callable[[Any], DataFrame]
+    """The numbers of what it shows: the table beside it."""
+    draw: Callable[[Any], Figure]
+    """From its table alone; where ``whole``, from all that it shows."""
     caption: str | Callable[[DataFrame], str]
     """Its alternative text, too; made from the numbers where it tells some."""
+    whole: bool = False
+    """Whether it shows more than its table holds, such as maps."""
     fields: bool = False
     """Whether it asks for stored gaps."""
     general: bool = False
@@ -54,7 +59,8 @@ class PaperFigure:
         shown = self.select(data)
         if not len(shown):
             raise FigureError(f"{data.table.listing.name}: {self.needs}")
-        figure, numbers = self.draw(shown)
+        numbers = self.table(shown)
+        figure = self.draw(shown if self.whole else numbers)
         caption = self.caption if isinstance(self.caption, str) else self.caption(numbers)
         return Drawing(figure, Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None)), caption)
 
@@ -89,48 +95,54 @@ def _inverse_kappa(title: str, column: str, key: str, label: str, *along: str) -
         title,
         _along(f"surface.{key}", "reference"),
         f"this figure needs a sweep over surface.{key}, with points of enough contact at two values at least",
-        partial(relations.draw_inverse_kappa, key=key, label=label, column=column, along=along),
+        partial(further.inverse_kappas, key=key, column=column, along=along),
+        partial(further.draw_inverse_kappas, label=label),
         f"{title}; means over surfaces, bars their standard deviation.",
     )
 
 
 FIGURES = {
     "figure1": PaperFigure(
-        "Fig. 1", fields.near_target_area, "no system has a converged point to draw", fields.draw_contact_maps,
-        "Fig. 1: contact at a fixed repulsive area, adhesion growing.", fields=True,
+        "Fig. 1", fields.near_target_area, "no system has a converged point to draw", fields.contact_areas,
+        fields.draw_contact_maps,
+        "Fig. 1: contact at a fixed repulsive area, adhesion growing.", whole=True, fields=True,
     ),
     "figure-s1": PaperFigure(
-        "Fig. S-1", fields.near_target_area, "no system has a converged point to draw", fields.draw_patch_cells,
+        "Fig. S-1", fields.near_target_area, "no system has a converged point to draw", fields.cell_counts,
+        fields.draw_patch_cells,
         lambda n: "Fig. S-1: cells and perimeter; of {} cells of this map {} are perimeter cells.".format(*n.iloc[0]),
-        fields=True,
+        whole=True, fields=True,
     ),
     "gap-profile": PaperFigure(
         "gap profile", fields.stored_profiles,
-        "no system has a contact with its gaps: this figure needs fields = true in [output]", fields.draw_gap_profiles,
+        "no system has a contact with its gaps: this figure needs fields = true in [output]", fields.gap_ratios,
+        fields.draw_gap_profiles,
         "Mean gap outside the contact at 1 % area, over Eq. (S-1) with the measured d_rep, against x from the edge.",
-        fields=True,
+        whole=True, fields=True,
     ),
     "figure2": PaperFigure(
         "Fig. 2", _where("lambda_s == 32 and hurst == 0.8 and slope == 0.1 and approach"), _ANY,
-        relations.draw_area_against_load,
+        relations.area_against_load, relations.draw_area_against_load,
         "Fig. 2: repulsive area against load; H = 0.8, h'rms = 0.1, λ_s = 32 a0.", general=True,
     ),
     "figure3": PaperFigure(
-        "Fig. 3", _where("perimeter > 0 and valid"), _ANY, relations.draw_loads,
+        "Fig. 3", _where("perimeter > 0 and valid"), _ANY, relations.loads, relations.draw_loads,
         "Fig. 3: attractive and repulsive load, and perimeter, against the areas that the paper says they follow.",
         general=True,
     ),
     "figure4": PaperFigure(
-        "Fig. 4", _where("reference and length > 0 and area_att > 0"), _ANY, relations.draw_kappa,
+        "Fig. 4", _where("reference and length > 0 and area_att > 0"), _ANY, relations.kappas, relations.draw_kappas,
         "Fig. 4: means over surfaces, bars their standard deviation, of the first point with A_rep >= 10 λ_s² from "
         "1 %.", general=True,
     ),
     "figure-s2": PaperFigure(
-        "Fig. S-2", _where("perimeter > 0 and valid and approach"), _ANY, relations.draw_perimeter,
+        "Fig. S-2", _where("perimeter > 0 and valid and approach"), _ANY, relations.perimeters,
+        relations.draw_perimeters,
         "Fig. S-2: perimeter, chord and area.", general=True,
     ),
     "figure-s3": PaperFigure(
-        "Fig. S-3", lambda data: relations.largest_tension(data.points), _ANY, relations.draw_tension,
+        "Fig. S-3", lambda data: relations.largest_tension(data.points), _ANY, relations.tensions,
+        relations.draw_tensions,
         lambda numbers: "Fig. S-3: largest tension on approach, at the points of each path; "
         f"{np.sum(numbers['N_max/(N P_c)'] <= 0)} never pull.", general=True,
     ),
@@ -145,21 +157,24 @@ FIGURES = {
     ),
     "other-potentials": PaperFigure(
         "other potentials", _along("wall.law", "reference and length > 0", least=1),
-        "this figure needs a sweep over wall.law", relations.draw_laws,
+        "this figure needs a sweep over wall.law", further.laws, further.draw_laws,
         "Other laws of the wall beside the theory for the spline.",
     ),
     "stiffness": PaperFigure(
-        "stiffness", lambda data: data.points, _ANY, relations.draw_stiffness, "Normal stiffness against load.",
+        "stiffness", lambda data: data.points, _ANY, further.stiffnesses, further.draw_stiffnesses,
+        "Normal stiffness against load.",
     ),
     "pull-off": PaperFigure(
-        "pull-off", lambda data: relations.whole_cycles(data.points),
+        "pull-off", lambda data: further.whole_cycles(data.points),
         "this figure needs paths with a way back (retract = true) of which every point converged",
-        relations.draw_pull_off,
+        further.cycles, further.draw_cycles,
         "Cycles of load, and pull-off against how far the contact was pressed; peak loads and work are in the table.",
+        whole=True,
     ),
     "diameter": PaperFigure(
         "diameter", lambda data: relations.long_paths(data.points),
-        "this figure needs paths of three areas at least, as those of figure3", relations.draw_diameter,
+        "this figure needs paths of three areas at least, as those of figure3", relations.diameters,
+        relations.draw_diameters,
         "Mean diameter of contact patches against the area.", general=True,
     ),
 }  # fmt: skip

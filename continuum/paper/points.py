@@ -5,18 +5,20 @@ The shape of a symbol tells H, its colour l_a; it is filled for h' < 0.2, and la
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from pandas import DataFrame, Series
 
 from continuum.errors import InputError
 from continuum.measure.curve import Curve
-from continuum.model.fourier import Real
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
 from continuum.theory.paper import ExpectedContact
@@ -27,6 +29,9 @@ _SETTINGS = {
     "hurst": "surface.hurst", "slope": "surface.rms_slope", "lambda_s": "surface.lambda_s",
     "lambda_L": "surface.lambda_L", "seed": "surface.seed", "law": "wall.law",
 }  # fmt: skip
+_HURST, _SLOPE, _CUT, _VALID = "H", "h'rms", "lambda_s (a0)", "A_rep >= 10 lambda_s^2"
+LENGTH = "l_a (a0)"
+"""Columns of the tables of figures; the others above are read here only."""
 _MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
 _COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00"}
 """The paper's black, blue and red, as colours that all kinds of sight tell apart."""
@@ -106,39 +111,69 @@ def adhesion_colour(length: float) -> str:
     return known or _OTHERS[int(abs(np.log10(max(length, 1e-9)) * 7)) % len(_OTHERS)]
 
 
-def adhesion_labels(axis: Axes, lengths: Any, line: str, text: str = "") -> None:
+def figure_table(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:
+    """The table of a figure: what its symbols stand for, and what it shows.  It is drawn from this alone."""
+    symbols = {
+        _HURST: points.hurst, _SLOPE: points.slope, _CUT: points.lambda_s, LENGTH: points.length,
+        "seed": points.seed, _VALID: points.valid,
+    }  # fmt: skip
+    return DataFrame(symbols).assign(**columns)
+
+
+def adhesion_key(lengths: Any, line: str = "o") -> list[Artist]:
     """An entry of the legend for each adhesion length."""
-    for length in sorted(set(lengths)):
-        axis.plot([], [], line, color=adhesion_colour(length), label=rf"$\ell_a/a_0 = {length:g}${text}")
+    return [
+        Line2D([], [], **_look(line), color=adhesion_colour(length), label=rf"$\ell_a/a_0 = {length:g}$")
+        for length in sorted(set(lengths))
+    ]
 
 
-def draw_points(axis: Axes, points: DataFrame, x: Real, y: Real, errors: Real | None = None) -> None:
-    """Points at x and y, in the paper's symbols; pale where there are too few asperities."""
-    bars = np.zeros(len(points)) if errors is None else errors
-    for point, at, value, bar in zip(points.itertuples(), x, y, bars, strict=True):
-        shade = adhesion_colour(point.length)
+def _look(line: str) -> dict[str, Any]:
+    """Marker and line of a format such as "o-"."""
+    marker = next((letter for letter in line if letter in "os^Dv."), "")
+    return {"marker": marker, "linestyle": line.replace(marker, "", 1) or "none"}
+
+
+def draw_points(axis: Axes, numbers: DataFrame, x: str, y: str, error: str | None = None) -> None:
+    """Two columns of a table in the paper's symbols, small over large; pale where there are too few asperities."""
+    styles = [_VALID, _CUT, _HURST, _SLOPE, LENGTH]
+    for (valid, cut, hurst, slope, length), some in sorted(
+        numbers.groupby(styles, dropna=False), key=lambda found: (found[0][0], -found[0][1], found[0][4])
+    ):
+        shade = adhesion_colour(length)
+        bars = None if error is None else some[error].where(some[error] > 0)
         axis.errorbar(
-            at, value, yerr=bar if bar > 0 else None,
-            marker=_MARKERS.get(point.hurst, "D"), color=shade, linestyle="none", elinewidth=0.6,
-            markerfacecolor=shade if point.slope < 0.2 else "none", markeredgewidth=0.8,
-            markersize=1.5 + float(np.log2(point.lambda_s)),
-            alpha=1.0 if point.valid else 0.25,
+            some[x], some[y], yerr=bars, marker=_MARKERS.get(hurst, "D"), color=shade, linestyle="none",
+            elinewidth=0.5, markerfacecolor=shade if slope < 0.2 else "none", markeredgewidth=0.6,
+            markersize=_size(cut), alpha=1.0 if valid else 0.25,
         )  # fmt: skip
 
 
-def symbol_legend(axis: Axes, points: DataFrame, **options: Any) -> None:
-    """What the symbols mean, as far as they occur."""
-    for hurst in sorted(set(points.hurst)):
-        axis.plot([], [], _MARKERS.get(hurst, "D"), color="0.3", label=f"$H = {hurst:g}$")
-    adhesion_labels(axis, points.length, "o")
-    for slope in sorted(set(points.slope)):
-        fill = "0.3" if slope < 0.2 else "none"
-        axis.plot([], [], "o", color="0.3", markerfacecolor=fill, label=rf"$h'_{{rms}} = {slope:g}$")
-    for size in sorted(set(points.lambda_s)):
-        axis.plot([], [], "o", color="0.3", markersize=1.5 + np.log2(size), label=rf"$\lambda_s/a_0 = {size:g}$")
-    if not points.valid.all():
-        axis.plot([], [], "o", color="0.3", alpha=0.25, label=rf"$A_{{rep}} < {ENOUGH:g}\lambda_s^2$")
-    axis.legend(**{"fontsize": 6.5, "ncols": 2, **options})
+def _size(cut: float) -> float:
+    """Of a symbol, in points."""
+    return 0.8 + 0.75 * float(np.log2(cut))
+
+
+def symbol_key(numbers: DataFrame) -> list[Sequence[Artist]]:
+    """What the symbols mean, as far as they occur: a list for each property that they tell."""
+    grey: Any = {"color": "0.3", "linestyle": "none", "markeredgewidth": 0.6}
+    hursts = [
+        Line2D([], [], marker=_MARKERS.get(hurst, "D"), label=f"$H = {hurst:g}$", **grey)
+        for hurst in sorted(set(numbers[_HURST]))
+    ]
+    slopes = [
+        Line2D([], [], marker="o", markerfacecolor="0.3" if slope < 0.2 else "none",
+               label=rf"$h'_\mathrm{{rms}} = {slope:g}$", **grey)
+        for slope in sorted(set(numbers[_SLOPE]))
+    ]  # fmt: skip
+    cuts = [
+        Line2D([], [], marker="o", markersize=_size(cut), label=rf"$\lambda_s/a_0 = {cut:g}$", **grey)
+        for cut in sorted(set(numbers[_CUT]))
+    ]
+    if not numbers[_VALID].all():
+        few = rf"$A_\mathrm{{rep}} < {ENOUGH:g}\lambda_s^2$"
+        slopes.append(Line2D([], [], marker="o", alpha=0.25, label=few, **grey))
+    return [hursts, adhesion_key(numbers[LENGTH]), slopes, cuts]
 
 
 def line_of_slope(axis: Axes, slope: float = 1.0, label: str = "", linestyle: str = "-") -> None:
@@ -146,13 +181,3 @@ def line_of_slope(axis: Axes, slope: float = 1.0, label: str = "", linestyle: st
     ends = np.array(axis.get_xlim())
     axis.plot(ends, slope * ends, linestyle, color="0.5", linewidth=0.9, zorder=0, label=label)
     axis.set_xlim(*ends)
-
-
-def plain_ticks(axes: Axes, which: Literal["x", "y"] = "x") -> None:
-    """1, 2, 5, 10, ... on an axis of about a decade, where powers of ten alone would be one label or none."""
-    axis: Any = axes.xaxis if which == "x" else axes.yaxis
-    low, high = axis.get_view_interval()
-    ticks = [d * 10.0**e for e in range(-3, 5) for d in (1, 2, 5) if low <= d * 10.0**e <= high]
-    axis.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
-    axis.set_ticks([], minor=True)
-    axis.set_view_interval(low, high, ignore=True)

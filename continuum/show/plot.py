@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from io import BytesIO
+from itertools import chain, combinations, pairwise, repeat
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.transforms import ScaledTranslation
 
 from continuum.files import output
 from continuum.model.fourier import Real
@@ -25,13 +30,25 @@ from continuum.model.fourier import Real
 REPULSIVE_COLOUR, ATTRACTED_COLOUR = "#f08000", "black"
 """The paper's Fig. 1: orange repels, black attracts.  They also differ in lightness."""
 DIFFERENT_COLOUR = "#0072b2"
-COLUMN, PAGE = 3.42, 7.0
-"""Widths of figures, in inches: a column and a page of the journal."""
+COLUMN, PAGE = 8.7 / 2.54, 17.8 / 2.54
+"""Widths at which figures are printed, in inches: a column and a page of the journal, 8.7 and 17.8 cm.
+
+A figure has one of them; its letters have the sizes of the style, and no other: nothing is scaled before it is printed.
+"""
 
 STYLE: Any = mpl.rc_params_from_file(Path(__file__).with_name("stickiness.mplstyle"), use_default_template=False)
 """What all figures look like; others may use it, too: ``plt.style.use("continuum.show.stickiness")``."""
 SERIES: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 """Colours of curves, told apart by all kinds of sight."""
+
+_UNDER = 30
+"""Points from a panel to the legend under it: ticks and the label of the axis lie between."""
+
+_DIGITS: tuple[tuple[float, tuple[float, ...]], ...] = (
+    (1.5, ()), (3, tuple(range(1, 10))), (20, (1, 2, 5)), (100, (1, 3)),
+)  # fmt: skip
+"""First digits that are labelled on a logarithmic axis of less than such a factor; of less than the first it is all but
+linear."""
 
 _formats: ContextVar[Sequence[str]] = ContextVar("formats", default=("png", "pdf"))
 # Without dates, so that the same result gives the same files.
@@ -55,6 +72,78 @@ def new_axes(width: float, height: float, rows: int = 1, columns: int = 1, **opt
     """A new figure, and its axes as matplotlib's ``subplots`` gives them."""
     figure = new_figure(width, height)
     return figure, figure.subplots(rows, columns, **options)
+
+
+def letter_panels(axes: Iterable[Axes], titles: Iterable[str] = ()) -> None:
+    """Name panels A, B, C in bold, each with its title; a panel that is alone has its title only."""
+    panels = list(axes)
+    for letter, axis, title in zip(ascii_uppercase, panels, chain(titles, repeat("")), strict=False):
+        named = rf"$\mathbf{{{letter}}}$  {title}" if len(panels) > 1 else title
+        axis.set_title(named.rstrip(), loc="left")
+
+
+def labelled(*axes: Axes) -> list[Artist]:
+    """What has a label in these panels, each label once."""
+    pairs = [pair for axis in axes for pair in zip(*axis.get_legend_handles_labels(), strict=True)]
+    return list({label: handle for handle, label in reversed(pairs)}.values())[::-1]
+
+
+def legend_below(figure: Figure, *groups: Sequence[Artist]) -> None:
+    """One legend for all panels, below them; drawn last, when every other entry of the figure is there.
+
+    Each group has a column, or shares one with the next where the figure is too narrow; one group alone flows.
+    """
+    filled = [list(group) for group in groups if group]
+    if len(filled) == 1:
+        filled = [[entry] for entry in filled[0]]
+        most = min(len(filled), 6)
+    else:
+        most = len(filled)
+    for columns in range(most, 0, -1):
+        cuts = min(combinations(range(1, len(filled)), columns - 1), key=lambda cuts: max(_lengths(filled, cuts)))
+        parts = [list(chain(*filled[low:high])) for low, high in pairwise((0, *cuts, len(filled)))]
+        rows = max(map(len, parts))
+        padded = chain(*([*part, *[Patch(visible=False, label=" ")] * (rows - len(part))] for part in parts))
+        legend = figure.legend(handles=list(padded), loc="outside lower center", ncols=columns)
+        if legend.get_window_extent().width <= figure.bbox.width or columns == 1:
+            return
+        legend.remove()
+
+
+def _lengths(groups: Sequence[Sequence[Artist]], cuts: Sequence[int]) -> list[int]:
+    """Entries of each column, groups being shared out at these places."""
+    return [sum(map(len, groups[low:high])) for low, high in pairwise((0, *cuts, len(groups)))]
+
+
+def legend_under(axis: Axes, width: float) -> None:
+    """The legend of one panel, under it, no wider than a part of the figure: for panels whose symbols differ."""
+    entries = labelled(axis)
+    for columns in range(min(len(entries), 4), 0, -1):
+        place = axis.transAxes + ScaledTranslation(0, -_UNDER / 72, axis.figure.dpi_scale_trans)
+        legend = axis.legend(handles=entries, loc="upper left", bbox_to_anchor=(0, 0), bbox_transform=place,
+                             borderaxespad=0, borderpad=0, ncols=columns)  # fmt: skip
+        if legend.get_window_extent().width <= width * axis.figure.bbox.width:
+            return
+
+
+def log_ticks(*axes: Axes) -> None:
+    """Labels that do not touch on logarithmic axes: powers of ten, or numbers such as 2 and 5 where these are few."""
+    for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis) if axis.get_scale() == "log"):
+        low, high = sorted(axis.get_view_interval())
+        axis.set_minor_formatter(NullFormatter())
+        if high < 100 * low:
+            digits = next(digits for factor, digits in _DIGITS if high < factor * low)
+            axis.set_major_locator(LogLocator(subs=digits) if digits else MaxNLocator(4))
+            axis.set_major_formatter(FuncFormatter(_number))
+
+
+def _number(value: float, _: object) -> str:
+    """As it is written: 0.02, and 2 10^-9."""
+    if value == 0 or 1e-3 <= abs(value) < 1e4:
+        return f"{value:.3g}"
+    digits, power = f"{value:.2e}".split("e")
+    front = "" if float(digits) == 1 else rf"{float(digits):g}\cdot"
+    return f"${front}10^{{{int(power)}}}$"
 
 
 @contextmanager

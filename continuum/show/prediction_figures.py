@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,6 +26,10 @@ from continuum.topography.spectra import profile_spectrum
 
 _COLOURS = (*plot.SERIES, "black")
 """Colours of the criteria."""
+_LINES: dict[str, Any] = {r"$\lambda_L$": ":", r"$\lambda_s$": "-.", "noise": (0, (1, 4))}
+"""Lines at the ends of the fit in a spectrum."""
+_HALF = 0.46
+"""Of the figure, what the legend of one of two panels may take."""
 
 
 @plot.styled
@@ -36,6 +41,14 @@ def overview(prediction: Prediction) -> Figure:
     cuts = [cut for cut, _ in prediction.cuts]
     _draw_moments(slopes, cuts)
     _draw_chances(chances, prediction)
+    plot.letter_panels(
+        (image, density, slopes, chances),
+        (r"map, $\pm 3\,h_\mathrm{rms}$", "power spectral density", "slope and curvature, by resolution",
+         "verdicts, by resolution"),
+    )  # fmt: skip
+    plot.log_ticks(*figure.axes)
+    for axis in (density, chances):
+        plot.legend_under(axis, _HALF)
     return figure
 
 
@@ -55,7 +68,7 @@ def _draw_map(axis: Axes, prediction: Prediction) -> None:
     image = plot.map_image(axis, topography.heights / height, lengths, "cividis", (-most / height, most / height))
     # Inside the axes' own frame, so that it stays beside a map of any shape.
     axis.figure.colorbar(image, cax=axis.inset_axes((1.04, 0, 0.05, 1)), label=f"height ({height_name})")
-    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title="map, ± 3 h_rms")
+    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
 
 
 def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
@@ -75,29 +88,23 @@ def _draw_spectrum(axis: Axes, prediction: Prediction) -> None:
         slope = -2 - 2 * fit.hurst
         level = np.exp(np.mean(np.log(c[inside]) - slope * np.log(q[inside])))
         axis.loglog(
-            [low, high], level * np.array([low, high]) ** slope, "k--", linewidth=1, label=f"H = {fit.hurst:.2f}"
+            [low, high], level * np.array([low, high]) ** slope, "k--", linewidth=1, label=f"$H = {fit.hurst:.2f}$"
         )
-        for wavelength, name in ((fit.roll_off, "λ_L"), (fit.cut_off, "λ_s"), (fit.floor, "noise")):
+        for wavelength, (name, line) in zip((fit.roll_off, fit.cut_off, fit.floor), _LINES.items(), strict=True):
             if wavelength is not None:
-                axis.axvline(2 * np.pi / wavelength, color=colour, linestyle=":", linewidth=0.8)
-                axis.annotate(
-                    name, (2 * np.pi / wavelength, 1), (-2, 0), xycoords=("data", "axes fraction"),
-                    textcoords="offset points", va="top", ha="right",
-                )  # fmt: skip
-    axis.set(xlabel="wavenumber q (1/m)", ylabel="C(q) (m⁴)", title="power spectral density")
-    if axis.lines:
-        axis.legend(loc="lower left")
+                axis.axvline(2 * np.pi / wavelength, color=colour, linestyle=line, linewidth=0.8, label=name)
+    axis.set(xlabel="wavenumber $q$ (1/m)", ylabel="$C(q)$ (m⁴)")
 
 
 def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
     size, name = length_scale(cuts[len(cuts) // 2].wavelength)
     x = np.array([cut.wavelength for cut in cuts]) / size
     axis.loglog(x, [cut.moments.rms_slope for cut in cuts], "o-", color=plot.SERIES[0], markersize=3)
-    axis.set(xlabel=f"smallest wavelength counted ({name})", title="slope and curvature, by resolution")
-    axis.set_ylabel("rms slope $h'_{rms}$", color=plot.SERIES[0])
+    axis.set_xlabel(f"smallest wavelength counted ({name})")
+    axis.set_ylabel(r"rms slope $h'_\mathrm{rms}$", color=plot.SERIES[0])
     other = axis.twinx()
     other.loglog(x, [cut.moments.rms_curvature * 1e-6 for cut in cuts], "s-", color=plot.SERIES[5], markersize=3)
-    other.set_ylabel("rms curvature $h''_{rms}$ (1/µm)", color=plot.SERIES[5])
+    other.set_ylabel(r"rms curvature $h''_\mathrm{rms}$ (1/µm)", color=plot.SERIES[5])
     other.spines["right"].set_visible(True)
 
 
@@ -115,28 +122,27 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
             axis.semilogx(x, y, styles[i], color=_COLOURS[i], markersize=3, label=criterion.name)
     together = [judge_contact(one).probability for one in cast]
     axis.semilogx(x, [np.nan if chance is None else chance for chance in together], color="black", linewidth=2.5,
-                  alpha=0.5, label="those in their range, together")  # fmt: skip
+                  alpha=0.5, label="together, in range")  # fmt: skip
     for edge in (1 - SURE, SURE):
-        axis.axhline(edge, color="black", linewidth=0.8)
+        axis.axhline(edge, color="black", linewidth=0.8, label="10 and 90 %")
     axis.set(
         xlabel=f"smallest wavelength counted ({name})",
         ylabel="probability of sticking, by the records",
-        title="verdicts, by resolution: 10 and 90 %",
         ylim=(-0.02, 1.02),
     )
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
 
 
 @plot.styled
 def contact_figure(simulation: Simulation | SolvedTurn) -> Figure:
     """Where the solved contact repels and attracts."""
-    figure, axis = plot.new_axes(4.2, 4.2)
+    figure, axis = plot.new_axes(plot.COLUMN, 3.6)
     unit, name = length_scale(max(simulation.lengths))
     period = (simulation.lengths[0] / unit, simulation.lengths[1] / unit)
     nx, ny = simulation.shape
     plot.contact_image(axis, contact_map(simulation.wall, simulation.gap[:nx, :ny]), period)
-    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
-    axis.set_title(f"repulsive (orange) and attracted (black), A_rep/A0 = {simulation.area_rep:.3g}")
+    area = rf"$A_\mathrm{{rep}}/A_0$ = {simulation.area_rep:.3g}"
+    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title=area)
+    plot.legend_below(figure, plot.contact_key())
     return figure
 
 
@@ -150,6 +156,13 @@ def fault_figure(prediction: Prediction) -> Figure:
     _offsets(offsets, topography, found)
     _spectra(spectra, topography)
     _heights(heights, topography)
+    plot.letter_panels(
+        (image, offsets, spectra, heights),
+        ("scars (red), displaced lines (blue)", "offsets of lines", "spectra by direction", "distribution of heights"),
+    )
+    plot.log_ticks(spectra, heights)
+    for axis in (offsets, spectra, heights):
+        plot.legend_under(axis, _HALF)
     return figure
 
 
@@ -164,7 +177,7 @@ def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
     for line in found.lines.outliers:
         draw = axis.axhline if found.lines.axis == 0 else axis.axvline
         draw((line + 0.5) * pixel[1 - found.lines.axis] / size, color="blue", linewidth=0.6)
-    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title="scars (red), displaced lines (blue)")
+    axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})")
 
 
 def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
@@ -173,8 +186,7 @@ def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
     for along, colour in ((found.lines.axis, plot.SERIES[5]), (1 - found.lines.axis, plot.SERIES[0])):
         offsets = line_offsets(topography.heights, along)
         axis.plot(offsets / unit, color=colour, linewidth=0.8, label=f"lines along {'xy'[along]}")
-    axis.set(xlabel="number of the line", ylabel=f"median height ({name})", title="offsets of lines")
-    axis.legend()
+    axis.set(xlabel="number of the line", ylabel=f"median height ({name})")
 
 
 def _spectra(axis: Axes, topography: Topography) -> None:
@@ -183,8 +195,7 @@ def _spectra(axis: Axes, topography: Topography) -> None:
         q, c = profile_spectrum(np.moveaxis(topography.heights, along, 1), topography.grid.spacing[along])
         # Twice, so that ∫ C dq over q > 0 is their mean square.
         axis.loglog(q, 2 * c, color=plot.SERIES[5 * along], linewidth=1, label=f"profiles along {'xy'[along]}")
-    axis.set(xlabel="wavenumber q (1/m)", ylabel="C of profiles (m³)", title="spectra by direction")
-    axis.legend(loc="lower left")
+    axis.set(xlabel="wavenumber q (1/m)", ylabel="C of profiles (m³)")
 
 
 def _heights(axis: Axes, topography: Topography) -> None:
@@ -194,5 +205,4 @@ def _heights(axis: Axes, topography: Topography) -> None:
     middle = (edges[1:] + edges[:-1]) / 2
     axis.semilogy(middle[counts > 0], counts[counts > 0], ".", color=plot.SERIES[0], markersize=4, label="heights")
     axis.semilogy(middle, np.exp(-(middle**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=0.8, label="Gaussian")
-    axis.set(xlabel="height over h_rms", ylabel="density", title="distribution of heights", ylim=(1e-6, 1))
-    axis.legend()
+    axis.set(xlabel=r"height over $h_\mathrm{rms}$", ylabel="density", ylim=(1e-6, 1))

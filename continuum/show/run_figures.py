@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -17,6 +17,8 @@ from continuum.runs.analysis import Analysis, MeasuredPoint
 from continuum.runs.result import Result
 from continuum.show import plot
 from continuum.theory import paper
+
+_AREA = r"$A_\mathrm{rep}/A_0$"
 
 
 class PathPoint(CurvePoint, Protocol):
@@ -48,15 +50,26 @@ def run_contact_maps(result: Result) -> Figure:
     touching = [i for i, point in enumerate(points) if point.area_rep > 0 and point.branch != "retract"]
     touching = touching or list(range(len(points)))
     chosen = np.unique(np.array(touching)[np.linspace(0, len(touching) - 1, 3).round().astype(int)])
-    figure = plot.new_figure(2.5 * len(chosen) + 0.3, 3.4)
-    axes = figure.subplots(1, len(chosen), squeeze=False, sharey=True)[0]
+    figure, axes = _maps(len(chosen))
+    titles = []
     for axis, step in zip(axes, chosen.tolist(), strict=True):
         plot.contact_image(axis, result.contact_map(step), result.grid.lengths)
         point = points[step]
-        axis.set(title=f"$A_{{rep}}/A_0$ = {point.area_rep:.3g}\n$N/(E^* A_0)$ = {point.load:.3g}", xlabel="x ($a_0$)")
-    axes[0].set_ylabel("y ($a_0$)")
-    figure.legend(handles=plot.contact_key(), loc="outside lower center", ncols=2)
+        titles.append(f"{_AREA} = {point.area_rep:.3g}\n$N/(E^* A_0)$ = {point.load:.3g}")
+    plot.letter_panels(axes, titles)
+    plot.legend_below(figure, plot.contact_key())
     return figure
+
+
+def _maps(number: int) -> tuple[Figure, Any]:
+    """Axes for maps beside one another, with what is written beside them."""
+    figure, axes = plot.new_axes(
+        plot.PAGE if number > 1 else plot.COLUMN, 8.4 / max(number, 2.2), 1, number, squeeze=False, sharey=True
+    )
+    for axis in axes[0]:
+        axis.set_xlabel("x ($a_0$)")
+    axes[0, 0].set_ylabel("y ($a_0$)")
+    return figure, axes[0]
 
 
 @plot.styled
@@ -64,8 +77,8 @@ def map_figure(kinds: NDArray[np.uint8], period: tuple[float, float], area: floa
     """One contact map, with its area and load."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.6)
     plot.contact_image(axis, kinds, period)
-    axis.set(title=f"$A_{{rep}}/A_0$ = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}", xlabel="x ($a_0$)", ylabel="y ($a_0$)")
-    figure.legend(handles=plot.contact_key(), loc="outside lower center", ncols=2)
+    axis.set(title=f"{_AREA} = {area:.3g}, $N/(E^* A_0)$ = {load:.3g}", xlabel="x ($a_0$)", ylabel="y ($a_0$)")
+    plot.legend_below(figure, plot.contact_key())
     return figure
 
 
@@ -77,8 +90,8 @@ def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
     failed = np.array([not point.converged for point in points])
     figure, axes = plot.new_axes(plot.PAGE, 2.6, 1, 3)
     panels = (
-        (load / slope, area, r"load $N/(h'_{rms} E^* A_0)$", r"repulsive area $A_{rep}/A_0$"),
-        (gap, area, r"mean gap ($a_0$)", r"repulsive area $A_{rep}/A_0$"),
+        (load / slope, area, r"load $N/(h'_\mathrm{rms} E^* A_0)$", f"repulsive area {_AREA}"),
+        (gap, area, r"mean gap ($a_0$)", f"repulsive area {_AREA}"),
         (gap, load, r"mean gap ($a_0$)", r"load $N/(E^* A_0)$"),
     )
     for axis, (x, y, xlabel, ylabel) in zip(axes, panels, strict=True):
@@ -89,11 +102,13 @@ def curve_figure(points: Sequence[PathPoint], slope: float) -> Figure:
             if mine.any():
                 axis.plot(*plot.broken(x[mine], y[mine]), style, color=colour, markerfacecolor="none", label=label)
         if failed.any():
-            axis.plot(x[failed], y[failed], "kx", markersize=8, label="not converged")
+            axis.plot(x[failed], y[failed], "kx", markersize=6, label="not converged")
         axis.set(xlabel=xlabel, ylabel=ylabel)
+        axis.locator_params(axis="x", nbins=4)
     axes[2].axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes[0].axvline(0, color="0.7", linewidth=0.6, zorder=0)
-    axes[0].legend()
+    plot.letter_panels(axes)
+    plot.legend_below(figure, plot.labelled(*axes))
     return figure
 
 
@@ -114,14 +129,14 @@ def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
 
 
 def _label(point: MeasuredPoint) -> str:
-    return rf"$A_{{rep}}/A_0$ = {point.numbers.area_rep:.3g}"
+    return f"{_AREA} = {point.numbers.area_rep:.3g}"
 
 
 @plot.styled
 def _patch_maps(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
     """Connected patches, the largest in colours of their own, the others grey."""
-    figure = plot.new_figure(2.6 * len(points) + 0.3, 3.0)
-    axes = figure.subplots(1, len(points), squeeze=False, sharey=True)[0]
+    figure, axes = _maps(len(points))
+    titles = []
     grid = analysis.result.grid
     for axis, point in zip(axes, points, strict=True):
         found = patches(grid, analysis.result.repulsive(point.step))
@@ -134,8 +149,8 @@ def _patch_maps(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
         plot.map_image(
             axis, rank[found.labels], grid.lengths, colours, (0, len(plot.SERIES) + 1), interpolation="nearest"
         )
-        axis.set(title=f"{_label(point)}\n{found.cells.size} patches", xlabel="x ($a_0$)")
-    axes[0].set_ylabel("y ($a_0$)")
+        titles.append(f"{_label(point)}\n{found.cells.size} patch{'es' * (found.cells.size != 1)}")
+    plot.letter_panels(axes, titles)
     return figure
 
 
@@ -147,7 +162,8 @@ def _sizes(points: list[MeasuredPoint]) -> Figure:
         size, density = size_distribution(point.patch_areas)
         axis.loglog(size, density, "o-", color=colour, markerfacecolor="none", label=_label(point))
     axis.set(xlabel=r"area of a patch $a$ ($a_0^2$)", ylabel=r"patches per area $n(a)$ ($1/a_0^2$)")
-    axis.legend()
+    plot.log_ticks(axis)
+    plot.legend_below(figure, plot.labelled(axis))
     return figure
 
 
@@ -167,13 +183,15 @@ def run_gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
             ratio = profile.gap / paper.gap_outside_contact(distance, slope, diameter)
             right.plot(distance / diameter, ratio, style, color=colour)
     if analysis.expected.range > 0:
-        left.axhline(analysis.expected.range, color="0.6", linewidth=0.6)
-        left.annotate(r"$\Delta r$", (0.02, analysis.expected.range), xycoords=("axes fraction", "data"), va="bottom")
-    right.axhspan(0.8, 1.3, color="0.92", zorder=0)
+        left.axhline(analysis.expected.range, color="0.6", linewidth=0.6, label=r"$\Delta r$")
+    right.axhspan(0.8, 1.3, color="0.92", zorder=0, label="0.8 to 1.3")
+    right.plot([], [], ":", color="0.3", label="from the perimeter cells")
     right.set(xlim=(0, 1), ylim=(0, 2))
-    left.set(xlabel=r"distance from the edge $x$ ($a_0$)", ylabel=r"mean gap above that of the edge ($a_0$)")
-    right.set(xlabel=r"$x/d_{rep}$ (dotted: from the perimeter cells)", ylabel="ratio to Eq. (S-1)")
-    left.legend()
+    left.set(xlabel=r"distance from the edge $x$ ($a_0$)", ylabel=r"mean gap above the edge ($a_0$)")
+    right.set(xlabel=r"$x/d_\mathrm{rep}$", ylabel="ratio to Eq. (S-1)")
+    plot.log_ticks(left)
+    plot.letter_panels((left, right), ["points; lines: Eq. (S-1)"])
+    plot.legend_below(figure, plot.labelled(left, right))
     return figure
 
 
@@ -191,5 +209,7 @@ def _distributions(points: list[MeasuredPoint]) -> Figure:
     left.set(xlabel="gap $g$ ($a_0$)", ylabel="$P(g)$ ($1/a_0$)")
     right.set(xlabel="pressure $p$ ($E^*$)", ylabel="$P(p)$ ($1/E^*$)")
     right.axvline(0, color="0.7", linewidth=0.6, zorder=0)
-    left.legend()
+    plot.log_ticks(right)
+    plot.letter_panels((left, right))
+    plot.legend_below(figure, plot.labelled(left))
     return figure

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from continuum.files import output
 from continuum.show import plot
@@ -90,11 +89,8 @@ def study_figure(study: Study) -> Figure:
     axis.axvline(1.0, color="gray", linestyle="--", linewidth=1)
     axis.set(xscale="log", xlabel="w over that of the turn (sticky above 1)", ylim=(len(shown) - 0.5, -0.5))
     axis.set_yticks(range(len(shown)), [sample.name for sample in shown])
-    axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axis.xaxis.set_major_formatter("{x:g}")
-    axis.xaxis.set_minor_formatter(NullFormatter())
-    handles, labels = axis.get_legend_handles_labels()
-    axis.legend(*zip(*dict(zip(labels, zip(handles, labels, strict=True), strict=True)).values(), strict=True))
+    plot.log_ticks(axis)
+    plot.legend_below(figure, plot.labelled(axis))
     return figure
 
 

@@ -125,7 +125,8 @@ def draw(found: DataFrame) -> Figure:
         axis.set(xscale="log", xlabel=r"$\lambda_L/\lambda_s$", ylabel=label)
         axis.set_xticks([16, 32, 64, 128], ["16", "32", "64", "128"])
         axis.minorticks_off()
-    figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=6.5)
+    plot.letter_panels(axes)
+    plot.legend_below(figure, plot.labelled(axes[2]))
     return figure
 
 

@@ -264,11 +264,11 @@ def resolved(rows: DataFrame) -> list[str]:
 def figure(rows: DataFrame) -> Figure:
     """w/U against the range, and the scatter about each moment of the spectrum."""
     laws = {shape: fit(turns(shape)) for shape in SHAPES}
-    drawn, (left, right) = plot.new_axes(7.0, 3.2, columns=2)
+    drawn, (left, right) = plot.new_axes(plot.PAGE, 3.3, columns=2)
     x = np.geomspace(0.05, 3, 100)
     shown = rows[(rows.area == rows.area.min()) & (rows.n == rows.n.max())]
     for shape, mark, name, line in zip(SHAPES, "os", ("circles", "squares"), ("-", "--"), strict=True):
-        left.plot(x, laws[shape](x), "k" + line, label=f"{shape} ({name}), as stated before")
+        left.plot(x, laws[shape](x), "k" + line, label=f"{shape}, {name}")
         for i, (hurst, part) in enumerate(shown[shown["shape"] == shape].groupby("hurst")):
             shift = 1 + 0.04 * (i - 2)  # points of one range beside one another
             left.plot(part.delta * shift, part.over_energy, mark, ms=3, alpha=0.6, color=f"C{i}",
@@ -279,12 +279,13 @@ def figure(rows: DataFrame) -> Figure:
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
         axis.set_ticks(ticks)
-    left.legend(fontsize=6)
     for i, ((area, n), part) in enumerate(rows.groupby(["area", "n"])):
         found = by_moment(part)
         right.plot(list(found), list(found.values()), "o-", color=f"C{i}", ms=8 - 2 * i, label=f"{area:.0%} of {n}²")
     right.set(xlabel=r"moment $p$ of $\Sigma\, q^p |h_q|^2$", ylabel="scatter of $w$ over it, a factor")
-    right.legend(fontsize=6)
+    plot.letter_panels((left, right))
+    for axis in (left, right):
+        plot.legend_under(axis, 0.48)
     return drawn
 
 
@@ -297,8 +298,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     raw = concat([turns_of(folder) for folder in given.folders]) if given.folders else read_csv(stored)
     rows = with_ratios(raw)
     if given.into:
+        with plot.written_as(["png"]):
+            plot.save_figure(figure(rows), given.into / "law")
         raw.to_csv(given.into / "law.csv", index=False, float_format="%.6g", lineterminator="\n")
-        figure(rows).savefig(given.into / "law.png", dpi=200)
     sys.stdout.write(f"Only states with A_rep of {ENOUGH:g} λ_s² or more; F(0) = {PLATEAU}.\n\n{tables(rows)}\n")
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from continuum.show.plot import SERIES, new_figure, save_figure, styled
+from continuum.show.plot import PAGE, SERIES, legend_under, letter_panels, new_figure, save_figure, styled
 from continuum.theory.smooth import DMT, JKR, MaugisDugdale
 from tests.verification import checks
 from tests.verification.checks import COMPARISONS, Comparison
@@ -44,14 +44,21 @@ def write(comparisons: Iterable[Comparison], page: Path) -> bool:
 @styled
 def draw() -> Figure:
     """Spheres against Maugis, pull-off from DMT to JKR, Johnson's wave, convergence."""
-    figure = new_figure(9.0, 6.6)
+    figure = new_figure(PAGE, 6.6)
     axes = figure.subplots(2, 2)
     _spheres(axes[0, 0])
     _pull_off(axes[0, 1])
     _wave(axes[1, 0])
     _orders(axes[1, 1])
-    for label, axis in zip("abcd", axes.flat, strict=True):
-        axis.set_title(label, loc="left", fontweight="bold")
+    titles = (
+        "spheres: solver, Maugis (lines); the paper's law",
+        "pull-off",
+        r"wave, $\alpha = 0.3$, the paper's law",
+        "convergence, the paper's law",
+    )
+    letter_panels(axes.flat, titles)
+    for axis in axes.flat:
+        legend_under(axis, 0.46)
     return figure
 
 
@@ -69,7 +76,6 @@ def _spheres(axis) -> None:
     axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axis.set_xlabel(r"indentation $\delta/\delta_c$")
     axis.set_ylabel(r"load $N/(\pi w R)$")
-    axis.legend(title="sphere: solver, Maugis (lines)", title_fontsize=8)
 
 
 def _pull_off(axis) -> None:
@@ -89,7 +95,6 @@ def _pull_off(axis) -> None:
         )
     axis.set_xlabel("Tabor parameter μ")
     axis.set_ylabel(r"pull-off force$/(\pi w R)$")
-    axis.legend(loc="lower left", bbox_to_anchor=(0.0, 0.05))
 
 
 def _wave(axis) -> None:
@@ -117,7 +122,6 @@ def _wave(axis) -> None:
     axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axis.set_xlabel(r"half-width $a/\lambda$: attracted (filled), repelled (open)")
     axis.set_ylabel(r"mean pressure $\bar p/p^*$")
-    axis.legend(title="wave, α = 0.3, the paper's law", title_fontsize=8)
 
 
 def _orders(axis) -> None:
@@ -126,7 +130,6 @@ def _orders(axis) -> None:
         axis.loglog(sizes, errors, "o-", color=colour, label=f"{kind}: order {found:.2f}")
     axis.set_xlabel("points along the period")
     axis.set_ylabel("difference of the load from the finest grid")
-    axis.legend(title="the paper's law", title_fontsize=8)
 
 
 def main(folder: Path) -> int:

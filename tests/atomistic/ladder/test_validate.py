@@ -30,6 +30,7 @@ from atomistic.ladder.rungs import (
 )
 from atomistic.lammps.engine import run_command
 from atomistic.response.lattice import LatticeResponse
+from atomistic.show.figures import curves, rung_contact_maps, scaling
 from continuum.files.inputs import load
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid
@@ -37,6 +38,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.walls import LennardJonesSpline
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
+from tests.printed import faults_in_print
 from tests.problems import Rough, lattice
 
 ROOT = Path(__file__).parents[3]
@@ -356,6 +358,10 @@ def test_a_validation_goes_on_where_it_stopped(
     assert archive.read_archive(path).finished
     for figure in ("contact", "curves", "scaling"):
         assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
+    found = archive.read_archive(path)
+    for drawing in (rung_contact_maps(found), curves(found), scaling(found)):
+        assert drawing is not None
+        assert faults_in_print(drawing) == []
     # A finished one is only shown again.
     before = path.read_bytes()
     assert main(["validate", str(config.source.path), "-o", str(tmp_path)]) == 0

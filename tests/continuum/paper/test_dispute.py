@@ -32,6 +32,7 @@ from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
 from continuum.sweeps.sweep import SweepListing, System
 from continuum.theory import rough
+from tests.printed import faults_in_print
 from tests.studies.record import added
 
 N, HEIGHT, REACH = 64, 0.1, 0.02
@@ -150,6 +151,7 @@ def test_page_and_figures_are_written(tmp_path) -> None:
     assert all((tmp_path / name).stat().st_size > 5000 for name in ("dispute-load.png", "dispute-pull-off.png"))
     drawing = draw_crossovers(crossovers(sweep(THEORIES[0], back=False)), "title")
     assert len(drawing.sheet.rows) == len(CUTS)
+    assert faults_in_print(drawing.figure) == []
 
 
 def test_exponents_are_told_again_without_the_waves_of_which_few_touch() -> None:

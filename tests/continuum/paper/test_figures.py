@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pandas import read_csv
 
 from continuum.paper.claims import Claim, Finding, claim_verdicts
 from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.page import plot_figure, write_page
 from continuum.paper.points import FigureError, SweepData, sweep_points
+from continuum.show import plot
 from continuum.sweeps.axes import Axis
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
 from continuum.sweeps.sweep import SweepListing, System
 from continuum.theory import paper
+from tests.printed import faults_in_print
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
 AREAS = np.geomspace(0.01, 0.15, 5)
@@ -44,12 +49,12 @@ def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip
     return rows
 
 
-def table(kappa_rep: float = 2.0, strip: float = 1.0) -> PointTable:
-    keys = ("surface.rms_slope", "surface.lambda_s", "wall.adhesion_length")
-    axes = ((0.1, 0.15, 0.3), (16.0, 32.0), LENGTHS)
+def table(kappa_rep: float = 2.0, strip: float = 1.0, more: Mapping[str, tuple[Any, ...]] | None = None) -> PointTable:
+    keys = ("surface.rms_slope", "surface.lambda_s", "wall.adhesion_length", *(more or {}))
+    axes = ((0.1, 0.15, 0.3), (16.0, 32.0), LENGTHS, *(more or {}).values())
     places = list(itertools.product(*axes))
     systems = tuple(System(f"{i:024d}", dict(zip(keys, p, strict=True)), 1.0, 1.0) for i, p in enumerate(places))
-    rows = [row for place in places for row in system(*place, kappa_rep, strip)]
+    rows = [row for place in places for row in system(*place[:3], kappa_rep, strip)]
     values = np.array([[row.get(name, np.nan) for name in COLUMNS] for row in rows])
     listing = SweepListing(
         "made", tuple(Axis((k,), tuple((v,) for v in a)) for k, a in zip(keys, axes, strict=True)),
@@ -142,16 +147,32 @@ def test_points_with_too_few_asperities_do_not_count() -> None:
     assert (points["area_rep"][points.reference] == AREAS[0]).all()
 
 
-@pytest.mark.parametrize("name", ["figure2", "figure3", "figure4", "figure-s2", "figure-s3"])
-def test_every_figure_has_its_numbers_beside_it(name: str, tmp_path: Path) -> None:
-    drawing = FIGURES[name].make(SweepData(table(), tmp_path))
+# Axes that a figure asks for, beside those of the table.
+AXES: dict[str, dict[str, tuple[Any, ...]]] = {
+    "finite-size": {"surface.lambda_L": (512.0, 1024.0, 2048.0)},
+    "lambda-L": {"surface.lambda_L": (512.0, 1024.0, 2048.0)},
+    "other-potentials": {"wall.law": ("lennard-jones-spline", "lennard-jones-9-3")},
+}
+
+
+@pytest.mark.parametrize("name", [name for name, figure in FIGURES.items() if not figure.whole])
+def test_every_figure_is_made_for_print_and_has_its_numbers_beside_it(name: str, tmp_path: Path) -> None:
+    drawing = FIGURES[name].make(SweepData(table(more=AXES.get(name)), tmp_path))
+    assert faults_in_print(drawing.figure) == []
     picture, numbers = save_drawing(drawing, tmp_path / name)
     assert picture.stat().st_size > 10_000
     lines = numbers.read_text().splitlines()
-    assert lines[0].startswith("H,h'rms,lambda_s (a0),l_a (a0),seed,")
+    assert "l_a (a0)" in lines[0].split(",")
     assert len(lines) > 4
     # What is drawn is explained.
-    assert all(axis.get_legend() is not None for axis in drawing.figure.axes)
+    assert drawing.figure.legends
+
+
+@pytest.mark.parametrize("name", ["figure2", "figure4"])
+def test_a_figure_is_drawn_from_the_table_beside_it_alone(name: str, tmp_path: Path) -> None:
+    picture, numbers = save_drawing(FIGURES[name].make(SweepData(table(), tmp_path)), tmp_path / name)
+    again = plot.styled(FIGURES[name].draw)(read_csv(numbers))
+    assert plot.image_bytes(again) == picture.read_bytes()
 
 
 def test_a_figure_that_is_none_says_which_there_are(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from continuum.runs.analysis import analyse_run
 from continuum.runs.result import Result
 from continuum.show.sheet import Sheet
 from continuum.sweeps.folder import Folder
+from tests.printed import faults_in_print
 from tests.problems import SMALL
 
 DEPTHS = '[sweep.axes]\n"loading.targets" = [{from = 1.8, to = 1.4, step = -0.1}, {from = 1.8, to = 1.0, count = 9}]\n'
@@ -50,7 +51,8 @@ def test_pull_off_and_work_are_those_of_each_cycle(tmp_path: Path) -> None:
         assert shown["work of separation/w"][i] == pytest.approx(found.work_of_separation / 0.005, rel=1e-12)
         assert shown["peak load (E*)"][i] == found.peak_load
     assert shown["peak A_rep/A0"][0] < shown["peak A_rep/A0"][1]
-    assert all(axis.get_legend() is not None for axis in drawing.figure.axes)
+    assert faults_in_print(drawing.figure) == []
+    assert drawing.figure.legends
 
 
 def test_a_sweep_without_a_way_back_has_no_pull_off(tmp_path: Path) -> None:
@@ -75,7 +77,9 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     data = swept(tmp_path, text + WALLS)
     drawing = FIGURES["gap-profile"].make(data)
     shown = columns(drawing.sheet)
-    assert [axis.get_title() for axis in drawing.figure.axes] == ["hard wall", "wall with a law"]
+    assert faults_in_print(drawing.figure) == []
+    titles = [axis.get_title(loc="left") for axis in drawing.figure.axes]
+    assert [title.split("  ")[1] for title in titles] == ["hard wall", "wall with a law"]
     assert set(data.points.law) == {"hard", "lennard-jones-spline"}
     for i, key in enumerate(data.table.keys):
         (point,) = analyse_run(Folder(data.root).point(key)).points
@@ -93,10 +97,12 @@ def test_gap_profiles_of_a_sweep_without_gaps_say_what_is_missing(tmp_path: Path
         FIGURES["gap-profile"].make(data)
 
 
-def test_contact_maps_of_one_adhesion_length(tmp_path: Path) -> None:
-    """The second row needs three columns, one of them for its key, however few adhesion lengths there are."""
-    data = swept(tmp_path, SMALL + '[sweep.axes]\n"surface.seed" = [1]\n')
+def test_contact_maps_of_two_adhesion_lengths(tmp_path: Path) -> None:
+    text = SMALL.replace("retract = true\n", "").replace("[1.6, 1.4,\n           1.2]", "[1.2]")
+    data = swept(tmp_path, text + '[sweep.axes]\n"wall.adhesion_length" = [0.0, 0.005]\n')
     drawing = FIGURES["figure1"].make(data)
-    (area,) = columns(drawing.sheet)["A_rep/A0"]
-    assert area in data.table["area_rep"]
-    assert len([axis for axis in drawing.figure.axes if axis.axison]) == 4
+    np.testing.assert_array_equal(columns(drawing.sheet)["A_rep/A0"], data.table["area_rep"])
+    # The whole, one map each, a part of the last, and a cut through it.
+    assert len(drawing.figure.axes) == 5
+    assert faults_in_print(drawing.figure) == []
+    assert faults_in_print(FIGURES["figure-s1"].make(data).figure) == []

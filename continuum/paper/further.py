@@ -1,0 +1,150 @@
+"""Figures of the further inputs, each with its table: size, continuum limit, roll-off, laws, stiffness, pull-off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from pandas import DataFrame
+
+from continuum.measure.curve import adhesion
+from continuum.paper.points import LENGTH, adhesion_colour, adhesion_key, alike, curve_of
+from continuum.show import plot
+
+
+def inverse_kappas(points: DataFrame, *, key: str, column: str, along: Sequence[str] = ()) -> DataFrame:
+    """Means and scatter over surfaces of 1/κ or 1/κ_rep.
+
+    Parameters
+    ----------
+    key : of [surface], on the x axis.
+    column : "kappa" or "kappa_rep".
+    along : keys that change together with it.
+    """
+    body = []
+    for length, same in points.groupby("length"):
+        for _, curve in same.groupby(alike(same, f"surface.{key}", "surface.seed", *along), sort=False):
+            inverse = {float(x): 1 / group[column].to_numpy() for x, group in curve.groupby(key)}
+            for x, values in inverse.items():
+                scatter = values.std(ddof=1) if values.size > 1 else 0.0
+                body.append((length, x, values.mean(), scatter, values.size))
+    return DataFrame(body, columns=[LENGTH, f"surface.{key}", f"1/{column}", "scatter over surfaces", "surfaces"])
+
+
+def draw_inverse_kappas(numbers: DataFrame, *, label: str) -> Figure:
+    """1/κ against a key of the input, one curve for each adhesion length."""
+    figure, axis = plot.new_axes(plot.COLUMN, 2.9)
+    key, column = numbers.columns[1:3]
+    for length, same in numbers.groupby(LENGTH):
+        # The key grows along a curve; where it falls the next begins.
+        for _, curve in same.groupby((same[key].diff() <= 0).cumsum()):
+            axis.errorbar(curve[key], curve[column], yerr=curve["scatter over surfaces"], fmt="o-", capsize=2,
+                          color=adhesion_colour(length))  # fmt: skip
+    axis.axhline(0.5, color="0.6", linestyle="--", linewidth=0.8, label="1/2, the paper's without adhesion")
+    axis.axhline(0, color="0.6", linestyle=":", linewidth=0.8, label="below: sticky")
+    axis.set_xscale("log")
+    plotted = sorted(set(numbers[key]))
+    axis.set_xticks(plotted, [f"{value:g}" for value in plotted])
+    axis.set_xticks([], minor=True)
+    axis.set(xlabel=label, ylabel=r"$1/\kappa$" if column == "1/kappa" else r"$1/\kappa_\mathrm{rep}$")
+    plot.legend_below(figure, [*adhesion_key(numbers[LENGTH], "o-"), *plot.labelled(axis)])
+    return figure
+
+
+def laws(points: DataFrame) -> DataFrame:
+    """1/κ_att measured, and by theory with the effective range, of each law."""
+    points = points.sort_values("law", kind="stable")
+    return DataFrame({
+        "law": points.law, LENGTH: points.length, "effective range (a0)": points.effective_range,
+        "1/kappa_att theory": 1 / points.expected_kappa_att, "1/kappa_att": 1 / points.kappa_att,
+    })  # fmt: skip
+
+
+def draw_laws(numbers: DataFrame) -> Figure:
+    """1/κ_att measured against theory with the effective range, one symbol for each law."""
+    figure, axis = plot.new_axes(plot.COLUMN, 3.1)
+    for i, (law, mine) in enumerate(numbers.groupby("law")):
+        axis.plot(mine["1/kappa_att theory"], mine["1/kappa_att"], "os^Dv"[i % 5], color=plot.SERIES[i], label=law)
+    ends = np.array(axis.get_xlim())
+    axis.plot(ends, ends, color="0.5", linewidth=0.9, label="equal")
+    axis.set(xscale="log", yscale="log", ylabel=r"$1/\kappa_\mathrm{att}$ measured",
+             xlabel=r"$1/\kappa_\mathrm{att}$, Eqs. (3), (4) with $\Delta r$ of Eq. (S-5)")  # fmt: skip
+    plot.log_ticks(axis)
+    plot.legend_below(figure, plot.labelled(axis))
+    return figure
+
+
+_LOAD, _STIFFNESS = "N/A0 (E*)", "k_N h_rms/A0 (E*)"
+
+
+def stiffnesses(points: DataFrame) -> DataFrame:
+    """k_N and load, with and without adhesion."""
+    return DataFrame({
+        LENGTH: points.length, "seed": points.seed.astype(float), _LOAD: points.load,
+        _STIFFNESS: points.stiffness * points.rms_height,
+    })  # fmt: skip
+
+
+def draw_stiffnesses(numbers: DataFrame) -> Figure:
+    """k_N against load, a line for each surface."""
+    figure, axis = plot.new_axes(plot.COLUMN, 2.8)
+    for (length, _), path in numbers.groupby([LENGTH, "seed"]):
+        axis.plot(path[_LOAD], path[_STIFFNESS], "o-", color=adhesion_colour(length), markersize=2.5, linewidth=0.8)
+    axis.set(xlabel=r"$N/A_0$ ($E^*$)", ylabel=r"$k_N h_\mathrm{rms}/A_0$ ($E^*$)")
+    plot.legend_below(figure, adhesion_key(numbers[LENGTH], "o-"))
+    return figure
+
+
+def whole_cycles(points: DataFrame) -> DataFrame:
+    """The points of paths with a way back of which every point converged: work over a missing one would be a guess."""
+    return points.groupby("system").filter(
+        lambda path: path.retracting.any() and np.array_equal(path.step, np.arange(len(path)))
+    )
+
+
+_PEAK, _PULL = "peak A_rep/A0", "pull-off (E*)"
+
+
+def cycles(points: DataFrame) -> DataFrame:
+    """Numbers of each cycle, one row for each system."""
+    body = {}
+    for system, path in points.groupby("system"):
+        found = adhesion(curve_of(path))
+        length = path.length.iloc[0]
+        w = length if length > 0 else np.nan
+        body[system] = {
+            LENGTH: length, "seed": float(path.seed.iloc[0]), _PEAK: path.area_rep.max(),
+            "peak load (E*)": found.peak_load, "tension on approach (E*)": found.largest_tension,
+            _PULL: found.pull_off, "work of separation/w": found.work_of_separation / w, "loss/w": found.loss / w,
+        }  # fmt: skip
+    return DataFrame.from_dict(body, orient="index")
+
+
+def draw_cycles(points: DataFrame) -> Figure:
+    """Cycles of load against mean gap, and the pull-off against how far the contact was pressed before."""
+    numbers = cycles(points)
+    figure, (left, right) = plot.new_axes(plot.PAGE, 3.0, 1, 2)
+    ways = (("approach", ".", None), ("retraction", "s", "none"))
+    for system in numbers.groupby([LENGTH, "seed"], sort=False)[_PEAK].idxmax():
+        path = points[points.system == system]
+        for (_, marker, fill), some in zip(ways, (path[path.approach], path[~path.approach]), strict=True):
+            # Points only: between many of them the contact jumps.
+            left.plot(some.mean_gap, some.load / some.rms_slope, marker, markersize=3, markeredgewidth=0.6,
+                      color=adhesion_colour(path.length.iloc[0]), markerfacecolor=fill)  # fmt: skip
+    pulling = numbers[numbers[_PULL] > 0].sort_values([_PEAK, _PULL])
+    for (length, _), mine in pulling.groupby([LENGTH, "seed"]):
+        right.plot(mine[_PEAK], mine[_PULL], "o-", color=adhesion_colour(length), linewidth=0.8)
+    left.axhline(0, color="0.7", linewidth=0.6)
+    tension = max(-float((points.load / points.rms_slope).min()), 1e-6)
+    left.set(xlabel="mean gap ($a_0$)", ylabel=r"$N/(h'_\mathrm{rms} E^* A_0)$", ylim=(-1.3 * tension, 1.3 * tension))
+    right.set(yscale="log", ylabel="pull-off, $-N/A_0$ ($E^*$)", xlabel=r"largest $A_\mathrm{rep}/A_0$ before")
+    plot.log_ticks(right)
+    plot.letter_panels((left, right), ("the deepest cycle of each surface", "each line a surface"))
+    key = [
+        Line2D([], [], marker=marker, linestyle="none", color="0.3", markerfacecolor=fill, label=f"{way} (A)")
+        for way, marker, fill in ways
+    ]
+    plot.legend_below(figure, [*adhesion_key(numbers[LENGTH], "-"), *key])
+    return figure

@@ -1,0 +1,88 @@
+"""Figures as they are printed: those of a run, of its analysis, of a prediction; and that a fault would be seen."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+import continuum
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
+from continuum.runs.analysis import analyse_run
+from continuum.show import plot
+from continuum.show.prediction_figures import contact_figure, fault_figure, overview
+from continuum.show.run_figures import draw_analysis, draw_run, map_figure
+from continuum.sticky.materials import Interface
+from continuum.sticky.prediction import prediction_of
+from continuum.sticky.simulate import simulate
+from continuum.topography.map import Topography
+from continuum.topography.mending import detrend
+from tests.faulty_maps import faulty
+from tests.printed import faults_in_print
+
+
+def test_figures_of_a_run_and_of_its_analysis(small: Path, drawn: dict[str, Figure]) -> None:
+    result = continuum.run(small)
+    draw_run(result)
+    draw_analysis(analyse_run(result))
+    names = ("contact", "area-and-load", "patches", "sizes", "gap-profile", "distributions")
+    assert {name: faults_in_print(figure) for name, figure in drawn.items()} == {f"small-{n}": [] for n in names}
+    with Image.open(BytesIO(plot.image_bytes(drawn["small-sizes"]))) as image:
+        dpi = image.info["dpi"][0]
+        assert dpi == pytest.approx(300, abs=0.1)
+        assert image.size[0] / dpi * 2.54 == pytest.approx(8.7, abs=0.02)
+    first = result.points[0]
+    assert faults_in_print(map_figure(result.contact_map(0), result.grid.lengths, first.area_rep, first.load)) == []
+
+
+def test_figures_of_a_prediction() -> None:
+    grid = Grid.square(64)
+    maps = [
+        Topography(SelfAffine(0.8, 0.1, 8.0, 32.0).synthesise(grid, np.random.default_rng(seed)), grid.lengths, True)
+        for seed in (1, 2)
+    ]
+    assert faults_in_print(overview(prediction_of(maps, Interface(1.0, 0.005, 0.35, 1.0)))) == []
+
+
+def test_the_figure_of_a_solved_contact() -> None:
+    grid = Grid.square(32)
+    heights = SelfAffine(0.8, 0.1, 8.0, 16.0).synthesise(grid, np.random.default_rng(1))
+    found = simulate(Topography(heights, grid.lengths, True), Interface(1.0, 0.05, 2.0, 1.0))
+    assert faults_in_print(contact_figure(found)) == []
+
+
+def test_the_figure_of_a_faulty_map() -> None:
+    found = prediction_of([detrend(faulty("outlier lines", 1))], Interface(1e9, 0.05, 1e-9, None))
+    assert faults_in_print(fault_figure(found)) == []
+
+
+@plot.styled
+def two_panels() -> tuple[Figure, Axes, Axes]:
+    figure, (left, right) = plot.new_axes(plot.PAGE, 2.0, 1, 2)
+    plot.letter_panels((left, right))
+    left.plot([1, 2], label="line")
+    plot.legend_below(figure, plot.labelled(left))
+    return figure, left, right
+
+
+def test_what_is_wrong_is_seen() -> None:
+    figure, left, right = two_panels()
+    assert faults_in_print(figure) == []
+    left.legend()
+    left.text(0.5, 1.5, "small", fontsize=4)
+    right.text(0.5, 0.5, "here")
+    right.text(0.5, 0.5, "and here")
+    right.text(9.0, 0.5, "away").set_in_layout(False)
+    right.set_title("", loc="left")
+    figure.set_size_inches(6, 2)
+    seen = faults_in_print(figure)
+    for fault in ("15.24 cm wide", "'small': 4 pt", "'here' on 'and here'", "a legend on panel 0"):
+        assert fault in seen
+    assert "panel B is not lettered" in seen
+    assert any("'away'" in fault for fault in seen)
