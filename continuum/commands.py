@@ -30,10 +30,8 @@ from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.show.answer import statements
 from continuum.show.console import EstimatedProgress, progress, show, tell, warn
-from continuum.show.prediction import reading_order
 from continuum.show.prediction_data import as_csv
 from continuum.show.runs import progress_line, result_line, status_sheets, table_sheets, turn_sheet
-from continuum.show.study import study_doubts, study_sentence
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.study import Spot
@@ -263,6 +261,8 @@ def predict(
     contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
     **given: Any,
 ) -> int:  # fmt: skip
+    from continuum.show.prediction import reading_order
+
     given |= {"contact_modulus": contact_modulus}
     if any(map(_is_folder, maps)):
         beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
@@ -337,6 +337,8 @@ def _study(
     maps: Sequence[Path], beside: Sequence[str], output: Path, pattern: str | None, given: dict[str, Any]
 ) -> int:
     """A folder of samples and spots: one ranking, as a table, a page and files."""
+    from continuum.show.study import study_doubts, study_sentence
+
     if len(maps) > 1 or beside:
         also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"
         raise InputError(f"{maps[0]}: a folder is a study by itself, and cannot be used {also}")
