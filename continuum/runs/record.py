@@ -94,6 +94,8 @@ class Record:
     work: list[tuple[Work, ...]] = field(default_factory=list)
     seconds: list[tuple[float, float]] = field(default_factory=list)
     """Seconds of the solve of each point, and of the whole point with its search and the writing."""
+    grown_from: str = ""
+    """Identity of the stored run whose points are the first of this one; empty if there is none."""
     good: list[PathState] = field(default_factory=list)
     """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
 
@@ -200,6 +202,7 @@ class Record:
             gaps=list(file["gap"]) if fields else [],
             work=_stored_work(file),
             seconds=list(zip(file["journal/solve_seconds"].tolist(), file["journal/seconds"].tolist(), strict=True)),
+            grown_from=str(file.attributes.get("journal/grown_from", "")),
         )
         if "restart/gap" in file.datasets:
             names = ["control", "target", "branch", "separation", "mean_gap", "residual", "contact"]
