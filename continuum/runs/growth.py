@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import takewhile
 from pathlib import Path
 
@@ -97,19 +97,8 @@ def growths(configs: Mapping[str, RunConfig], stored: Iterable[Path]) -> dict[st
 
 def grown(record: Record, growth: Growth) -> Record:
     """The part of the record of a stored path that is kept; what the next point starts from only at its end."""
-    kept = growth.kept
-    return Record(
-        record.fields,
-        points=record.points[:kept],
-        events=[passed for passed in record.events if passed.step < kept],
-        repulsive=record.repulsive[:kept],
-        attracted=record.attracted[:kept],
-        gaps=record.gaps[:kept],
-        work=record.work[:kept],
-        seconds=record.seconds[:kept],
-        grown_from=growth.identity,
-        good=record.good if kept == len(record.points) else [],
-    )
+    good = record.good if growth.kept == len(record.points) else []
+    return replace(record.beginning(growth.kept, good), grown_from=growth.identity)
 
 
 def stored_state(source: Path, step: int) -> PathState | None:

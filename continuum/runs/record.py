@@ -110,6 +110,20 @@ class Record:
             self.gaps.append(state.gap.astype(np.float32))
         self.work.append(state.solution.work)
 
+    def beginning(self, points: int, good: list[PathState]) -> Record:
+        """The record as it was after so many points, with the states that the next one starts from."""
+        return replace(
+            self,
+            points=self.points[:points],
+            events=[passed for passed in self.events if passed.step < points],
+            repulsive=self.repulsive[:points],
+            attracted=self.attracted[:points],
+            gaps=self.gaps[:points],
+            work=self.work[:points],
+            seconds=self.seconds[:points],
+            good=good,
+        )
+
     def datasets(self, *, restart: bool) -> dict[str, Dataset]:
         """Datasets of the record; with ``restart`` also the state that the next point starts from."""
         datasets = {

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
@@ -83,23 +84,47 @@ def follow_run(
         return replace(Result.read(path), resumed=len(record.points), seconds=time.perf_counter() - start)
     with reserved(path):
         record, _ = _stored(system, path, key, growth, force=force)  # again, now that nobody else writes it
-        resumed, since = len(record.points), time.perf_counter()
-        written = since
-        solver = solver_of(system.problem, system.settings)
+        resumed = len(record.points)
+
+        def write(known: Record) -> None:
+            _write(known, system, path, key, resumed)
+
         if resumed == config.loading.points:  # all of them are those of a longer path
-            _write(record, system, path, key, resumed)
+            write(record)
+        _follow(system, record, growth, write, every, progress)
+    return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
+
+
+def _follow(
+    system: RunSetup,
+    record: Record,
+    growth: Growth | None,
+    write: Callable[[Record], None],
+    every: float,
+    progress: Progress | None,
+) -> None:
+    """Do the points that are left; what stops this loses none of them, unless it is that they cannot be written."""
+    total, since = system.config.loading.points, time.perf_counter()
+    written, unwritten = since, None
+    solver = solver_of(system.problem, system.settings)
+    try:
         for problem, state in states_of(system, record, solver, growth):
             record.append(problem, state, solver)
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
             done = len(record.points)
             del state  # its fields are those of the record, or no longer needed
-            if done == config.loading.points or time.perf_counter() - written >= every:
-                _write(record, system, path, key, resumed)
-                written = time.perf_counter()
+            if done == total or time.perf_counter() - written >= every:
+                write(record)
+                written, unwritten = time.perf_counter(), None
+            else:  # the record is of the next point already when that is stopped
+                unwritten = done, list(record.good)
             if progress is not None:
-                progress(record.points[-1], done, config.loading.points)
+                progress(record.points[-1], done, total)
             since = time.perf_counter()
-    return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
+    except (Exception, KeyboardInterrupt, SystemExit) as error:
+        if unwritten is not None and not isinstance(error, OutputError):
+            write(record.beginning(*unwritten))
+        raise
 
 
 def states_of(

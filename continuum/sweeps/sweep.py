@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -25,7 +26,7 @@ from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
-from continuum.sweeps.tasks import Task, TaskResult
+from continuum.sweeps.tasks import Death, Task, TaskResult, say
 
 _EVERY = 20.0
 """Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""
@@ -179,10 +180,17 @@ def solve_system(root: Path, task: Task) -> None:
             return
         if working.exists() and store.schema_of(working) != RunConfig.result_schema:
             working.unlink()  # what was left here by a machine that went down
-        follow_run(task.plan.config, working, every=_EVERY, growth=task.growth)
+        follow_run(
+            task.plan.config,
+            working,
+            every=_EVERY,
+            growth=task.growth,
+            progress=lambda _, done, total: say(done / total),
+        )
         add_measurements(working)
         output.placed(working, task.path)
         folder.failure(task.path.stem).unlink(missing_ok=True)
+        folder.death(task.path.stem).unlink(missing_ok=True)
 
 
 def systems_of(root: str | Path) -> SweepListing:
@@ -352,6 +360,12 @@ def _save_once(path: Path, text: str) -> None:
         if path.read_text() == text:
             return
     output.save(path, text)
+
+
+def record_death(root: Path, task: Task, death: Death) -> None:
+    """Say on disk that a process died at a system, until that is done."""
+    with suppress(OutputError):
+        output.save(Folder(root).death(task.path.stem), f"{death}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n")
 
 
 def record(root: Path, ended: TaskResult) -> None:
