@@ -10,7 +10,15 @@ from matplotlib.lines import Line2D
 from pandas import DataFrame
 
 from continuum.measure.curve import adhesion
-from continuum.paper.points import LENGTH, adhesion_colour, adhesion_key, alike, curve_of
+from continuum.paper.points import (
+    LENGTH,
+    adhesion_colour,
+    adhesion_key,
+    alike,
+    curve_of,
+    line_of_slope,
+    over_surfaces,
+)
 from continuum.show import plot
 
 
@@ -53,24 +61,46 @@ def draw_inverse_kappas(numbers: DataFrame, *, label: str) -> Figure:
     return figure
 
 
+_LAWS = {
+    "lennard-jones-spline": "the paper's spline", "spline": "spline of given range", "exponential": "exponential",
+    "lennard-jones-12-6": "12-6: tail $z^{-6}$", "lennard-jones-9-3": "9-3: tail $z^{-3}$",
+}  # fmt: skip
+"""What a law is called in a figure, in the order of their tails; the tails are those of the energy."""
+_AROUND = ("spline", "exponential")
+"""Chosen to lie where another law does: open symbols around its own."""
+
+
 def laws(points: DataFrame) -> DataFrame:
-    """1/κ_att measured, and by theory with the effective range, of each law."""
-    points = points.sort_values("law", kind="stable")
+    """1/κ_att of each law, means and scatter over surfaces, and by theory with the effective range."""
+    shape = points.law.where(points.law != "attraction-on-core", points["shape"])
+    points = points.assign(name=shape, inverse=1 / points.kappa_att)
+    shown = over_surfaces(points, "inverse")
     return DataFrame({
-        "law": points.law, LENGTH: points.length, "effective range (a0)": points.effective_range,
-        "1/kappa_att theory": 1 / points.expected_kappa_att, "1/kappa_att": 1 / points.kappa_att,
-    })  # fmt: skip
+        "law": shown.name, LENGTH: shown.length, "effective range (a0)": shown.effective_range,
+        "1/kappa_att theory": 1 / shown.expected_kappa_att, "1/kappa_att": shown.inverse,
+        "scatter over surfaces": shown.inverse_scatter,
+    }).sort_values(["law", LENGTH])  # fmt: skip
 
 
 def draw_laws(numbers: DataFrame) -> Figure:
     """1/κ_att measured against theory with the effective range, one symbol for each law."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.1)
-    for i, (law, mine) in enumerate(numbers.groupby("law")):
-        axis.plot(mine["1/kappa_att theory"], mine["1/kappa_att"], "os^Dv"[i % 5], color=plot.SERIES[i], label=law)
-    ends = np.array(axis.get_xlim())
-    axis.plot(ends, ends, color="0.5", linewidth=0.9, label="equal")
+    if "scatter over surfaces" not in numbers:  # tables of before
+        numbers = numbers.assign(**{"scatter over surfaces": 0.0})
+    names = [law for law in _LAWS if law in set(numbers["law"])]
+    names += sorted(set(numbers["law"]) - set(names))
+    for i, law in enumerate(names):
+        mine = numbers[numbers["law"] == law]
+        bars = mine["scatter over surfaces"].where(mine["scatter over surfaces"] > 0)
+        look = {"markerfacecolor": "none", "markersize": 6.5} if law in _AROUND else {"markersize": 3.5}
+        axis.errorbar(
+            mine["1/kappa_att theory"], mine["1/kappa_att"], bars, fmt="os^Dv"[i % 5], elinewidth=0.7,
+            capsize=2, color=plot.SERIES[i % len(plot.SERIES)], label=_LAWS.get(law, law), **look,
+        )  # fmt: skip
     axis.set(xscale="log", yscale="log", ylabel=r"$1/\kappa_\mathrm{att}$ measured",
              xlabel=r"$1/\kappa_\mathrm{att}$, Eqs. (3), (4) with $\Delta r$ of Eq. (S-5)")  # fmt: skip
+    line_of_slope(axis, label="equal")
+    line_of_slope(axis, 2.0, "twice that", ":")
     plot.log_ticks(axis)
     plot.legend_below(figure, plot.labelled(axis))
     return figure

@@ -28,12 +28,13 @@ ENOUGH = 10.0
 _SETTINGS = {
     "hurst": "surface.hurst", "slope": "surface.rms_slope", "lambda_s": "surface.lambda_s",
     "lambda_L": "surface.lambda_L", "seed": "surface.seed", "law": "wall.law",
+    "shape": "wall.shape",
 }  # fmt: skip
 _HURST, _SLOPE, _CUT, _VALID = "H", "h'rms", "lambda_s (a0)", "A_rep >= 10 lambda_s^2"
 LENGTH = "l_a (a0)"
 """Columns of the tables of figures; the others above are read here only."""
 _MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
-_COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00"}
+_COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00", 0.1: "#cc79a7"}
 """The paper's black, blue and red, as colours that all kinds of sight tell apart."""
 _OTHERS = ("#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 
@@ -47,7 +48,7 @@ def sweep_points(table: PointTable) -> DataFrame:
 
     Columns are those of :data:`continuum.sweeps.measured.COLUMNS`, lengths in a0, and
 
-    * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``: the input;
+    * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``, ``shape``: the input;
     * ``sweep.KEY``: what the input has on an axis of the sweep, as text;
     * ``surface``: a number for each rough surface, whatever its wall;
     * ``system``, ``length`` (l_a), ``area`` (A0 in a0²), ``approach`` (not on the way back);
@@ -85,6 +86,17 @@ def alike(points: DataFrame, *but: str) -> Series:
     """A number for each point, the same where systems differ in these keys of the input only, such as the seed."""
     keys = [name for name in points if name.startswith("sweep.") and name.removeprefix("sweep.") not in but]
     return points.groupby(keys, sort=False).ngroup() if keys else Series(0, points.index)
+
+
+def over_surfaces(points: DataFrame, *names: str) -> DataFrame:
+    """One row for systems that differ in the seed only: the first of them, with mean and scatter of some columns."""
+    found = points.groupby(alike(points, "surface.seed"), sort=False)
+    rows = points.loc[[group.index[0] for _, group in found]].copy()
+    for name in names:
+        groups = [group[name].to_numpy() for _, group in found]
+        rows[name] = [values.mean() for values in groups]
+        rows[f"{name}_scatter"] = [values.std(ddof=1) if values.size > 1 else 0.0 for values in groups]
+    return rows
 
 
 def curve_of(path: DataFrame) -> Curve:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from pandas import DataFrame
 
 from continuum.paper.points import (
+    ENOUGH,
     LENGTH,
     adhesion_colour,
     adhesion_key,
-    alike,
     draw_points,
     figure_table,
     line_of_slope,
+    over_surfaces,
     symbol_key,
 )
 from continuum.show import plot
@@ -23,6 +26,7 @@ from continuum.theory import rough
 from continuum.theory.paper import asperity_radius
 from continuum.theory.smooth import JKR
 
+_STICKY = "#009e73"
 _LINES = 12
 """Paths up to which their points are joined; of more, lines hide the points."""
 
@@ -36,20 +40,36 @@ def area_against_load(points: DataFrame) -> DataFrame:
 
 
 def draw_area_against_load(numbers: DataFrame) -> Figure:
-    """Fig. 2: a curve for each surface and adhesion length."""
-    figure, axis = plot.new_axes(plot.COLUMN, 3.4)
-    ways = {"approach": ("o-", None), "retraction": ("v--", "white")}
-    way = numbers.get("way", "approach")
-    for (length, _, back), path in numbers.assign(way=way).groupby([LENGTH, "seed", "way"], sort=False):
-        line, fill = ways[back]
-        path = path.sort_values("A_rep/A0")
-        axis.plot(path["N/(h' E* A0)"], path["A_rep/A0"], line, color=adhesion_colour(length), markerfacecolor=fill,
-                  markersize=2.5, markeredgewidth=0.6, linewidth=0.7)  # fmt: skip
+    """Fig. 2: a curve for each surface and adhesion length, there and back."""
+    figure, axis = plot.new_axes(plot.COLUMN, 3.6)
+    ways: dict[str, Any] = {
+        "approach": {"linestyle": "-", "marker": "o"},
+        "retraction": {"linestyle": "--", "marker": "v", "markerfacecolor": "white"},
+    }
+    same: dict[str, Any] = {"markersize": 3, "markeredgewidth": 0.6, "linewidth": 0.7}
+    numbers = numbers.assign(way=numbers.get("way", "approach"))
+    x, y, enough = "N/(h' E* A0)", "A_rep/A0", "A_rep >= 10 lambda_s^2"
+    for (length, _, way), path in numbers.groupby([LENGTH, "seed", "way"], sort=False):
+        look = {**same, **ways[way], "color": adhesion_colour(length)}
+        path = path.sort_values(y)
+        axis.plot(path[x], path[y], **{**look, "marker": ""})
+        for some, pale in ((path[path[enough]], 1.0), (path[~path[enough]], 0.4)):
+            axis.plot(some[x], some[y], **{**look, "linestyle": "none", "alpha": pale})
+    pulling = numbers[(numbers["way"] == "retraction") & numbers[enough] & (numbers[x] < 0)]
+    hold = pulling.loc[pulling.groupby([LENGTH, "seed"])[x].idxmin()]
+    axis.plot(hold[x], hold[y], "o", color=_STICKY, markerfacecolor="none", markersize=8, markeredgewidth=0.6,
+              label="largest tension on the way back" if len(hold) else None)  # fmt: skip
     high = axis.get_ylim()[1]
     axis.plot([0, high / 2], [0, high], ":", color="0.4", label=r"$\kappa = 2$, the paper's without adhesion")
-    axis.axvline(0, color="0.7", linewidth=0.6)
+    axis.axvline(0, color=_STICKY, linewidth=0.9, zorder=0, label=r"the turn, $\kappa = \infty$")
     axis.set(xlabel=r"$N/(h'_\mathrm{rms} E^* A_0)$", ylabel=r"$A_\mathrm{rep}/A_0$")
-    plot.legend_below(figure, [*adhesion_key(numbers[LENGTH], "o-"), *plot.labelled(axis)])
+    axis.locator_params(axis="x", nbins=5)
+    key = [Line2D([], [], color="0.3", label=way, **same, **ways[way]) for way in ways if way in set(numbers["way"])]
+    label = rf"$A_\mathrm{{rep}} < {ENOUGH:g}\lambda_s^2$"
+    few = Line2D([], [], color="0.3", marker="o", alpha=0.4, linestyle="none", label=label,
+                 markersize=3)  # fmt: skip
+    rest = [*(key if len(key) > 1 else ()), *(() if numbers[enough].all() else (few,)), *plot.labelled(axis)]
+    plot.legend_below(figure, adhesion_key(numbers[LENGTH], "-"), rest)
     return figure
 
 
@@ -95,23 +115,12 @@ def draw_loads(numbers: DataFrame) -> Figure:
     return figure
 
 
-def _over_surfaces(points: DataFrame, *names: str) -> DataFrame:
-    """One row for systems that differ in the seed only: the first of them, with mean and scatter of some columns."""
-    found = points.groupby(alike(points, "surface.seed"), sort=False)
-    rows = points.loc[[group.index[0] for _, group in found]].copy()
-    for name in names:
-        groups = [group[name].to_numpy() for _, group in found]
-        rows[name] = [values.mean() for values in groups]
-        rows[f"{name}_scatter"] = [values.std(ddof=1) if values.size > 1 else 0.0 for values in groups]
-    return rows
-
-
 def kappas(points: DataFrame) -> DataFrame:
     """Fig. 4: 1/κ_att and A_rep/A_att, and what theory says of them."""
     points = points.assign(
         inverse=1 / points.kappa_att.where(points.kappa_att > 0, np.inf), ratio=points.area_rep / points.area_att
     )
-    shown = _over_surfaces(points, "inverse", "ratio", "load")
+    shown = over_surfaces(points, "inverse", "ratio", "load")
     return figure_table(shown, {
         "1/kappa_att theory": 1 / shown.expected_kappa_att, "1/kappa_att": shown.inverse,
         "scatter of it": shown.inverse_scatter, "A_rep/A_att theory": shown.expected_ratio, "A_rep/A_att": shown.ratio,
@@ -141,9 +150,6 @@ def draw_kappas(numbers: DataFrame) -> Figure:
     plot.letter_panels((left, right))
     plot.legend_below(figure, *symbol_key(numbers), plot.labelled(left, right))
     return figure
-
-
-_STICKY = "#009e73"
 
 
 def perimeters(points: DataFrame) -> DataFrame:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import itertools
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pandas import read_csv
+from pandas import DataFrame, read_csv
 
 from continuum.paper.claims import Claim, Finding, claim_verdicts
 from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.page import plot_figure, write_page
 from continuum.paper.points import FigureError, SweepData, sweep_points
+from continuum.paper.relations import draw_area_against_load
 from continuum.show import plot
 from continuum.sweeps.axes import Axis
 from continuum.sweeps.collect import PointTable
@@ -25,6 +27,7 @@ from tests.printed import faults_in_print
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
 AREAS = np.geomspace(0.01, 0.15, 5)
+ROOT = Path(__file__).parents[3]
 
 
 def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip: float) -> list[dict[str, float]]:
@@ -173,6 +176,23 @@ def test_a_figure_is_drawn_from_the_table_beside_it_alone(name: str, tmp_path: P
     picture, numbers = save_drawing(FIGURES[name].make(SweepData(table(), tmp_path)), tmp_path / name)
     again = plot.styled(FIGURES[name].draw)(read_csv(numbers))
     assert plot.image_bytes(again) == picture.read_bytes()
+
+
+def test_figure_2_marks_the_largest_tension_on_the_way_back_where_there_are_asperities_enough() -> None:
+    back = {"seed": 1, "way": "retraction", "l_a (a0)": 0.1}
+    numbers = DataFrame([
+        back | {"N/(h' E* A0)": load, "A_rep/A0": area, "A_rep >= 10 lambda_s^2": enough}
+        for load, area, enough in [(-0.01, 0.05, True), (-0.03, 0.03, True), (-0.05, 0.001, False)]
+    ])  # fmt: skip
+    axis = plot.styled(draw_area_against_load)(numbers).axes[0]
+    (ring,) = [line for line in axis.lines if line.get_label() == "largest tension on the way back"]
+    assert (ring.get_xdata()[0], ring.get_ydata()[0]) == (-0.03, 0.03)
+
+
+def test_no_point_of_figure_2_is_within_the_tolerance_of_two_targets() -> None:
+    path = tomllib.loads((ROOT / "inputs" / "sweep" / "figure2.toml").read_text(encoding="utf-8"))["loading"]
+    targets, slack = np.array(path["targets"]), np.array(path["area_tolerance"])
+    assert np.all((targets * (1 + slack))[:-1] < (targets * (1 - slack))[1:])
 
 
 def test_a_figure_that_is_none_says_which_there_are(tmp_path: Path) -> None:

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pandas import DataFrame
 
 import continuum
 from continuum.measure.curve import Curve, adhesion
+from continuum.paper import further
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
@@ -106,3 +108,19 @@ def test_contact_maps_of_two_adhesion_lengths(tmp_path: Path) -> None:
     assert len(drawing.figure.axes) == 5
     assert faults_in_print(drawing.figure) == []
     assert faults_in_print(FIGURES["figure-s1"].make(data).figure) == []
+
+
+def test_laws_are_told_apart_by_shape_and_averaged_over_surfaces() -> None:
+    walls = [("lennard-jones-spline", np.nan), ("attraction-on-core", "spline"), ("attraction-on-core", "exponential")]
+    inverse = {0: (0.1, 0.2), 1: (0.3, 0.7), 2: (0.4, 0.4)}
+    points = DataFrame([
+        {"law": law, "shape": shape, "length": 0.005, "effective_range": 1.0, "expected_kappa_att": 4.0,
+         "kappa_att": 1 / inverse[i][seed], "sweep.wall": f"wall {i}", "sweep.surface.seed": str(seed)}
+        for i, (law, shape) in enumerate(walls) for seed in (0, 1)
+    ])  # fmt: skip
+    found = further.laws(points).set_index("law")
+    assert set(found.index) == {"lennard-jones-spline", "spline", "exponential"}
+    np.testing.assert_allclose(found.loc["spline", ["1/kappa_att", "scatter over surfaces"]], [0.5, 0.4 / 2**0.5])
+    np.testing.assert_allclose(found["1/kappa_att theory"], 0.25)
+    figure = further.draw_laws(found.reset_index())
+    assert {"the paper's spline", "exponential", "twice that"} < {t.get_text() for t in figure.legends[0].get_texts()}
