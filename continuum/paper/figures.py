@@ -165,8 +165,8 @@ FIGURES = {
     "other-potentials": PaperFigure(
         "other potentials", _of_laws, "this figure needs a sweep over wall.law", further.laws, further.draw_laws,
         "Other laws of the wall beside the theory for the spline: means over surfaces, bars their standard deviation. "
-        "A long range reaches more than the rim of the patches, all that Eq. (4) counts: 9-3 attracts twice as much as it "
-        "says, and a spline as wide does, too.",
+        "A long range reaches more than the rim of the patches, all that Eq. (4) counts: 9-3 attracts twice as much as "
+        "it says, and a spline as wide does, too.",
     ),
     "stiffness": PaperFigure(
         "stiffness", lambda data: data.points, _ANY, further.stiffnesses, further.draw_stiffnesses,
