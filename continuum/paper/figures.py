@@ -140,7 +140,8 @@ FIGURES = {
     "figure4": PaperFigure(
         "Fig. 4", _where("reference and length > 0 and area_att > 0"), _ANY, relations.kappas, relations.draw_kappas,
         "Fig. 4: means over surfaces, bars their standard deviation, of the first point with A_rep >= 10 λ_s² from "
-        "1 %.", general=True,
+        "1 %. Dashed: 1/κ_rep as measured; full: where a search has found the turn; bands: standard deviations.",
+        general=True,
     ),
     "figure-s2": PaperFigure(
         "Fig. S-2", _where("perimeter > 0 and valid and approach"), _ANY, relations.perimeters,

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from pandas import DataFrame
+from pandas import DataFrame, concat
 
 from continuum.paper.points import (
     ENOUGH,
@@ -115,40 +116,87 @@ def draw_loads(numbers: DataFrame) -> Figure:
     return figure
 
 
+_THEORY, _MEASURED, _REPULSIVE = "1/kappa_att theory", "1/kappa_att", "1/kappa_rep"
+"""Columns of Fig. 4 by which its border is drawn."""
+
+
 def kappas(points: DataFrame) -> DataFrame:
-    """Fig. 4: 1/κ_att and A_rep/A_att, and what theory says of them."""
+    """Fig. 4: 1/κ_att and A_rep/A_att, and what theory says of them; and where searches have found the turn."""
     points = points.assign(
-        inverse=1 / points.kappa_att.where(points.kappa_att > 0, np.inf), ratio=points.area_rep / points.area_att
-    )
-    shown = over_surfaces(points, "inverse", "ratio", "load")
-    return figure_table(shown, {
-        "1/kappa_att theory": 1 / shown.expected_kappa_att, "1/kappa_att": shown.inverse,
+        inverse=1 / points.kappa_att.where(points.kappa_att > 0, np.inf), ratio=points.area_rep / points.area_att,
+        repulsive=1 / points.kappa_rep,
+    )  # fmt: skip
+    shown = over_surfaces(points, "inverse", "ratio", "load", "repulsive")
+    found = figure_table(shown, {
+        _THEORY: 1 / shown.expected_kappa_att, _MEASURED: shown.inverse,
         "scatter of it": shown.inverse_scatter, "A_rep/A_att theory": shown.expected_ratio, "A_rep/A_att": shown.ratio,
-        "scatter": shown.ratio_scatter, "mean load (E*)": shown.load,
+        "scatter": shown.ratio_scatter, "mean load (E*)": shown.load, _REPULSIVE: shown.repulsive, "turn": False,
     })  # fmt: skip
+    turns = [turn for _, trials in points[points.search >= 0].groupby("search") if (turn := _turn(trials)) is not None]
+    return concat([found, *turns], ignore_index=True)
+
+
+def _turn(trials: DataFrame) -> DataFrame | None:
+    """Where the load changes its sign in a search, read between the two nearest trials; None where it does not."""
+    trials = trials.assign(theory=1 / trials.expected_kappa_att).sort_values("theory")
+    changes = np.flatnonzero((trials.load.to_numpy()[:-1] > 0) & (trials.load.to_numpy()[1:] <= 0))
+    if not changes.size:
+        return None
+    width = (trials.theory.shift(-1) / trials.theory).to_numpy()
+    at = changes[np.argmin(width[changes])]
+    ends = trials.iloc[[at, at + 1]]
+    share = ends.load.iloc[0] / (ends.load.iloc[0] - ends.load.iloc[1])
+
+    def between(column: str) -> float:
+        low, high = np.log(ends[column])
+        return float(np.exp((1 - share) * low + share * high))
+
+    row = ends[:1].assign(**{name: between(name) for name in ("slope", "length")})
+    found = {_THEORY: between("theory"), _MEASURED: between("inverse"), _REPULSIVE: between("repulsive")}
+    return figure_table(row, {**found, "mean load (E*)": 0.0, "turn": True})
+
+
+def _draw_borders(axis: Axes, numbers: DataFrame) -> None:
+    """What turns sticky, against 1/κ_att of theory: by the paper's κ_rep, by the measured one, and as it was found."""
+    ends = axis.get_xlim()
+    axis.axvspan(min(0.5, ends[1]), ends[1], color=_STICKY, alpha=0.1, linewidth=0,
+                 label=r"sticky by theory, $\kappa_\mathrm{rep} = 2$")  # fmt: skip
+    turns = numbers["turn"]
+    lines = ((numbers[~turns][_REPULSIVE].dropna(), "--", r"the same, $\kappa_\mathrm{rep}$ as measured"),
+             (numbers[turns][_THEORY], "-", f"turn, by bisection of {turns.sum()} surfaces"))  # fmt: skip
+    for values, style, label in lines:
+        if len(values):
+            middle, spread = np.log(values).mean(), np.log(values).std(ddof=1) if len(values) > 1 else 0.0
+            axis.axvline(np.exp(middle), color=_STICKY, linestyle=style, linewidth=0.9, zorder=1, label=label)
+            axis.axvspan(*np.exp([middle - spread, middle + spread]), color=_STICKY, alpha=0.12, linewidth=0, zorder=0)
+    axis.set_xlim(*ends)
 
 
 def draw_kappas(numbers: DataFrame) -> Figure:
     """Fig. 4: 1/κ_att and A_rep/A_att against theory."""
     figure, (left, right) = plot.new_axes(plot.PAGE, 3.9, 1, 2)
-    draw_points(left, numbers, "1/kappa_att theory", "1/kappa_att", "scatter of it")
-    sticky = numbers[numbers["mean load (E*)"] < 0]
-    left.plot(sticky["1/kappa_att theory"], sticky["1/kappa_att"], "o", color=_STICKY, markerfacecolor="none",
-              markersize=8, markeredgewidth=0.6, label="sticky: mean load < 0")  # fmt: skip
-    draw_points(right, numbers, "A_rep/A_att theory", "A_rep/A_att", "scatter")
+    if "turn" not in numbers:  # tables of before
+        numbers = numbers.assign(turn=False, **{_REPULSIVE: np.nan})
+    points, turns = numbers[~numbers["turn"]], numbers[numbers["turn"]]
+    draw_points(left, points, _THEORY, _MEASURED, "scatter of it")
+    sticky = points[points["mean load (E*)"] < 0]
+    if len(turns):
+        left.plot(turns[_THEORY], turns[_MEASURED], "x", color="black", markersize=5, zorder=5,
+                  label=r"the turns: $\kappa_\mathrm{att} = \kappa_\mathrm{rep}$")  # fmt: skip
+    else:
+        left.plot(sticky[_THEORY], sticky[_MEASURED], "o", color=_STICKY, markerfacecolor="none",
+                  markersize=8, markeredgewidth=0.6, label="sticky: mean load < 0")  # fmt: skip
+    draw_points(right, points, "A_rep/A_att theory", "A_rep/A_att", "scatter")
     for axis, quantity, equations in (
         (left, r"1/\kappa_\mathrm{att}", "Eqs. (3) and (4)"),
         (right, r"A_\mathrm{rep}/A_\mathrm{att}", "Eq. (4)"),
     ):
         axis.set(xscale="log", yscale="log", xlabel=f"${quantity}$, {equations}", ylabel=f"${quantity}$ measured")
         line_of_slope(axis, label="equal")
-    end = left.get_xlim()[1]
-    left.axvspan(min(0.5, end), end, color=_STICKY, alpha=0.1, linewidth=0,
-                 label=r"sticky by theory, $\kappa_\mathrm{rep} = 2$")  # fmt: skip
-    left.set_xlim(right=end)
+    _draw_borders(left, numbers)
     plot.log_ticks(left, right)
     plot.letter_panels((left, right))
-    plot.legend_below(figure, *symbol_key(numbers), plot.labelled(left, right))
+    plot.legend_below(figure, *symbol_key(points), plot.labelled(left, right))
     return figure
 
 
