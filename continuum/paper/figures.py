@@ -170,8 +170,11 @@ FIGURES = {
         "it says, and a spline as wide does, too.",
     ),
     "stiffness": PaperFigure(
-        "stiffness", lambda data: data.points, _ANY, further.stiffnesses, further.draw_stiffnesses,
-        "Normal stiffness against load.",
+        "stiffness", _where("approach and tangent_stiffness.notna()"),
+        "this figure needs stored gaps of walls with a law (fields = true in [output]), from which k_N follows",
+        further.stiffnesses, further.draw_stiffnesses,
+        "Normal stiffness over repulsive load against κ_rep/κ: of each equilibrium, by one linear solve with its "
+        "Hessian; crosses: the slope between points, jumps included.",
     ),
     "pull-off": PaperFigure(
         "pull-off", lambda data: further.whole_cycles(data.points),

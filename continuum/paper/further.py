@@ -16,8 +16,11 @@ from continuum.paper.points import (
     adhesion_key,
     alike,
     curve_of,
+    draw_points,
+    figure_table,
     line_of_slope,
     over_surfaces,
+    symbol_key,
 )
 from continuum.show import plot
 
@@ -106,24 +109,31 @@ def draw_laws(numbers: DataFrame) -> Figure:
     return figure
 
 
-_LOAD, _STIFFNESS = "N/A0 (E*)", "k_N h_rms/A0 (E*)"
+_REDUCTION, _STIFFNESS, _SECANT = "kappa_rep/kappa", "k_N h_rms/N_rep", "k_N h_rms/N_rep between points"
 
 
 def stiffnesses(points: DataFrame) -> DataFrame:
-    """k_N and load, with and without adhesion."""
-    return DataFrame({
-        LENGTH: points.length, "seed": points.seed.astype(float), _LOAD: points.load,
-        _STIFFNESS: points.stiffness * points.rms_height,
+    """k_N over the repulsive load, of each equilibrium by its Hessian, and κ_rep/κ = N/N_rep."""
+    over = points.rms_height / points.load_rep
+    return figure_table(points, {
+        "A_rep/A0": points.area_rep, _REDUCTION: points.load / points.load_rep,
+        _STIFFNESS: points.tangent_stiffness * over, _SECANT: points.stiffness * over,
     })  # fmt: skip
 
 
 def draw_stiffnesses(numbers: DataFrame) -> Figure:
-    """k_N against load, a line for each surface."""
-    figure, axis = plot.new_axes(plot.COLUMN, 2.8)
-    for (length, _), path in numbers.groupby([LENGTH, "seed"]):
-        axis.plot(path[_LOAD], path[_STIFFNESS], "o-", color=adhesion_colour(length), markersize=2.5, linewidth=0.8)
-    axis.set(xlabel=r"$N/A_0$ ($E^*$)", ylabel=r"$k_N h_\mathrm{rms}/A_0$ ($E^*$)")
-    plot.legend_below(figure, adhesion_key(numbers[LENGTH], "o-"))
+    """k_N over the repulsive load against κ_rep/κ, beside the paper's proportionality."""
+    figure, axis = plot.new_axes(plot.COLUMN, 3.2)
+    for length, path in numbers.groupby(LENGTH):
+        axis.plot(path[_REDUCTION], path[_SECANT], "x", color=adhesion_colour(length), markersize=3, alpha=0.6)
+    axis.plot([], [], "x", color="0.3", markersize=3, label="between points, jumps included")
+    draw_points(axis, numbers, _REDUCTION, _STIFFNESS)
+    bare = numbers[numbers[LENGTH] == 0][_STIFFNESS].mean()
+    if np.isfinite(bare):
+        line_of_slope(axis, bare, r"$k_N \propto \kappa_\mathrm{rep}/\kappa$, from those without adhesion")
+    axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
+    axis.set(xlabel=r"$\kappa_\mathrm{rep}/\kappa = N/N_\mathrm{rep}$", ylabel=r"$k_N h_\mathrm{rms}/N_\mathrm{rep}$")
+    plot.legend_below(figure, *symbol_key(numbers)[1:3], plot.labelled(axis))
     return figure
 
 

@@ -38,7 +38,7 @@ LENGTH = "l_a (a0)"
 _MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
 _COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00", 0.1: "#cc79a7"}
 """The paper's black, blue and red, as colours that all kinds of sight tell apart."""
-_OTHERS = ("#e69f00", "#56b4e9", "#785ef0", "#882255")
+_OTHERS = ("#e69f00", "#56b4e9", "#785ef0", "#882255", "#8c510a")
 """Of other lengths: neither the green of the border nor a colour of above."""
 
 
@@ -127,7 +127,7 @@ class SweepData:
 def adhesion_colour(length: float) -> str:
     """The colour of an adhesion length."""
     known = next((c for value, c in _COLOURS.items() if np.isclose(value, length, rtol=1e-6, atol=1e-12)), None)
-    return known or _OTHERS[int(abs(np.log10(max(length, 1e-9)) * 7)) % len(_OTHERS)]
+    return known or _OTHERS[int(abs(np.log10(max(length, 1e-9)) * 11)) % len(_OTHERS)]
 
 
 def figure_table(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:

@@ -46,7 +46,7 @@ def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip
         rows.append({
             "step": step, "converged": 1, "retracting": 0, "target": area, "area_rep": area, "area_att": attracted,
             "load_rep": pushed, "load_att": pulled, "load": load, "mean_gap": 10 - 2 * np.log(pushed),
-            "stiffness": load / 2, "pressure_att": length / reach if length else np.nan,
+            "stiffness": load / 2, "tangent_stiffness": load / 2, "pressure_att": length / reach if length else np.nan,
             "kappa": slope * area / load, "kappa_rep": kappa_rep, "perimeter": around, "diameter": d, "chord": d,
             "kappa_att": slope * area / pulled if pulled else np.inf, "rms_height": 3.0, "rms_slope": slope,
             "rms_curvature": curvature, "range": reach, "effective_range": reach, "work_of_adhesion": length,

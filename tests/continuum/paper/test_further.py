@@ -17,6 +17,7 @@ from continuum.paper.points import FigureError, SweepData
 from continuum.runs.analysis import analyse_run
 from continuum.runs.result import Result
 from continuum.show.sheet import Sheet
+from continuum.solve.tangent import tangent_stiffness
 from continuum.sweeps.folder import Folder
 from tests.printed import faults_in_print
 from tests.problems import SMALL
@@ -30,6 +31,7 @@ WALLS = """
 
 
 def swept(folder: Path, text: str) -> SweepData:
+    folder.mkdir(exist_ok=True)
     path = folder / "many.toml"
     path.write_text(text)
     done = continuum.sweep(path, folder)
@@ -108,6 +110,22 @@ def test_contact_maps_of_two_adhesion_lengths(tmp_path: Path) -> None:
     assert len(drawing.figure.axes) == 5
     assert faults_in_print(drawing.figure) == []
     assert faults_in_print(FIGURES["figure-s1"].make(data).figure) == []
+
+
+def test_the_stiffness_of_each_point_is_that_of_its_gap(tmp_path: Path) -> None:
+    data = swept(tmp_path, SMALL.replace("retract = true\n", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
+    result = Result.read(Folder(data.root).point(data.table.keys[0]))
+    law, response = result.wall.law, result.config.substrate.build().stiffness(result.grid)
+    assert law is not None
+    gaps = [result.gap(step) for step in range(len(result.points))]
+    expected = [tangent_stiffness(result.grid, response, law, gap) for gap in gaps if gap is not None]
+    np.testing.assert_allclose(data.table["tangent_stiffness"], expected, rtol=1e-9)
+    drawing = FIGURES["stiffness"].make(data)
+    ratio = data.points.tangent_stiffness * data.points.rms_height / data.points.load_rep
+    np.testing.assert_allclose(columns(drawing.sheet)["k_N h_rms/N_rep"], ratio)
+    bare = swept(tmp_path / "bare", SMALL.replace("fields = true", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
+    with pytest.raises(FigureError, match="fields = true"):
+        FIGURES["stiffness"].make(bare)
 
 
 def test_laws_are_told_apart_by_shape_and_averaged_over_surfaces() -> None:
