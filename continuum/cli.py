@@ -55,7 +55,7 @@ OF_SWEEPS = {
 }
 # Imported when they are called: `continuum --help` needs none of them.
 for name, text in OF_SWEEPS.items():
-    sweep.command(f"continuum.commands:sweep_{name}", name=name, help=text)
+    sweep.command(f"continuum.sweep_commands:sweep_{name}", name=name, help=text)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

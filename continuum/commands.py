@@ -21,24 +21,19 @@ from continuum.front import certify as certificates
 from continuum.front import commands as front
 from continuum.front import predict as predictions
 from continuum.front import study as studies
-from continuum.front import sweeps
 from continuum.options import Formats, as_options, like
-from continuum.paper import publication
 from continuum.paper.examples import examples as paper_examples
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point
 from continuum.runs.result import Result
 from continuum.show.answer import statements
-from continuum.show.console import EstimatedProgress, progress, show, tell, warn
-from continuum.show.prediction import reading_order
+from continuum.show.console import progress, show, tell, warn
 from continuum.show.prediction_data import as_csv
-from continuum.show.runs import progress_line, result_line, status_sheets, table_sheets, turn_sheet
-from continuum.show.study import study_doubts, study_sentence
+from continuum.show.runs import progress_line, turn_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.study import Spot
 from continuum.sticky.tables import OPTIONS
-from continuum.sweeps import collect as collecting
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
 
@@ -53,26 +48,11 @@ def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
     return found
 
 
-def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
-    part, slash, parts = tokens[0].value.partition("/")
-    if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
-        raise ValueError(f"{tokens[0].value!r}: write I/N with I from 1 to N, such as 2/8")
-    return int(part), int(parts)
-
-
 Settings = Annotated[
     list[tuple[str, object]] | None,
     Parameter(name="--set", converter=_setting, n_tokens=1, accepts_keys=False, help="a value instead of that of the "
               "file, as surface.seed=3; may be repeated"),
 ]  # fmt: skip
-Gigabytes = Annotated[float | None, Parameter(help="GB of this machine that may be used (default: all)")]
-Shard = Annotated[tuple[int, int], Parameter(converter=_shard, n_tokens=1, help="part I/N of the systems, as 2/8")]
-Modules = Annotated[list[str] | None, Parameter(name="--module", help="a module that is loaded before the work, as "
-                    "gcc/13.2; may be repeated")]  # fmt: skip
-Lines = Annotated[list[str] | None, Parameter(name="--line", help="a line of your own after these, as 'source "
-                  "~/venv/bin/activate'; may be repeated")]  # fmt: skip
-Creators = Annotated[list[str] | None, Parameter(name="--creator", help="who made the data, as 'Family, Given'; may be "
-                     "repeated")]  # fmt: skip
 Kind = Literal["run"]
 Begun = Literal["run", "sweep"]
 
@@ -140,75 +120,6 @@ def certify(path: Path, **given: Any) -> int:
     return OK if found.ok else NOT_CONVERGED
 
 
-@like(sweeps.sweep)
-def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None, shard: Shard = (1, 1),
-              **given: Any) -> int:  # fmt: skip
-    with EstimatedProgress(Path(file).stem) as report:
-        done = sweeps.sweep(
-            file, settings=dict(settings or ()), memory=None if memory is None else 1e9 * memory, shard=shard, **given,
-            warn=warn, begun=lambda tasks: report.begin({task.path: task.cost for task in tasks}),
-            progress=lambda ended, n, total: report.end(ended.task.path, result_line(ended), new=not ended.found),
-        )  # fmt: skip
-    what = "searches" if done.crossings else "systems"
-    print(f"{done.folder}: {done.done} {what} done, {done.found} were there, {len(done.failed)} failed")
-    if done.held:
-        print(f"{len(done.held)} are locked by another process: {done.held[0].reason}")
-    warn([f"{ended.task.label}: {ended.reason}" for ended in done.failed[:20]])
-    without = [one for one in done.crossings if one.complete and not one.found]
-    warn([f"{one.label}: {one.status}" for one in without[:20]])
-    return OK if done.ok and not without else NOT_CONVERGED
-
-
-@like(sweeps.sweep_slurm)
-def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Parameter(name="--array")] = None,
-                memory: Annotated[float | None, Parameter(help="GB of each process (default: what the largest system "
-                "needs)")] = None, modules: Modules = None, lines: Lines = None, **given: Any) -> int:  # fmt: skip
-    bytes_each = None if memory is None else 1e9 * memory
-    print(sweeps.sweep_slurm(settings=dict(settings or ()), shards=shards, memory=bytes_each, modules=modules or (),
-                             lines=lines or (), **given), end="")  # fmt: skip
-    return OK
-
-
-@like(collecting.sweep_status)
-def sweep_status(sweep: Path, *, settings: Settings = None, **given: Any) -> int:
-    found = collecting.sweep_status(sweep, settings=dict(settings or ()), **given)
-    for sheet in status_sheets(found):
-        show(sheet)
-    for change in found.changes:
-        print(f"would change: {change}")
-    return OK
-
-
-@like(sweeps.sweep_collect)
-def sweep_collect(**given: Any) -> int:
-    found = sweeps.sweep_collect(**given)
-    for sheet in table_sheets(found):
-        show(sheet)
-    warn(found.faults)
-    for path in found.files:
-        print(path)
-    return NOT_CONVERGED if found.faults else OK
-
-
-@like(publication.sweep_publish)
-def sweep_publish(*, creators: Creators = None, **given: Any) -> int:
-    found = publication.sweep_publish(creators=creators or (), **given)
-    for sheet in table_sheets(found.table):
-        show(sheet)
-    warn(found.warnings)
-    for path in found.files:
-        print(path)
-    return NOT_CONVERGED if found.table.faults else OK
-
-
-@like(collecting.sweep_verify)
-def sweep_verify(sweep: Path, **given: Any) -> int:
-    found = collecting.sweep_verify(sweep, **given)
-    warn(found.faults)
-    print(f"{sweep}: {found.files} files, {len(found.faults)} of them damaged")
-    return OK if found.ok else NOT_CONVERGED
-
-
 @like(front.plot)
 def plot(
     result: Annotated[str, Parameter(help="file written by `continuum run`, or the name of a figure")],
@@ -263,6 +174,8 @@ def predict(
     contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
     **given: Any,
 ) -> int:  # fmt: skip
+    from continuum.show.prediction import reading_order
+
     given |= {"contact_modulus": contact_modulus}
     if any(map(_is_folder, maps)):
         beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
@@ -337,6 +250,8 @@ def _study(
     maps: Sequence[Path], beside: Sequence[str], output: Path, pattern: str | None, given: dict[str, Any]
 ) -> int:
     """A folder of samples and spots: one ranking, as a table, a page and files."""
+    from continuum.show.study import study_doubts, study_sentence
+
     if len(maps) > 1 or beside:
         also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"
         raise InputError(f"{maps[0]}: a folder is a study by itself, and cannot be used {also}")

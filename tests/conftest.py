@@ -27,9 +27,12 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(autouse=True, scope="session")
 def png_only() -> Iterator[None]:
-    """Figures are saved as PNG only, in a third of the time; with `written_as(["png", "pdf"])` as users get them."""
+    """Figures are saved as PNG only, in a third of the time; with `written_as(["png", "pdf"])` as users get them.
+
+    Of the session, so that fixtures of modules save such figures, too.
+    """
     from continuum.show.plot import written_as
 
     with written_as(["png"]):

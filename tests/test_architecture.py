@@ -70,7 +70,8 @@ CONTINUUM = {
     "options": "show",
     "paper": "front",
     "commands": "paper options",
-    "cli": "commands",
+    "sweep_commands": "commands",
+    "cli": "sweep_commands",
 }
 ATOMISTIC = {
     "crystal": "",
@@ -131,7 +132,10 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         # The front door names the type of a figure.
         ("matplotlib", {"continuum.show", "continuum.paper", "atomistic.show", "continuum.front.states"}),
         ("SurfaceTopography", {"continuum.topography.instruments"}),
-        ("cyclopts", {"continuum.cli", "continuum.options", "continuum.commands", "atomistic.commands"}),
+        (
+            "cyclopts",
+            {f"continuum.{name}" for name in ("cli", "options", "commands", "sweep_commands")} | {"atomistic.commands"},
+        ),
         (
             "pydantic",
             {

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parent.parent
 MODULES = sorted(path for package in ("continuum", "atomistic") for path in (ROOT / package).rglob("*.py"))
 # The two programs, and the two doors, which have a `check` each; a command has the name of the function that it calls.
 TWICE = {"main", "check"}
-COMMANDS = {"continuum/commands.py", "atomistic/commands.py"}
+COMMANDS = {"continuum/commands.py", "continuum/sweep_commands.py", "atomistic/commands.py"}
 
 
 def public(kind: type[ast.stmt] | tuple[type[ast.stmt], ...], *, methods: bool = False) -> dict[str, list[str]]:

@@ -32,8 +32,8 @@ from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solv
 from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.sweep import SystemTask, begin, record, systems_of
-from continuum.sweeps.tasks import TaskResult
+from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
+from continuum.sweeps.tasks import Death, Share, Task, TaskResult
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
@@ -56,6 +56,8 @@ class SweepRun:
     """Systems that are locked by another process."""
     crossings: tuple[Crossing, ...] = ()
     """What the searches of this call have found."""
+    died: tuple[str, ...] = ()
+    """Processes that died, each with the system that it worked on, which was done again."""
 
     @property
     def ok(self) -> bool:
@@ -82,6 +84,7 @@ def sweep(
     scheduler_file: str | Path | None = None,
     begun: Callable[[list[SystemTask]], None] | None = None,
     progress: After | None = None,
+    meanwhile: Callable[[Task, float], None] | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
 ) -> SweepRun:
     """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
@@ -105,7 +108,9 @@ def sweep(
     scheduler_file : file of a Dask cluster that does the work instead of processes of this machine.
     begun : called with the systems of this call, before the first.
     progress : see :data:`After`.
-    warn : called with what is other than in the sweep that the folder has, before the first system.
+    meanwhile : called after each point of a system with the share of its path that is done, from 0 to 1.
+    warn : called with what is other than in the sweep that the folder has, before the first system, and when a process
+        has died.
 
     Raises
     ------
@@ -119,7 +124,7 @@ def sweep(
     -----
     In Python the input may be a dictionary of its tables, too; it is called "sweep" unless it gets a name.
     """
-    for argument, called in (("progress", progress), ("begun", begun), ("warn", warn)):
+    for argument, called in (("progress", progress), ("begun", begun), ("warn", warn), ("meanwhile", meanwhile)):
         function(argument, called)
     given = settings_of(settings) | ({} if device is None else {"solver.device": device})
     if name is not None and not re.fullmatch(_NAME, instance("name", name, str)):
@@ -143,9 +148,11 @@ def sweep(
     if begun is not None:
         begun(tasks)
     is_done = done_before(root)
+    died = list[str]()
     running = run_tasks(
         tasks, partial(solve_task, root), is_done,
         workers=at_once, memory=limit, scheduler_file=cluster, devices=devices,
+        meanwhile=partial(_hear, root, died, meanwhile, warn),
     )  # fmt: skip
     ended = list[TaskResult]()
     with closing(running):  # whatever stops this, the processes are stopped
@@ -154,7 +161,26 @@ def sweep(
             ended.append(one)
             if progress is not None:
                 progress(one, len(ended), len(tasks))
-    return _ended(root, ended, searched=described.bisection is not None)
+    return replace(_ended(root, ended, searched=described.bisection is not None), died=tuple(died))
+
+
+def _hear(
+    root: Path,
+    died: list[str],
+    meanwhile: Callable[[Task, float], None] | None,
+    warn: Callable[[Sequence[str]], None] | None,
+    task: Task,
+    said: Share | Death,
+) -> None:
+    """Pass on what is heard of a system that is being done; that its process died is said and stored, too."""
+    if isinstance(said, Share):
+        if meanwhile is not None:
+            meanwhile(task, said.done)
+        return
+    died.append(f"{task.label}: {said}; what it had stored is kept, and it is done again after the others")
+    record_death(root, task, said)
+    if warn is not None:
+        warn(died[-1:])
 
 
 def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepRun:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self
 
@@ -148,6 +149,13 @@ class OutputTable(Table):
 
     fields: bool = False
     """whether to store heights and gaps in full, in single precision"""
+    last_state: bool | None = None
+    """whether to store the gap of the last point in double precision, from which a longer path goes on; by default on
+    grids of at most 1024 x 1024 points"""
+
+    def keeps_last_state(self, shape: tuple[int, int]) -> bool:
+        """Whether the state of the last point is stored on a grid of a shape."""
+        return math.prod(shape) <= 1024**2 if self.last_state is None else self.last_state
 
 
 class RunConfig(Document):

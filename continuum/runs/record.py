@@ -94,6 +94,8 @@ class Record:
     work: list[tuple[Work, ...]] = field(default_factory=list)
     seconds: list[tuple[float, float]] = field(default_factory=list)
     """Seconds of the solve of each point, and of the whole point with its search and the writing."""
+    grown_from: str = ""
+    """Identity of the stored run whose points are the first of this one; empty if there is none."""
     good: list[PathState] = field(default_factory=list)
     """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
 
@@ -107,6 +109,20 @@ class Record:
         if self.fields:
             self.gaps.append(state.gap.astype(np.float32))
         self.work.append(state.solution.work)
+
+    def beginning(self, points: int, good: list[PathState]) -> Record:
+        """The record as it was after so many points, with the states that the next one starts from."""
+        return replace(
+            self,
+            points=self.points[:points],
+            events=[passed for passed in self.events if passed.step < points],
+            repulsive=self.repulsive[:points],
+            attracted=self.attracted[:points],
+            gaps=self.gaps[:points],
+            work=self.work[:points],
+            seconds=self.seconds[:points],
+            good=good,
+        )
 
     def datasets(self, *, restart: bool) -> dict[str, Dataset]:
         """Datasets of the record; with ``restart`` also the state that the next point starts from."""
@@ -200,6 +216,7 @@ class Record:
             gaps=list(file["gap"]) if fields else [],
             work=_stored_work(file),
             seconds=list(zip(file["journal/solve_seconds"].tolist(), file["journal/seconds"].tolist(), strict=True)),
+            grown_from=str(file.attributes.get("journal/grown_from", "")),
         )
         if "restart/gap" in file.datasets:
             names = ["control", "target", "branch", "separation", "mean_gap", "residual", "contact"]

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from continuum.errors import OutputError
 from continuum.files import store
 from continuum.files.output import distinct, reserved
 from continuum.files.provenance import journal, provenance
@@ -25,6 +26,7 @@ from continuum.path.state import PathState
 from continuum.path.turn import find_turn
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
+from continuum.runs.growth import Growth, contact_identity, grown, growth_of, stored_state
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.solve.backend import back_end
@@ -43,6 +45,7 @@ def follow_run(
     progress: Progress | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
     every: float = 0.0,
+    growth: Growth | None = None,
 ) -> Result:
     """Follow the path of a configuration and store the result.
 
@@ -54,6 +57,7 @@ def follow_run(
     progress : see :data:`Progress`.
     warn : called with what the grid does not resolve, before the first point; it is stored as well.
     every : seconds between two writings; a run that is stopped meanwhile does the points after the last one again.
+    growth : a stored path of the same contact, whose points are used where the file has none yet.
 
     Raises
     ------
@@ -68,36 +72,64 @@ def follow_run(
     key = identity(config)
     distinct(path, config.files)
     system = build(config)
-    record, finished = _stored(system, path, key, force=force)
-    caution = back_end(system.settings.device).CAUTION if not finished else ""
+    record, finished = _stored(system, path, key, growth, force=force)
+    said = list(system.warnings)
+    if not finished and (caution := back_end(system.settings.device).CAUTION):
+        said.append(caution)
+    if record.grown_from and not finished:
+        said.append(f"{path}: goes on with the {len(record.points)} points that were stored of another path")
     if warn is not None:
-        warn([*system.warnings, *([caution] if caution else [])])
+        warn(said)
     if finished:
         return replace(Result.read(path), resumed=len(record.points), seconds=time.perf_counter() - start)
     with reserved(path):
-        record, _ = _stored(system, path, key, force=force)  # again, now that nobody else writes it
-        resumed, since = len(record.points), time.perf_counter()
-        written = since
-        solver = solver_of(system.problem, system.settings)
-        for problem, state in states_of(system, record, solver):
+        record, _ = _stored(system, path, key, growth, force=force)  # again, now that nobody else writes it
+        resumed = len(record.points)
+
+        def write(known: Record) -> None:
+            _write(known, system, path, key, resumed)
+
+        if resumed == config.loading.points:  # all of them are those of a longer path
+            write(record)
+        _follow(system, record, growth, write, every, progress)
+    return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
+
+
+def _follow(
+    system: RunSetup,
+    record: Record,
+    growth: Growth | None,
+    write: Callable[[Record], None],
+    every: float,
+    progress: Progress | None,
+) -> None:
+    """Do the points that are left; what stops this loses none of them, unless it is that they cannot be written."""
+    total, since = system.config.loading.points, time.perf_counter()
+    written, unwritten = since, None
+    solver = solver_of(system.problem, system.settings)
+    try:
+        for problem, state in states_of(system, record, solver, growth):
             record.append(problem, state, solver)
             record.seconds.append((state.solution.seconds, time.perf_counter() - since))
             done = len(record.points)
             del state  # its fields are those of the record, or no longer needed
-            if done == config.loading.points or time.perf_counter() - written >= every:
-                _write(record, system, path, key, resumed)
-                written = time.perf_counter()
+            if done == total or time.perf_counter() - written >= every:
+                write(record)
+                written, unwritten = time.perf_counter(), None
+            else:  # the record is of the next point already when that is stopped
+                unwritten = done, list(record.good)
             if progress is not None:
-                progress(record.points[-1], done, config.loading.points)
+                progress(record.points[-1], done, total)
             since = time.perf_counter()
-    return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
+    except (Exception, KeyboardInterrupt, SystemExit) as error:
+        if unwritten is not None and not isinstance(error, OutputError):
+            write(record.beginning(*unwritten))
+        raise
 
 
-def _nothing(config: RunConfig) -> Record:
-    return Record(config.output.fields)
-
-
-def states_of(system: RunSetup, record: Record, solver: Solver) -> Iterator[tuple[ContactProblem, PathState]]:
+def states_of(
+    system: RunSetup, record: Record, solver: Solver, growth: Growth | None = None
+) -> Iterator[tuple[ContactProblem, PathState]]:
     """The points of the path that are still to be done, each with its contact."""
     loading, done = system.config.loading, len(record.points)
     if loading.turn is not None:
@@ -112,9 +144,18 @@ def states_of(system: RunSetup, record: Record, solver: Solver) -> Iterator[tupl
             if done > 0:
                 record.remember_lost(system.problem)
             left = targets[done:]
-            for state in follow(system.problem, control, left, system.settings, record.good, search, solver):
-                yield system.problem.dented(state.imprint), state
+            for some in [(target,) for target in left] if growth is not None and growth.refined else [left]:
+                _begin_at_stored(record, growth)
+                for state in follow(system.problem, control, some, system.settings, record.good, search, solver):
+                    yield system.problem.dented(state.imprint), state
         done = max(0, done - len(targets))
+
+
+def _begin_at_stored(record: Record, growth: Growth | None) -> None:
+    """Where a stored point is to be solved more closely, begin at its state."""
+    step = len(record.points)
+    if growth is not None and step < growth.refined and (state := stored_state(growth.source, step)) is not None:
+        record.good[:] = [state]
 
 
 def _write(record: Record, system: RunSetup, path: Path, key: str, resumed: int) -> None:
@@ -124,23 +165,24 @@ def _write(record: Record, system: RunSetup, path: Path, key: str, resumed: int)
     datasets = {
         "x": Dataset(x[:, 0], ("x",), "a0", "position"),
         "y": Dataset(y[0], ("y",), "a0", "position"),
-        **record.datasets(restart=not finished),
+        **record.datasets(restart=not finished or config.output.keeps_last_state(grid.shape)),
     }
     for name, values in system.problem.wall.knots.items():
         datasets[f"wall/{name}"] = Dataset(values, ("wall_knot",), *_OF_KNOTS[name])
     if config.output.fields:
         heights = system.problem.heights.astype(np.float32)
         datasets["heights"] = Dataset(heights, ("x", "y"), "a0", "height of the rigid wall")
-    attributes = {**_attributes(system, key, finished), **record.attributes(), "journal/resumed_at": resumed}
+    attributes = {**_attributes(system, record, key, finished), **record.attributes(), "journal/resumed_at": resumed}
     store.write(path, datasets, attributes)
 
 
-def _attributes(system: RunSetup, key: str, finished: bool) -> dict[str, Attribute]:
+def _attributes(system: RunSetup, record: Record, key: str, finished: bool) -> dict[str, Attribute]:
     config, wall = system.config, system.problem.wall
     attributes: dict[str, Attribute] = {
         "schema": config.result_schema,
         "schema_version": config.result_version,
         "identity": key,
+        "contact_identity": contact_identity(config),
         "finished": finished,
         "config": config.source.text if config.source else "",
         "config_resolved": resolved(config),
@@ -155,6 +197,7 @@ def _attributes(system: RunSetup, key: str, finished: bool) -> dict[str, Attribu
         **{f"realised_{name}": value for name, value in system.realised._asdict().items()},
         **provenance(),
         **journal(),
+        **({"journal/grown_from": record.grown_from} if record.grown_from else {}),
         **_device(system.settings.device),
     }
     if system.expected is not None:
@@ -167,13 +210,21 @@ def _device(name: str) -> dict[str, Attribute]:
     return {} if name == "cpu" else {"device": name, "journal/machine": back_end(name).machine()}
 
 
-def _stored(system: RunSetup, path: Path, key: str, *, force: bool) -> tuple[Record, bool]:
-    """What a file holds of this run, and whether that is all of it."""
+def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, force: bool) -> tuple[Record, bool]:
+    """What a file holds of this run, or another path that it goes on with, and whether that is all of it."""
     config = system.config
+    here = None if force else growth_of(config, path)
+    if here is not None and here.identity != key and here.whole:
+        growth = here
+    elif path.exists():
+        growth = None
+    if growth is not None and growth.kept:
+        stored = store.read_datasets(growth.source, config.result_schema, config.result_version)
+        return grown(Record.restored(system.problem, stored, fields=config.output.fields), growth), False
     file = store.earlier(path, config.result_schema, config.result_version, key, force=force)
     if file is None:
-        return _nothing(config), False
+        return Record(config.output.fields, grown_from=growth.identity if growth is not None else ""), False
     if config.output.fields and "gap" not in file.datasets:
-        return _nothing(config), False  # the same numbers again, this time with fields
+        return Record(config.output.fields), False  # the same numbers again, this time with fields
     record = Record.restored(system.problem, file, fields=config.output.fields)
     return record, bool(file.attributes.get("finished"))

@@ -94,6 +94,10 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
     yield line
 
 
+_OFTEN = 30.0
+"""Seconds between two lines on parts that are not done yet."""
+
+
 class EstimatedProgress(contextlib.ExitStack):
     """Progress of parts whose work is known about: what remains is estimated from the work that is done.
 
@@ -104,22 +108,35 @@ class EstimatedProgress(contextlib.ExitStack):
         super().__init__()
         self._title, self._total, self._worked = title, 0, 0.0
         self._costs: dict[Hashable, float] = {}
+        self._shares: dict[Hashable, float] = {}
+        self._bar = _console.is_terminal and _voice.get() != "verbose"
 
     def begin(self, costs: Mapping[Hashable, float]) -> None:
         """The parts, with their work in any unit."""
-        self._costs, self._total, self._began = dict(costs), len(costs), time.monotonic()
+        self._costs, self._total = dict(costs), len(costs)
+        self._began = self._said = time.monotonic()
         self._report = self.enter_context(progress(self._total, self._title, self._left))
 
     def end(self, part: Hashable, text: str, *, new: bool = True) -> None:
         """A part has ended; nothing is said of one that was there already."""
         cost = self._costs.pop(part, 0.0)
+        self._shares.pop(part, None)
         if new:
             self._worked += cost
             self._report(self._total - len(self._costs), text)
 
+    def advance(self, part: Hashable, share: float, text: str) -> None:
+        """A part is done to a share, from 0 to 1; said at most once a minute where each time is a line."""
+        self._shares[part] = share
+        if self._bar or time.monotonic() - self._said > _OFTEN:
+            self._report(self._total - len(self._costs), text)
+            self._said = time.monotonic()
+
     def _left(self) -> float:
         elapsed = time.monotonic() - self._began
-        return elapsed * sum(self._costs.values()) / self._worked if self._worked else 0.0
+        in_hand = sum(self._costs.get(part, 0.0) * share for part, share in self._shares.items())
+        worked = self._worked + in_hand
+        return elapsed * (sum(self._costs.values()) - in_hand) / worked if worked else 0.0
 
 
 def _duration(seconds: float) -> str:
@@ -141,6 +158,12 @@ def tell(text: str) -> None:
     if _voice.get() != "quiet":
         sys.stderr.write(f"{text}\n")
         sys.stderr.flush()
+
+
+def clear() -> None:
+    """Begin again at the top of the terminal, if there is one."""
+    if _console.is_terminal:
+        _console.clear()
 
 
 def show(sheet: Sheet) -> None:

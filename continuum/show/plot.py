@@ -161,8 +161,13 @@ def save_figure(figure: Figure, stem: Path) -> Path:
     """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first."""
     output.folder(stem.parent)
     paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
-    for one, path in zip(_formats.get(), paths, strict=True):
-        output.save(path, image_bytes(figure, one))
+    layout = figure.get_layout_engine()
+    try:
+        for one, path in zip(_formats.get(), paths, strict=True):
+            output.save(path, image_bytes(figure, one))
+            figure.set_layout_engine("none")  # as it is from now on: nothing has moved since
+    finally:
+        figure.set_layout_engine(layout)
     return paths[0]
 
 

@@ -182,6 +182,7 @@ def status_sheets(found: SweepStatus) -> list[Sheet]:
         ("done", found.done),
         ("running", len(found.running)),
         *(("", text) for text in found.running[:_MOST]),
+        *(("a process died", text) for text in found.died[:_MOST]),
         ("failed", len(found.failed)),
         ("left", found.total - found.done - len(found.failed)),
     ]

@@ -216,6 +216,8 @@ class SweepStatus:
     """What a run of the input that was asked about would change, in words."""
     crossings: tuple[Crossing, ...] = ()
     """How far each search is, where a key is searched for."""
+    died: tuple[str, ...] = ()
+    """Systems whose process died, and which are not done yet."""
 
     @property
     def total(self) -> int:
@@ -235,7 +237,7 @@ def sweep_status(
     ----------
     sweep : folder of the sweep.
     why : an input that is about to be run there: what it keeps, and what is done anew, is said before anything runs.
-    settings, reduced : of that input, as it is to be run.
+    settings, reduced : values of keys, and the smaller sizes of [sweep.reduced], with which that input is to be run.
 
     Raises
     ------
@@ -267,7 +269,13 @@ def sweep_status(
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")
         if not name.endswith(".h5") and output.is_locked(mark):
-            running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}")
+            stored = _points_in(folder.work / f"{name}.h5")
+            running.append(f"{costs[name].label if name in costs else name}: {output.holder(mark)}{stored}")
+    died = [
+        f"{costs[mark.stem].label}: {mark.read_text(encoding='utf-8').strip()}"
+        for mark in sorted(folder.work.glob("*.died"))
+        if mark.stem in costs and mark.stem not in done
+    ]
     left = sum(system.cost for name, system in costs.items() if name not in done) + _left(listing, crossings)
     rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
     seconds = left / work_rate if work_rate > 0 else np.nan
@@ -281,7 +289,17 @@ def sweep_status(
         len(ended) - len(done),
         tuple(changes),
         crossings,
+        tuple(died),
     )
+
+
+def _points_in(path: Path) -> str:
+    """How many points of a path that is being done are stored, in words; empty where none is."""
+    try:
+        found = store.read_few(path, ("step",), ())[0]
+    except StoreError:
+        return ""
+    return f", {len(found['step'])} points stored" if "step" in found else ""
 
 
 def _left(listing: SweepListing, crossings: Sequence[Crossing]) -> float:

@@ -14,12 +14,17 @@ from pathlib import Path
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.sweeps.tasks import DIED, Job, Task, TaskResult
+from continuum.sweeps.tasks import DIED, Death, Job, Share, Task, TaskResult
 from continuum.sweeps.workers import Worker
 
 _MOST = 1024
 """Processes, and threads of each."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def _unheard(task: Task, said: Share | Death) -> None:
+    """Tell nobody."""
+    del task, said
 
 
 def run_tasks(
@@ -31,6 +36,7 @@ def run_tasks(
     scheduler_file: Path | None = None,
     memory: float = np.inf,
     devices: Sequence[str] = (),
+    meanwhile: Callable[[Task, Share | Death], None] = _unheard,
 ) -> Generator[TaskResult, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
@@ -45,6 +51,8 @@ def run_tasks(
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
     memory : in bytes; of the tasks that run at once, all but the first fit into it together.
     devices : GPUs as CUDA_VISIBLE_DEVICES names them: each process of this machine sees one, and none sees another's.
+    meanwhile : called when more of a task of this machine is done, and when its process has died; that task is done
+        again when all others have ended, alone.
     """
     check_workers(workers, 1, devices)
     todo = []
@@ -62,10 +70,10 @@ def run_tasks(
     shared = {**os.environ, **dict.fromkeys(_THREADS, "1")}
     own = [{"CUDA_VISIBLE_DEVICES": device} for device in devices] or [{}] * workers
     environments = [{**shared, **each} for each in own[:workers]]
-    died = yield from _in_parallel(todo, work, environments, memory)
+    died = yield from _in_parallel(todo, work, environments, memory, meanwhile)
     # Beside others the memory may not have sufficed: alone it may.
     for task in died:
-        if (yield from _in_parallel([task], work, environments[:1], memory)):
+        if (yield from _in_parallel([task], work, environments[:1], memory, meanwhile)):
             yield TaskResult(task, 0.0, DIED)
 
 
@@ -81,7 +89,11 @@ def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> No
 
 
 def _in_parallel(
-    todo: list[Task], work: Job, environments: Iterable[dict[str, str]], memory: float
+    todo: list[Task],
+    work: Job,
+    environments: Iterable[dict[str, str]],
+    memory: float,
+    meanwhile: Callable[[Task, Share | Death], None],
 ) -> Generator[TaskResult, None, list[Task]]:
     """Run tasks until all have ended, in one process for each environment; returns those whose process died."""
     waiting, died = list(reversed(todo)), list[Task]()
@@ -101,16 +113,23 @@ def _in_parallel(
                 worker.give(work, task)
                 busy[worker.connection] = worker, task
             for ready in wait([worker.connection for worker, _ in busy.values()]):
-                worker, task = busy.pop(ready)
-                free.append(worker)
+                worker, task = busy[ready]
                 found = worker.take()
-                if found is None:
+                if isinstance(found, Share | Death):
+                    meanwhile(task, found)
+                if isinstance(found, Share):
+                    continue
+                del busy[ready]
+                free.append(worker)
+                if isinstance(found, Death):
                     died.append(task)
                 elif isinstance(found, Exception):
                     yield TaskResult(task, 0.0, f"{type(found).__name__}: {found}", found)
                 else:
                     yield TaskResult(task, found)
     except BaseException:
+        for worker in workers:  # all at once: each stores what it has of its path
+            worker.stop()
         for worker in workers:
             worker.end(now=True)
         raise

@@ -47,6 +47,10 @@ class Folder:
     def failure(self, key: str) -> Path:
         return self.failed / f"{key[:_DIGITS]}.json"
 
+    def death(self, key: str) -> Path:
+        """Says that a process died at a system that is not done yet."""
+        return self.work / f"{key[:_DIGITS]}.died"
+
     def search(self, name: str) -> Path:
         return self.searches / f"{name[:_DIGITS]}.json"
 

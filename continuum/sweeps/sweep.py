@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -18,13 +19,14 @@ from continuum.files import output, store
 from continuum.files.provenance import journal
 from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
+from continuum.runs.growth import Growth, growths
 from continuum.runs.run import follow_run
 from continuum.sweeps.axes import Axis, Sweep, SystemPlan, label_of
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
-from continuum.sweeps.tasks import Task, TaskResult
+from continuum.sweeps.tasks import Death, Task, TaskResult, say
 
 _EVERY = 20.0
 """Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""
@@ -76,6 +78,8 @@ class SystemTask(Task):
     """What the engine is given."""
 
     plan: SystemPlan = field(kw_only=True)
+    growth: Growth | None = field(default=None, kw_only=True)
+    """A stored path of the same contact, which an earlier input of the sweep has left."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,8 @@ def begin(
     listing, tasks = _listed(sweep, folder)
     output.distinct(folder.description, [sweep.source.path])
     folder.require_free_of_others()
-    changes = _require_same_sweep(folder, listing)
+    tasks = _grown(folder, listing, tasks)
+    changes = _require_same_sweep(folder, listing, _growth_in_words(tasks))
     folder.make()
     if changes and warn is not None:
         warn(changes)
@@ -132,6 +137,36 @@ def begin(
     return [replace(t, plan=replace(t.plan, source=source)) for t, source in zip(left, sources, strict=True)]
 
 
+def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -> list[SystemTask]:
+    """Tasks with the stored paths that those which are not done go on with, at what is left of their cost."""
+    # Only what no system of this sweep is: a sweep that was stopped need not look through its files.
+    listed = {folder.point(system.key).stem for system in listing.systems}
+    others = [folder.points / f"{name}.h5" for name in names(folder.points) - listed]
+    if not others or listing.bisection is not None:
+        return list(tasks)
+    left = {task.path.name: task.plan.config for task in tasks if not task.path.is_file()}
+    found = growths(left, sorted(others))
+    return [
+        replace(task, growth=growth, cost=task.cost * (1 - growth.kept / task.plan.config.loading.points))
+        if (growth := found.get(task.path.name)) is not None
+        else task
+        for task in tasks
+    ]
+
+
+def _growth_in_words(tasks: Sequence[SystemTask]) -> list[str]:
+    """What new systems use of stored paths."""
+    found = [task for task in tasks if task.growth is not None]
+    points = sum(task.plan.config.loading.points for task in found)
+    kept, refined = (sum(getattr(task.growth, name) for task in found) for name in ("kept", "refined"))
+    if not found:
+        return []
+    how = f"{kept} of their {points} points are kept"
+    if refined:
+        how += f", {refined} are solved more closely from their stored states"
+    return [f"of the new systems {len(found)} go on with stored paths: {how}"]
+
+
 def solve_system(root: Path, task: Task) -> None:
     """One system: its path, its numbers, and its place among those that are done.
 
@@ -145,10 +180,17 @@ def solve_system(root: Path, task: Task) -> None:
             return
         if working.exists() and store.schema_of(working) != RunConfig.result_schema:
             working.unlink()  # what was left here by a machine that went down
-        follow_run(task.plan.config, working, every=_EVERY)
+        follow_run(
+            task.plan.config,
+            working,
+            every=_EVERY,
+            growth=task.growth,
+            progress=lambda _, done, total: say(done / total),
+        )
         add_measurements(working)
         output.placed(working, task.path)
         folder.failure(task.path.stem).unlink(missing_ok=True)
+        folder.death(task.path.stem).unlink(missing_ok=True)
 
 
 def systems_of(root: str | Path) -> SweepListing:
@@ -240,24 +282,25 @@ def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
     return replace(listing, axes=axes, systems=systems, searches=tuple(searches))
 
 
-def _require_same_sweep(folder: Folder, listing: SweepListing) -> list[str]:
+def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[str]) -> list[str]:
     """Refuse a folder that holds results of another sweep; what is known of systems that are dropped is kept.
 
-    Two sweeps are one that has changed if they have a system in common.  Returns what is other than before, in words.
+    Two sweeps are one that has changed if they have a system in common, or if systems go on with stored paths, as the
+    words ``grown`` say.  Returns what is other than before, in words.
     """
     try:
         earlier = systems_of(folder.root)
     except SweepError:
         return []
     before, now = ({system.key for system in one.systems} for one in (earlier, listing))
-    if folder.begun and not before & now:
+    if folder.begun and not before & now and not grown:
         raise OutputError(
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
             "another output folder, or give the input another name"
         )
     if before - now:
         folder.keep_earlier()
-    changes = _changes(earlier, listing)
+    changes = _changes(earlier, listing, grown)
     return [f"{folder.root}: is another sweep than it was: {changes[0]}", *changes[1:]] if changes else []
 
 
@@ -266,19 +309,21 @@ def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
 
     Raises SweepError if there is no sweep, ConfigError if a system is no input of a run.
     """
-    return _changes(systems_of(root), _listed(sweep, Folder(Path(root)))[0])
+    folder = Folder(Path(root))
+    listing, tasks = _listed(sweep, folder)
+    return _changes(systems_of(root), listing, _growth_in_words(_grown(folder, listing, tasks)))
 
 
-def _changes(earlier: SweepListing, listing: SweepListing) -> list[str]:
+def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str]) -> list[str]:
     before, now = ({system.key for system in one.systems} for one in (earlier, listing))
     if before == now and earlier.bisection == listing.bisection:
         return []
     counts = f"new systems: {len(now - before)}, the same: {len(before & now)}, no longer listed: {len(before - now)}"
-    if not before & now:
+    if not before & now and not grown:
         counts += "; as none is the same, it needs another output folder or name"
     elif before - now:
         counts += "; files of these stay, and their input is kept in earlier/"
-    return [counts, *_differences(earlier, listing)]
+    return [counts, *grown, *_differences(earlier, listing)]
 
 
 def _differences(before: SweepListing, now: SweepListing) -> list[str]:
@@ -315,6 +360,12 @@ def _save_once(path: Path, text: str) -> None:
         if path.read_text() == text:
             return
     output.save(path, text)
+
+
+def record_death(root: Path, task: Task, death: Death) -> None:
+    """Say on disk that a process died at a system, until that is done."""
+    with suppress(OutputError):
+        output.save(Folder(root).death(task.path.stem), f"{death}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n")
 
 
 def record(root: Path, ended: TaskResult) -> None:

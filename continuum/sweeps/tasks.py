@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pickle
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,6 +59,44 @@ class TaskResult:
 
 Job = Callable[[Task], None]
 """What a task does: a function of a module, or a partial one, since it travels to another process."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """How much of a task is done, from 0 to 1, as its process says meanwhile."""
+
+    done: float
+
+
+@dataclass(frozen=True)
+class Death:
+    """The end of a process that did not live to say how its task ended."""
+
+    process: int
+    signal: str
+    """That killed it, as ``SIGKILL``; empty if it ended by itself."""
+
+    def __str__(self) -> str:
+        return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a word'}"
+
+
+_listener: ContextVar[Callable[[Share], None] | None] = ContextVar("listener", default=None)
+
+
+@contextmanager
+def heard(listener: Callable[[Share], None]) -> Iterator[None]:
+    """What the tasks of this process say of their progress goes to a listener."""
+    before = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(before)
+
+
+def say(done: float) -> None:
+    """Say how much of the task at hand is done, from 0 to 1, to whoever listens."""
+    if (listener := _listener.get()) is not None:
+        listener(Share(done))
 
 
 def timed(work: Job, task: Task) -> float:

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
@@ -20,11 +21,13 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from continuum.errors import StickinessError
-from continuum.sweeps.tasks import Job, Task, timed
+from continuum.sweeps.tasks import Death, Job, Share, Task, heard, timed
 
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.sweeps.workers import serve; serve(int(sys.argv[1]))"
 _TERMINAL = (signal.SIGINT, signal.SIGHUP)
 """What a terminal sends to all that it runs: the process that started the work hears it, and ends the others."""
+_PATIENCE = 60.0
+"""Seconds that a process has for storing what it has; a queue gives it half of that."""
 
 
 class Worker:
@@ -46,25 +49,36 @@ class Worker:
         with suppress(ConnectionError):  # it has died: the connection says so when it is read
             self.connection.send((work, task))
 
-    def take(self) -> float | Exception | None:
-        """Wait for the task: the seconds that it took, what it raised, or None if the process has died."""
+    def take(self) -> float | Exception | Share | Death:
+        """Wait for the task: the share that is done, the seconds that it took, what it raised, or that it has died."""
         try:
-            found: float | Exception = self.connection.recv()
+            found: float | Exception | Share = self.connection.recv()
         except (EOFError, OSError):
+            assert self._process is not None
+            process = self._process
             self.end(now=True)
-            return None
+            return Death(process.pid, signal.Signals(-process.returncode).name if process.returncode < 0 else "")
         return found
+
+    def stop(self) -> None:
+        """Tell the process to end, without waiting for it: it stores what it has of its path."""
+        if self._process is not None:
+            self._process.terminate()
 
     def end(self, *, now: bool = False) -> None:
         """End the process when it has no task; or ``now``, whatever it does."""
         if self._process is None:
             return
         if now:
-            self._process.terminate()
+            self.stop()
         else:
             with suppress(ConnectionError):
                 self.connection.send(None)
-        self._process.wait()
+        try:
+            self._process.wait(timeout=_PATIENCE if now else None)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
         self.connection.close()
         self._process = None
 
@@ -93,22 +107,32 @@ def serve(descriptor: int) -> None:
     """Do the tasks that come through a pipe, until it is closed: the work of a process that a worker starts."""
     for each in _TERMINAL:
         signal.signal(each, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _stop)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL)
     os.set_inheritable(descriptor, False)  # a program that a task starts would keep the pipe open
     connection: Connection[Any, Any] = Connection(descriptor)
     tasks = queue.SimpleQueue[bytes]()
     threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
-    while (answer := _answer(tasks.get())) is not None:
-        connection.send(answer)
+    with heard(connection.send):
+        while (answer := _answer(tasks.get())) is not None:
+            connection.send(answer)
 
 
 def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -> None:
     """Pass on what comes, also while a task is done: only so the end of the parent is seen at once."""
-    while True:
-        try:
+    with suppress(EOFError, OSError):
+        while True:
             tasks.put(connection.recv_bytes())
-        except (EOFError, OSError):
-            os._exit(1)
+    os.kill(os.getpid(), signal.SIGTERM)  # the main thread stores what it has
+    time.sleep(_PATIENCE)
+    os._exit(1)
+
+
+def _stop(number: int, frame: object) -> None:
+    """End the process in order: what is done of a path is stored first, which a second signal does not stop."""
+    del frame
+    signal.signal(number, signal.SIG_IGN)
+    raise SystemExit(128 + number)
 
 
 def _answer(message: bytes) -> float | Exception | None:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_opening
-from scipy.stats import skew
 
 from continuum.arguments import ArgumentError
 from continuum.arguments import field as map_of
@@ -76,6 +75,8 @@ class ScanLines:
 def scan_lines(heights: Real) -> ScanLines:
     """Lines against columns, along the direction in which there is more to find; of at least 3 x 3 heights."""
     heights = map_of("heights", heights)
+    from scipy.stats import skew  # a quarter of a second that other commands need not wait
+
     if min(heights.shape) < 3:
         raise ArgumentError("heights", heights, "at least 3 lines of 3 points: a line is held against its neighbours")
     scars = [_scars(heights, axis) for axis in (0, 1)]

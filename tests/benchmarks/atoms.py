@@ -89,14 +89,15 @@ def equilibrium(n: int, crystal: str, adhesion_length: float, alone: bool) -> di
     return result | ({"lammps": timed()} if alone else {})
 
 
-def wall(n: int, kind: str, evaluations: int = 200) -> dict[str, Any]:
-    """CPU seconds per evaluation of the forces on springs under a sphere in contact.
+def wall(n: int, kind: str, evaluations: int = 50, runs: int = 6) -> dict[str, Any]:
+    """CPU seconds per evaluation of the forces on springs under a sphere in contact: the least of several runs.
 
     Parameters
     ----------
     n : surface atoms a side; the slab is as deep.
     kind : one of :data:`WALLS`.
-    evaluations : that are timed, after some that are not.
+    evaluations : of each run, after some that are not timed.
+    runs : the least time is that of the work; the rest is what else the machine does.
     """
     grid = Grid.square(n)
     slab = Slab.of_depth(grid, float(n))
@@ -119,7 +120,10 @@ def wall(n: int, kind: str, evaluations: int = 200) -> dict[str, Any]:
             session.command(f"variable separation equal {separation}")
             session.run("in.wall")
         session.command("thermo 1000000")
-        session.command(f"run {evaluations // 10} post no")
-        began = time.process_time()
-        session.command(f"run {evaluations} pre no post no")
-        return {"atoms": slab.size, "cpu": (time.process_time() - began) / evaluations}
+        session.command(f"run {evaluations} post no")
+        seconds = []
+        for _ in range(runs):
+            began = time.process_time()
+            session.command(f"run {evaluations} pre no post no")
+            seconds.append(time.process_time() - began)
+        return {"atoms": slab.size, "cpu": min(seconds) / evaluations}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +84,7 @@ def test_what_is_judged_is_in_no_bound_of_its_own(tmp_path: Path) -> None:
     ("old", "new", "words"),
     [
         ('kind = "springs"', 'kind = "lennard-jones"', "springs and metals"),
-        ("depth = 16.0", "depth = 40.0", "depth/λ_s is 2, here 5"),
+        ("depth = 16.0", "depth = 40.0", "depth/λ_s is 2 or 4, here 5"),
         ("hurst = 0.8", "hurst = 0.5", "H is 0.8, here 0.5"),
         ("rms_slopes = [0.1, 0.01]", "rms_slopes = [0.001]", "h' is 0.01 to 0.1"),
         ("areas = [0.1, 0.25]", "areas = [0.02]", "A_rep/A0 is 0.1 to 0.25"),
@@ -97,11 +98,20 @@ def test_outside_of_the_ensemble_there_is_no_bound(old: str, new: str, words: st
 
 
 def test_the_ensemble_has_eight_surfaces_of_each_crystal_and_judges_a_case_without_bounds(tmp_path: Path) -> None:
-    for crystal in {row.crystal for row in ensemble.rows()}:
-        for sticky, states in ((False, 4), (True, 2)):
-            mine = [r for r in ensemble.rows() if r.crystal == crystal and (r.adhesion_length > 0) == sticky]
-            assert len({row.seed for row in mine}) >= ensemble.FEWEST
-            assert len(mine) == states * len({row.seed for row in mine})
+    families: dict[tuple[str, float, float], list[ensemble.Row]] = {}
+    for row in ensemble.rows():
+        families.setdefault((row.crystal, row.depth, row.adhesion_length), []).append(row)
+    for family in families.values():
+        seeds = Counter(row.seed for row in family)
+        assert len(seeds) >= ensemble.FEWEST
+        assert len(set(seeds.values())) == 1  # every surface has all states of its family
+    # Sixteen surfaces on the slab of quick.toml, by whose coefficients its own surfaces are judged.
+    assert {length for crystal, depth, length in families if (crystal, depth) == ("springs", 4.0)} == {
+        0.0,
+        0.0005,
+        0.005,
+    }
+    assert all(len({row.seed for row in families["springs", 4.0, length]}) == 16 for length in (0.0, 0.0005, 0.005))
     config = of(SPRINGS, tmp_path)
     assert not untested(config, config.case[0])
     slopes, count = np.array([0.1, 0.01]), 2

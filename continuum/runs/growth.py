@@ -1,0 +1,124 @@
+"""Paths that grow: what a stored path is worth to one with other targets, another way back or another tolerance.
+
+Points are kept where the paths begin alike.  The next one needs the state of the last of them in full; a finer
+tolerance needs those of all, and begins each point from its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from itertools import takewhile
+from pathlib import Path
+
+import numpy as np
+
+from continuum.files import store
+from continuum.files.hdf5 import StoreError
+from continuum.files.tables import restored
+from continuum.measure.contact import Totals
+from continuum.path.state import Control, PathState, Search
+from continuum.runs.config import RunConfig
+from continuum.runs.record import Point, Record, points_of
+from continuum.solve.solution import Solution, Status
+
+_FEW = ("contact_identity", "config_resolved", "identity")
+_NUMBERS = ("step", *(column.name for column in fields(Point)))
+
+
+@dataclass(frozen=True)
+class Growth:
+    """What of a stored path another one uses."""
+
+    source: Path
+    """File of the stored path."""
+    identity: str
+    """That of its run."""
+    kept: int = 0
+    """Points that are taken as they are."""
+    refined: int = 0
+    """Points that are solved more closely, each from its stored state."""
+    whole: bool = False
+    """Whether nothing of the stored path is left out."""
+
+
+def contact_identity(config: RunConfig) -> str:
+    """Hash of all that two runs of one contact have in common: all but the path and the tolerance."""
+    content = config.plain(identity=True)
+    content["loading"] = {"turn": config.loading.turn}
+    content["solver"] = {key: value for key, value in content["solver"].items() if key != "tolerance"}
+    text = json.dumps([config.result_schema, config.result_version, content], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def growth_of(config: RunConfig, source: Path) -> Growth | None:
+    """What a run may use of a stored one; None if nothing, or if that is no path on the same contact."""
+    try:
+        held, found = store.read_few(source, ("step", "restart/target"), _FEW)
+        if found.get("contact_identity") != contact_identity(config):
+            return None
+        earlier = restored(RunConfig, str(found["config_resolved"]))
+    except (StoreError, ValueError):
+        return None  # damaged, or of another version
+    done, asked, identity = len(held["step"]), config.loading.points, str(found["identity"])
+    yields, turns = np.isfinite(config.wall.largest_pressure), config.loading.turn is not None
+    alike = min(done, sum(1 for _ in takewhile(_same, zip(_points(config), _points(earlier), strict=False))))
+    if config.output.fields and not earlier.output.fields:
+        return None
+    if config.solver.tolerance < earlier.solver.tolerance:
+        usable = alike and earlier.output.fields and not yields and not turns
+        return Growth(source, identity, refined=alike) if usable else None
+    goes_on = alike == done and ("restart/target" in held or turns)
+    ends = alike == asked and not yields
+    if not alike or not (goes_on or ends):
+        return None
+    return Growth(source, identity, kept=alike, whole=alike == done)
+
+
+def growths(configs: Mapping[str, RunConfig], stored: Iterable[Path]) -> dict[str, Growth]:
+    """For each run by its key the stored path of which it may use most, if there is one."""
+    by_contact: dict[str, list[Path]] = {}
+    for path in stored:
+        try:
+            contact = store.read_few(path, (), _FEW[:1])[1].get("contact_identity")
+        except StoreError:
+            continue
+        by_contact.setdefault(str(contact), []).append(path)
+    found: dict[str, Growth] = {}
+    for key, config in configs.items() if by_contact else ():
+        candidates = (growth_of(config, path) for path in by_contact.get(contact_identity(config), ()))
+        usable = [one for one in candidates if one is not None]
+        if usable:
+            found[key] = max(usable, key=lambda one: (one.kept, one.refined))
+    return found
+
+
+def grown(record: Record, growth: Growth) -> Record:
+    """The part of the record of a stored path that is kept; what the next point starts from only at its end."""
+    good = record.good if growth.kept == len(record.points) else []
+    return replace(record.beginning(growth.kept, good), grown_from=growth.identity)
+
+
+def stored_state(source: Path, step: int) -> PathState | None:
+    """The stored state of a point, from its gap in single precision; None if it did not converge."""
+    file = store.read_datasets(source, RunConfig.result_schema, RunConfig.result_version, _NUMBERS)
+    point = points_of(file)[step]
+    gap = store.read_part(source, "gap", step)
+    if not point.converged or gap is None or not np.isfinite(gap).all():
+        return None
+    totals = Totals(**{column.name: getattr(point, column.name) for column in fields(Totals)})
+    solution = Solution(gap.astype(np.float64), Status.CONVERGED, point.residual, 0)
+    return PathState(point.control, point.target, point.branch, point.separation, point.mean_gap, totals, solution)  # type: ignore[arg-type]
+
+
+def _points(config: RunConfig) -> Iterator[tuple[Control, float, Search]]:
+    """Each point of a path, as far as it says what is looked for."""
+    for control, targets, search in config.loading.stretches:
+        for target in targets:
+            yield control, target, search
+
+
+def _same(pair: tuple[object, object]) -> bool:
+    return pair[0] == pair[1]

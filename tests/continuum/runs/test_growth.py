@@ -1,0 +1,155 @@
+"""Paths that grow: what is stored is used where it is the same, down to the last bit, and nowhere else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import continuum as c
+from continuum.cli import main
+from continuum.errors import OutputError
+from continuum.files import store
+from continuum.files.inputs import load
+from continuum.runs.config import RunConfig
+from continuum.runs.growth import growth_of
+from continuum.runs.run import follow_run
+from continuum.sweeps.axes import Sweep
+from continuum.sweeps.collect import sweep_status
+from tests.problems import SMALL
+from tests.stored import content, same, stop_after
+
+ONE_WAY = SMALL.replace("retract = true\n", "").replace("fields = true", "fields = false")
+LONGER = ONE_WAY.replace("1.2]", "1.2, 1.1, 1.0]")
+BACK = ONE_WAY + '[loading.retraction]\ncontrol = "separation"\ntargets = [1.0, 2.0]\n'
+AREAS = ONE_WAY.replace('"mean-gap"', '"repulsive-area"').replace("[1.6, 1.4,\n           1.2]", "[0.01, 0.02, 0.04]")
+TURNS = AREAS.replace("[output]", "turn = 0.1\n[output]").replace("0.01, 0.02, 0.04", "0.04")
+
+
+def config(folder: Path, text: str) -> RunConfig:
+    (folder / "run.toml").write_text(text)
+    return load(folder / "run.toml", RunConfig)
+
+
+def seconds(path: Path) -> np.ndarray:
+    """Wall time of each point: another one if it was solved again."""
+    return store.read_few(path, ("journal/seconds",), ())[0]["journal/seconds"]
+
+
+@pytest.mark.parametrize(
+    ("short", "long"),
+    [
+        (ONE_WAY, LONGER),
+        (ONE_WAY, BACK),
+        (AREAS, AREAS.replace("0.04]", "0.04, 0.08]")),
+        (TURNS, TURNS.replace("0.04", "0.04, 0.08")),
+    ],
+    ids=["targets", "way back", "areas", "turns"],
+)
+def test_a_longer_path_goes_on_as_if_it_had_been_one(short: str, long: str, tmp_path: Path) -> None:
+    path, said = tmp_path / "grown.h5", list[str]()
+    done = len(follow_run(config(tmp_path, short), path).points)
+    before = seconds(path)
+    assert follow_run(config(tmp_path, long), path, warn=said.extend).resumed == done
+    assert f"goes on with the {done} points" in said[-1]
+    np.testing.assert_array_equal(seconds(path)[:done], before)
+    follow_run(config(tmp_path, long), tmp_path / "whole.h5")
+    same(path, tmp_path / "whole.h5")
+
+
+def test_a_path_that_was_stopped_while_it_grew_goes_on(tmp_path: Path) -> None:
+    path, long = tmp_path / "grown.h5", config(tmp_path, LONGER)
+    follow_run(config(tmp_path, ONE_WAY), path)
+    with pytest.raises(KeyboardInterrupt):
+        follow_run(long, path, progress=stop_after(4, KeyboardInterrupt))
+    assert follow_run(long, path).resumed == 4
+    follow_run(long, tmp_path / "whole.h5")
+    same(path, tmp_path / "whole.h5")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("seed = 3", "seed = 4"),
+        ("0.005", "0.004"),
+        ("1.6, 1.4", "1.6, 1.5"),
+        ("1.2, 1.1, 1.0]", "1.2]"),  # shorter: nothing that is stored may be lost in its own file
+        ("[output]", "[solver]\ntolerance = 1e-8\n[output]"),
+    ],
+)
+def test_nothing_else_takes_the_place_of_a_stored_path(old: str, new: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    follow_run(config(tmp_path, LONGER), path)
+    before = path.read_bytes()
+    with pytest.raises(OutputError, match="holds another result"):
+        follow_run(config(tmp_path, LONGER.replace(old, new)), path)
+    assert path.read_bytes() == before
+
+
+def test_without_the_last_state_a_longer_path_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    follow_run(config(tmp_path, ONE_WAY + "last_state = false\n"), path)
+    assert growth_of(config(tmp_path, LONGER), path) is None
+    with pytest.raises(OutputError, match="holds another result"):
+        follow_run(config(tmp_path, LONGER), path)
+
+
+def test_a_part_of_a_path_is_taken_from_it(tmp_path: Path) -> None:
+    follow_run(config(tmp_path, LONGER), tmp_path / "long.h5")
+    short = config(tmp_path, ONE_WAY + "last_state = false\n")
+    growth = growth_of(short, tmp_path / "long.h5")
+    assert growth is not None
+    assert growth.kept == 3
+    assert not growth.whole
+    follow_run(short, tmp_path / "part.h5", growth=growth)
+    follow_run(short, tmp_path / "alone.h5")
+    same(tmp_path / "part.h5", tmp_path / "alone.h5")
+
+
+def test_a_finer_tolerance_begins_at_the_stored_states(tmp_path: Path) -> None:
+    rough = SMALL.replace("[output]", "[solver]\ntolerance = 1e-3\n[output]")
+    follow_run(config(tmp_path, rough), tmp_path / "rough.h5")
+    fine = config(tmp_path, SMALL)
+    growth = growth_of(fine, tmp_path / "rough.h5")
+    assert growth is not None
+    assert (growth.kept, growth.refined) == (0, 5)
+    found = follow_run(fine, tmp_path / "fine.h5", growth=growth)
+    alone = follow_run(fine, tmp_path / "alone.h5")
+    assert found.converged
+    assert [point.branch for point in found.points] == [point.branch for point in alone.points]
+    one, other = content(tmp_path / "fine.h5"), content(tmp_path / "alone.h5")
+    # Both are within the tolerance of the same equilibrium, whose stiffness is of the order of E*/λ_L.
+    np.testing.assert_allclose(one["gap"], other["gap"], rtol=0, atol=1e-5)
+    assert one["fft_pairs"].sum() < 0.8 * other["fft_pairs"].sum()
+
+
+def test_a_looser_tolerance_keeps_what_is_better(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    follow_run(config(tmp_path, ONE_WAY), path)
+    before = seconds(path)
+    loose = config(tmp_path, ONE_WAY.replace("[output]", "[solver]\ntolerance = 1e-3\n[output]"))
+    assert follow_run(loose, path).resumed == 3
+    np.testing.assert_array_equal(seconds(path), before)
+
+
+def test_a_sweep_grows_and_says_so_before(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "many.toml"
+    axes = '[sweep.axes]\n"surface.seed" = [1, 2]\n'
+    file.write_text(ONE_WAY + axes)
+    root = c.sweep(file, tmp_path).folder
+    file.write_text(LONGER + axes.replace("[1, 2]", "[1, 2, 3]"))
+    said = sweep_status(root, why=file).changes
+    assert "of the new systems 2 go on with stored paths: 6 of their 10 points are kept" in said
+    assert main(["sweep", "run", str(file), "-o", str(tmp_path), "-q"]) == 0
+    assert "6 of their 10 points are kept" in capsys.readouterr().err
+    alone = tmp_path / "alone.h5"
+    for plan, asked in Sweep.read(file).systems():
+        follow_run(asked, alone, force=True)
+        measured = content(root / "points" / f"{plan.key[:24]}.h5")
+        for name, values in content(alone).items():
+            np.testing.assert_array_equal(measured[name], values, err_msg=name)
+    # Another contact is another sweep, as before.
+    file.write_text((LONGER + axes).replace("0.005", "0.004"))
+    assert main(["sweep", "run", str(file), "-o", str(tmp_path)]) == 2
+    assert "holds another sweep" in capsys.readouterr().err

@@ -1,0 +1,129 @@
+"""What stops a path stores what it has; a process that dies is said; how far the paths in hand are is seen."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+import continuum.path.equilibrium
+import continuum.path.loading
+from continuum.cli import main
+from continuum.files import store
+from continuum.files.inputs import load
+from continuum.runs.config import RunConfig
+from continuum.runs.run import follow_run
+from continuum.sweeps.axes import Sweep
+from continuum.sweeps.collect import sweep_status
+from continuum.sweeps.folder import Folder
+from continuum.sweeps.sweep import begin, record_death, solve_system
+from continuum.sweeps.tasks import Death
+from tests.problems import SMALL
+from tests.stored import same
+
+LONG = SMALL.replace("[1.6, 1.4,\n           1.2]", "{from = 2.0, to = 1.0, count = 2000}").replace(
+    "retract = true\n", ""
+)
+LONG = LONG.replace("fields = true", "fields = false") + '[sweep.axes]\n"surface.seed" = [3]\n'
+"""A path of seconds: less than between two writings of a sweep."""
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, RuntimeError])
+def test_a_path_that_is_stopped_between_two_writings_stores_its_points(
+    error: type[BaseException], small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, path = load(small, RunConfig), small.with_name("stopped.h5")
+    solved, calls = continuum.path.equilibrium.equilibrium, iter(range(100))
+
+    def stopped(*given: object, **more: object) -> object:
+        if next(calls) == 3:  # while the fourth point is solved
+            raise error
+        return solved(*given, **more)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(continuum.path.loading, "equilibrium", stopped)
+        with pytest.raises(error):
+            follow_run(config, path, every=1e9)
+    assert store.read_few(path, ("step",), ())[0]["step"].size == 3
+    assert follow_run(config, path).resumed == 3
+    follow_run(config, small.with_name("whole.h5"))
+    same(path, small.with_name("whole.h5"))
+
+
+@pytest.mark.parametrize("whom", ["the driver", "its worker"])
+def test_a_signal_stores_the_path_in_hand(whom: str, tmp_path: Path) -> None:
+    (tmp_path / "many.toml").write_text(LONG)
+    work, patience = tmp_path / "many" / "work", 0.5
+    command = [sys.executable, "-m", "continuum", "sweep", "run", "many.toml", "-o", ".", "-q"]
+    while not list(work.glob("*.h5")):  # on a busy machine a path may take a while to begin
+        process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        while process.poll() is None and not list(work.glob("*.h5.lock")) + list(work.glob(".*.h5.lock")):
+            time.sleep(0.02)
+        time.sleep(patience)
+        assert process.poll() is None, "done before it was stopped: the path is too short"
+        (worker,) = [c for c in psutil.Process(process.pid).children() if "workers" in " ".join(c.cmdline())]
+        if whom == "the driver":
+            process.terminate()
+        else:
+            worker.terminate()
+            psutil.wait_procs([worker], timeout=60)
+            process.terminate()
+        assert process.communicate(timeout=60)[1].count(b"Traceback") == 0
+        assert not psutil.pid_exists(worker.pid)
+        patience *= 2
+    (path,) = work.glob("*.h5")
+    assert store.read_few(path, ("step",), ())[0]["step"].size > 0
+
+
+def test_a_death_is_said_until_the_system_is_done(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "many.toml").write_text(SMALL + '[sweep.axes]\n"surface.seed" = [1, 2]\n')
+    root = tmp_path / "many"
+    one, _ = begin(Sweep.read(tmp_path / "many.toml"), root)
+    record_death(root, one, Death(4711, "SIGKILL"))
+    (said,) = sweep_status(root).died
+    assert said.startswith(f"{one.label}: process 4711 was killed by SIGKILL, ")
+    assert main(["sweep", "status", str(root)]) == 0
+    assert "process 4711 was killed by SIGKILL" in capsys.readouterr().out
+    solve_system(root, one)
+    assert sweep_status(root).died == ()
+    assert not list(Folder(root).work.iterdir())
+
+
+def test_a_killed_process_is_named_and_the_path_of_the_other_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "many.toml").write_text(LONG.replace("[3]", "[3, 4]").replace("2000", "60"))
+    killed = list[int]()
+
+    def kill(task: object, share: float) -> None:
+        del task
+        if not killed:
+            workers = [c for c in psutil.Process().children() if "continuum.sweeps.workers" in " ".join(c.cmdline())]
+            killed.append(workers[0].pid)
+            os.kill(workers[0].pid, signal.SIGKILL)
+
+    heard = list[str]()
+    done = continuum.sweep(tmp_path / "many.toml", tmp_path, workers=2, meanwhile=kill, warn=heard.extend)
+    assert done.ok
+    assert done.done == 2
+    (said,) = done.died
+    assert f"process {killed[0]} was killed by SIGKILL" in said
+    assert heard == [said]
+    assert sweep_status(done.folder).died == ()
+
+
+def test_status_is_watched_until_the_sweep_is_whole(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "many.toml").write_text(SMALL + '[sweep.axes]\n"surface.seed" = [1, 2]\n')
+    root = tmp_path / "many"
+    left = begin(Sweep.read(tmp_path / "many.toml"), root)
+    monkeypatch.setattr(time, "sleep", lambda seconds: solve_system(root, left.pop()))
+    assert main(["sweep", "status", str(root), "--watch", "10"]) == 0
+    assert capsys.readouterr().out.count("running") == 3
+    assert not left
+    assert main(["sweep", "status", str(root), "--watch", "-1"]) == 2
