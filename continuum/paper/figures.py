@@ -75,15 +75,21 @@ def _where(query: str) -> Select:
     return lambda data: data.points.query(query)
 
 
-def _along(key: str, query: str, least: int = 2) -> Select:
-    """The points that a query finds, of a sweep with an axis on which they have so many values."""
+def _along(key: str, query: str) -> Select:
+    """The points that a query finds, of a sweep with an axis on which they have two values at least."""
 
     def found(data: SweepData) -> DataFrame:
         points = data.points.query(query)
         axis = f"sweep.{key}"
-        return points if axis in points and points[axis].nunique() >= least else points[:0]
+        return points if axis in points and points[axis].nunique() > 1 else points[:0]
 
     return found
+
+
+def _of_laws(data: SweepData) -> DataFrame:
+    """The adhesive points at which κ is read, of a sweep over laws or whole walls."""
+    points = data.points.query("reference and length > 0")
+    return points if {"sweep.wall.law", "sweep.wall"} & set(points) else points[:0]
 
 
 _ANY = "the sweep has no point that this figure shows: too few systems are done, or it is another sweep"
@@ -121,9 +127,10 @@ FIGURES = {
         whole=True, fields=True,
     ),
     "figure2": PaperFigure(
-        "Fig. 2", _where("lambda_s == 32 and hurst == 0.8 and slope == 0.1 and approach"), _ANY,
+        "Fig. 2", _where("lambda_s == 32 and hurst == 0.8 and slope == 0.1"), _ANY,
         relations.area_against_load, relations.draw_area_against_load,
-        "Fig. 2: repulsive area against load; H = 0.8, h'rms = 0.1, λ_s = 32 a0.", general=True,
+        "Fig. 2: repulsive area against load, each line a surface, there and back; H = 0.8, h'rms = 0.1, λ_s = 32 a0. "
+        "Left of the line of the turn the load is negative, and so is κ.", general=True,
     ),
     "figure3": PaperFigure(
         "Fig. 3", _where("perimeter > 0 and valid"), _ANY, relations.loads, relations.draw_loads,
@@ -133,7 +140,8 @@ FIGURES = {
     "figure4": PaperFigure(
         "Fig. 4", _where("reference and length > 0 and area_att > 0"), _ANY, relations.kappas, relations.draw_kappas,
         "Fig. 4: means over surfaces, bars their standard deviation, of the first point with A_rep >= 10 λ_s² from "
-        "1 %.", general=True,
+        "1 %. Dashed: 1/κ_rep as measured; full: where a search has found the turn; bands: standard deviations.",
+        general=True,
     ),
     "figure-s2": PaperFigure(
         "Fig. S-2", _where("perimeter > 0 and valid and approach"), _ANY, relations.perimeters,
@@ -156,13 +164,17 @@ FIGURES = {
         "κ at 1 % area against λ_L, one period", "kappa", "lambda_L", r"$\lambda_L$ ($a_0$)",
     ),
     "other-potentials": PaperFigure(
-        "other potentials", _along("wall.law", "reference and length > 0", least=1),
-        "this figure needs a sweep over wall.law", further.laws, further.draw_laws,
-        "Other laws of the wall beside the theory for the spline.",
+        "other potentials", _of_laws, "this figure needs a sweep over wall.law", further.laws, further.draw_laws,
+        "Other laws of the wall beside the theory for the spline: means over surfaces, bars their standard deviation. "
+        "A long range reaches more than the rim of the patches, all that Eq. (4) counts: 9-3 attracts twice as much as "
+        "it says, and a spline as wide does, too.",
     ),
     "stiffness": PaperFigure(
-        "stiffness", lambda data: data.points, _ANY, further.stiffnesses, further.draw_stiffnesses,
-        "Normal stiffness against load.",
+        "stiffness", _where("approach and tangent_stiffness.notna()"),
+        "this figure needs stored gaps of walls with a law (fields = true in [output]), from which k_N follows",
+        further.stiffnesses, further.draw_stiffnesses,
+        "Normal stiffness over repulsive load against κ_rep/κ: of each equilibrium, by one linear solve with its "
+        "Hessian; crosses: the slope between points, jumps included.",
     ),
     "pull-off": PaperFigure(
         "pull-off", lambda data: further.whole_cycles(data.points),

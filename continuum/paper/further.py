@@ -10,7 +10,18 @@ from matplotlib.lines import Line2D
 from pandas import DataFrame
 
 from continuum.measure.curve import adhesion
-from continuum.paper.points import LENGTH, adhesion_colour, adhesion_key, alike, curve_of
+from continuum.paper.points import (
+    LENGTH,
+    adhesion_colour,
+    adhesion_key,
+    alike,
+    curve_of,
+    draw_points,
+    figure_table,
+    line_of_slope,
+    over_surfaces,
+    symbol_key,
+)
 from continuum.show import plot
 
 
@@ -53,47 +64,76 @@ def draw_inverse_kappas(numbers: DataFrame, *, label: str) -> Figure:
     return figure
 
 
+_LAWS = {
+    "lennard-jones-spline": "the paper's spline", "spline": "spline of given range", "exponential": "exponential",
+    "lennard-jones-12-6": "12-6: tail $z^{-6}$", "lennard-jones-9-3": "9-3: tail $z^{-3}$",
+}  # fmt: skip
+"""What a law is called in a figure, in the order of their tails; the tails are those of the energy."""
+_AROUND = ("spline", "exponential")
+"""Chosen to lie where another law does: open symbols around its own."""
+
+
 def laws(points: DataFrame) -> DataFrame:
-    """1/κ_att measured, and by theory with the effective range, of each law."""
-    points = points.sort_values("law", kind="stable")
+    """1/κ_att of each law, means and scatter over surfaces, and by theory with the effective range."""
+    shape = points.law.where(points.law != "attraction-on-core", points["shape"])
+    points = points.assign(name=shape, inverse=1 / points.kappa_att)
+    shown = over_surfaces(points, "inverse")
     return DataFrame({
-        "law": points.law, LENGTH: points.length, "effective range (a0)": points.effective_range,
-        "1/kappa_att theory": 1 / points.expected_kappa_att, "1/kappa_att": 1 / points.kappa_att,
-    })  # fmt: skip
+        "law": shown.name, LENGTH: shown.length, "effective range (a0)": shown.effective_range,
+        "1/kappa_att theory": 1 / shown.expected_kappa_att, "1/kappa_att": shown.inverse,
+        "scatter over surfaces": shown.inverse_scatter,
+    }).sort_values(["law", LENGTH])  # fmt: skip
 
 
 def draw_laws(numbers: DataFrame) -> Figure:
     """1/κ_att measured against theory with the effective range, one symbol for each law."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.1)
-    for i, (law, mine) in enumerate(numbers.groupby("law")):
-        axis.plot(mine["1/kappa_att theory"], mine["1/kappa_att"], "os^Dv"[i % 5], color=plot.SERIES[i], label=law)
-    ends = np.array(axis.get_xlim())
-    axis.plot(ends, ends, color="0.5", linewidth=0.9, label="equal")
+    if "scatter over surfaces" not in numbers:  # tables of before
+        numbers = numbers.assign(**{"scatter over surfaces": 0.0})
+    names = [law for law in _LAWS if law in set(numbers["law"])]
+    names += sorted(set(numbers["law"]) - set(names))
+    for i, law in enumerate(names):
+        mine = numbers[numbers["law"] == law]
+        bars = mine["scatter over surfaces"].where(mine["scatter over surfaces"] > 0)
+        look = {"markerfacecolor": "none", "markersize": 6.5} if law in _AROUND else {"markersize": 3.5}
+        axis.errorbar(
+            mine["1/kappa_att theory"], mine["1/kappa_att"], bars, fmt="os^Dv"[i % 5], elinewidth=0.7,
+            capsize=2, color=plot.SERIES[i % len(plot.SERIES)], label=_LAWS.get(law, law), **look,
+        )  # fmt: skip
     axis.set(xscale="log", yscale="log", ylabel=r"$1/\kappa_\mathrm{att}$ measured",
              xlabel=r"$1/\kappa_\mathrm{att}$, Eqs. (3), (4) with $\Delta r$ of Eq. (S-5)")  # fmt: skip
+    line_of_slope(axis, label="equal")
+    line_of_slope(axis, 2.0, "twice that", ":")
     plot.log_ticks(axis)
     plot.legend_below(figure, plot.labelled(axis))
     return figure
 
 
-_LOAD, _STIFFNESS = "N/A0 (E*)", "k_N h_rms/A0 (E*)"
+_REDUCTION, _STIFFNESS, _SECANT = "kappa_rep/kappa", "k_N h_rms/N_rep", "k_N h_rms/N_rep between points"
 
 
 def stiffnesses(points: DataFrame) -> DataFrame:
-    """k_N and load, with and without adhesion."""
-    return DataFrame({
-        LENGTH: points.length, "seed": points.seed.astype(float), _LOAD: points.load,
-        _STIFFNESS: points.stiffness * points.rms_height,
+    """k_N over the repulsive load, of each equilibrium by its Hessian, and κ_rep/κ = N/N_rep."""
+    over = points.rms_height / points.load_rep
+    return figure_table(points, {
+        "A_rep/A0": points.area_rep, _REDUCTION: points.load / points.load_rep,
+        _STIFFNESS: points.tangent_stiffness * over, _SECANT: points.stiffness * over,
     })  # fmt: skip
 
 
 def draw_stiffnesses(numbers: DataFrame) -> Figure:
-    """k_N against load, a line for each surface."""
-    figure, axis = plot.new_axes(plot.COLUMN, 2.8)
-    for (length, _), path in numbers.groupby([LENGTH, "seed"]):
-        axis.plot(path[_LOAD], path[_STIFFNESS], "o-", color=adhesion_colour(length), markersize=2.5, linewidth=0.8)
-    axis.set(xlabel=r"$N/A_0$ ($E^*$)", ylabel=r"$k_N h_\mathrm{rms}/A_0$ ($E^*$)")
-    plot.legend_below(figure, adhesion_key(numbers[LENGTH], "o-"))
+    """k_N over the repulsive load against κ_rep/κ, beside the paper's proportionality."""
+    figure, axis = plot.new_axes(plot.COLUMN, 3.2)
+    for length, path in numbers.groupby(LENGTH):
+        axis.plot(path[_REDUCTION], path[_SECANT], "x", color=adhesion_colour(length), markersize=3, alpha=0.6)
+    axis.plot([], [], "x", color="0.3", markersize=3, label="between points, jumps included")
+    draw_points(axis, numbers, _REDUCTION, _STIFFNESS)
+    bare = numbers[numbers[LENGTH] == 0][_STIFFNESS].mean()
+    if np.isfinite(bare):
+        line_of_slope(axis, bare, r"$k_N \propto \kappa_\mathrm{rep}/\kappa$, from those without adhesion")
+    axis.axhline(0, color="0.7", linewidth=0.6, zorder=0)
+    axis.set(xlabel=r"$\kappa_\mathrm{rep}/\kappa = N/N_\mathrm{rep}$", ylabel=r"$k_N h_\mathrm{rms}/N_\mathrm{rep}$")
+    plot.legend_below(figure, *symbol_key(numbers)[1:3], plot.labelled(axis))
     return figure
 
 

@@ -28,14 +28,18 @@ ENOUGH = 10.0
 _SETTINGS = {
     "hurst": "surface.hurst", "slope": "surface.rms_slope", "lambda_s": "surface.lambda_s",
     "lambda_L": "surface.lambda_L", "seed": "surface.seed", "law": "wall.law",
+    "shape": "wall.shape",
 }  # fmt: skip
+_STEEP, _SLOPES = 0.2, 4
+"""Slope from which on symbols are open, and how many slopes a legend tells."""
 _HURST, _SLOPE, _CUT, _VALID = "H", "h'rms", "lambda_s (a0)", "A_rep >= 10 lambda_s^2"
 LENGTH = "l_a (a0)"
 """Columns of the tables of figures; the others above are read here only."""
 _MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
-_COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00"}
+_COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00", 0.1: "#cc79a7"}
 """The paper's black, blue and red, as colours that all kinds of sight tell apart."""
-_OTHERS = ("#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+_OTHERS = ("#e69f00", "#56b4e9", "#785ef0", "#882255", "#8c510a")
+"""Of other lengths: neither the green of the border nor a colour of above."""
 
 
 class FigureError(InputError, ValueError):
@@ -47,9 +51,10 @@ def sweep_points(table: PointTable) -> DataFrame:
 
     Columns are those of :data:`continuum.sweeps.measured.COLUMNS`, lengths in a0, and
 
-    * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``: the input;
+    * ``hurst``, ``slope`` (h' that was asked for), ``lambda_s``, ``lambda_L``, ``seed``, ``law``, ``shape``: the input;
     * ``sweep.KEY``: what the input has on an axis of the sweep, as text;
     * ``surface``: a number for each rough surface, whatever its wall;
+    * ``search``: a number for each search of the sweep for the turn, along whatever key; -1 for points of no search;
     * ``system``, ``length`` (l_a), ``area`` (A0 in a0²), ``approach`` (not on the way back);
     * ``valid``: the contact has enough asperities, A_rep >= 10 λ_s²;
     * ``reference``: κ is read here, the approaching point of each system of smallest valid area from about 1 % on;
@@ -68,6 +73,9 @@ def sweep_points(table: PointTable) -> DataFrame:
     points["area"] = np.array([table.grid(system).area for system in table.keys])[table.system]
     own = ["hurst", "slope", "lambda_s", "lambda_L", "seed", "area"]
     points["surface"] = points.groupby(own, dropna=False, sort=False).ngroup()
+    seeks = table.listing.bisection
+    turning = seeks is not None and (seeks.column, seeks.crosses) == ("load", 0)
+    points["search"] = alike(points, seeks.key) if seeks is not None and turning else -1
     points["approach"] = points.retracting == 0
     points["valid"] = points.area_rep * points.area >= ENOUGH * points.lambda_s**2
     able = points.query("valid and approach and area_rep > 0.009")
@@ -85,6 +93,17 @@ def alike(points: DataFrame, *but: str) -> Series:
     """A number for each point, the same where systems differ in these keys of the input only, such as the seed."""
     keys = [name for name in points if name.startswith("sweep.") and name.removeprefix("sweep.") not in but]
     return points.groupby(keys, sort=False).ngroup() if keys else Series(0, points.index)
+
+
+def over_surfaces(points: DataFrame, *names: str) -> DataFrame:
+    """One row for systems that differ in the seed only: the first of them, with mean and scatter of some columns."""
+    found = points.groupby(alike(points, "surface.seed"), sort=False)
+    rows = points.loc[[group.index[0] for _, group in found]].copy()
+    for name in names:
+        groups = [group[name].to_numpy() for _, group in found]
+        rows[name] = [values.mean() for values in groups]
+        rows[f"{name}_scatter"] = [values.std(ddof=1) if values.size > 1 else 0.0 for values in groups]
+    return rows
 
 
 def curve_of(path: DataFrame) -> Curve:
@@ -108,7 +127,7 @@ class SweepData:
 def adhesion_colour(length: float) -> str:
     """The colour of an adhesion length."""
     known = next((c for value, c in _COLOURS.items() if np.isclose(value, length, rtol=1e-6, atol=1e-12)), None)
-    return known or _OTHERS[int(abs(np.log10(max(length, 1e-9)) * 7)) % len(_OTHERS)]
+    return known or _OTHERS[int(abs(np.log10(max(length, 1e-9)) * 11)) % len(_OTHERS)]
 
 
 def figure_table(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:
@@ -144,7 +163,7 @@ def draw_points(axis: Axes, numbers: DataFrame, x: str, y: str, error: str | Non
         bars = None if error is None else some[error].where(some[error] > 0)
         axis.errorbar(
             some[x], some[y], yerr=bars, marker=_MARKERS.get(hurst, "D"), color=shade, linestyle="none",
-            elinewidth=0.5, markerfacecolor=shade if slope < 0.2 else "none", markeredgewidth=0.6,
+            elinewidth=0.5, markerfacecolor=shade if slope < _STEEP else "none", markeredgewidth=0.6,
             markersize=_size(cut), alpha=1.0 if valid else 0.25,
         )  # fmt: skip
 
@@ -161,10 +180,14 @@ def symbol_key(numbers: DataFrame) -> list[Sequence[Artist]]:
         Line2D([], [], marker=_MARKERS.get(hurst, "D"), label=f"$H = {hurst:g}$", **grey)
         for hurst in sorted(set(numbers[_HURST]))
     ]
+    known = sorted(set(numbers[_SLOPE]))
+    said = [(slope < _STEEP, f"= {slope:g}") for slope in known]
+    if len(known) > _SLOPES:  # of a search, which the shape of a symbol does not tell apart
+        said = [(True, f"< {_STEEP:g}"), (False, rf"\geq {_STEEP:g}")]
     slopes = [
-        Line2D([], [], marker="o", markerfacecolor="0.3" if slope < 0.2 else "none",
-               label=rf"$h'_\mathrm{{rms}} = {slope:g}$", **grey)
-        for slope in sorted(set(numbers[_SLOPE]))
+        Line2D([], [], marker="o", markerfacecolor="0.3" if filled else "none",
+               label=rf"$h'_\mathrm{{rms}} {what}$", **grey)
+        for filled, what in said
     ]  # fmt: skip
     cuts = [
         Line2D([], [], marker="o", markersize=_size(cut), label=rf"$\lambda_s/a_0 = {cut:g}$", **grey)

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from pandas import DataFrame
+from matplotlib.lines import Line2D
+from pandas import DataFrame, concat
 
 from continuum.paper.points import (
+    ENOUGH,
     LENGTH,
     adhesion_colour,
     adhesion_key,
-    alike,
     draw_points,
     figure_table,
     line_of_slope,
+    over_surfaces,
     symbol_key,
 )
 from continuum.show import plot
@@ -23,6 +27,7 @@ from continuum.theory import rough
 from continuum.theory.paper import asperity_radius
 from continuum.theory.smooth import JKR
 
+_STICKY = "#009e73"
 _LINES = 12
 """Paths up to which their points are joined; of more, lines hide the points."""
 
@@ -36,20 +41,36 @@ def area_against_load(points: DataFrame) -> DataFrame:
 
 
 def draw_area_against_load(numbers: DataFrame) -> Figure:
-    """Fig. 2: a curve for each surface and adhesion length."""
-    figure, axis = plot.new_axes(plot.COLUMN, 3.4)
-    ways = {"approach": ("o-", None), "retraction": ("v--", "white")}
-    way = numbers.get("way", "approach")
-    for (length, _, back), path in numbers.assign(way=way).groupby([LENGTH, "seed", "way"], sort=False):
-        line, fill = ways[back]
-        path = path.sort_values("A_rep/A0")
-        axis.plot(path["N/(h' E* A0)"], path["A_rep/A0"], line, color=adhesion_colour(length), markerfacecolor=fill,
-                  markersize=2.5, markeredgewidth=0.6, linewidth=0.7)  # fmt: skip
+    """Fig. 2: a curve for each surface and adhesion length, there and back."""
+    figure, axis = plot.new_axes(plot.COLUMN, 3.6)
+    ways: dict[str, Any] = {
+        "approach": {"linestyle": "-", "marker": "o"},
+        "retraction": {"linestyle": "--", "marker": "v", "markerfacecolor": "white"},
+    }
+    same: dict[str, Any] = {"markersize": 3, "markeredgewidth": 0.6, "linewidth": 0.7}
+    numbers = numbers.assign(way=numbers.get("way", "approach"))
+    x, y, enough = "N/(h' E* A0)", "A_rep/A0", "A_rep >= 10 lambda_s^2"
+    for (length, _, way), path in numbers.groupby([LENGTH, "seed", "way"], sort=False):
+        look = {**same, **ways[way], "color": adhesion_colour(length)}
+        path = path.sort_values(y)
+        axis.plot(path[x], path[y], **{**look, "marker": ""})
+        for some, pale in ((path[path[enough]], 1.0), (path[~path[enough]], 0.4)):
+            axis.plot(some[x], some[y], **{**look, "linestyle": "none", "alpha": pale})
+    pulling = numbers[(numbers["way"] == "retraction") & numbers[enough] & (numbers[x] < 0)]
+    hold = pulling.loc[pulling.groupby([LENGTH, "seed"])[x].idxmin()]
+    axis.plot(hold[x], hold[y], "o", color=_STICKY, markerfacecolor="none", markersize=8, markeredgewidth=0.6,
+              label="largest tension on the way back" if len(hold) else None)  # fmt: skip
     high = axis.get_ylim()[1]
     axis.plot([0, high / 2], [0, high], ":", color="0.4", label=r"$\kappa = 2$, the paper's without adhesion")
-    axis.axvline(0, color="0.7", linewidth=0.6)
+    axis.axvline(0, color=_STICKY, linewidth=0.9, zorder=0, label=r"the turn, $\kappa = \infty$")
     axis.set(xlabel=r"$N/(h'_\mathrm{rms} E^* A_0)$", ylabel=r"$A_\mathrm{rep}/A_0$")
-    plot.legend_below(figure, [*adhesion_key(numbers[LENGTH], "o-"), *plot.labelled(axis)])
+    axis.locator_params(axis="x", nbins=5)
+    key = [Line2D([], [], color="0.3", label=way, **same, **ways[way]) for way in ways if way in set(numbers["way"])]
+    label = rf"$A_\mathrm{{rep}} < {ENOUGH:g}\lambda_s^2$"
+    few = Line2D([], [], color="0.3", marker="o", alpha=0.4, linestyle="none", label=label,
+                 markersize=3)  # fmt: skip
+    rest = [*(key if len(key) > 1 else ()), *(() if numbers[enough].all() else (few,)), *plot.labelled(axis)]
+    plot.legend_below(figure, adhesion_key(numbers[LENGTH], "-"), rest)
     return figure
 
 
@@ -95,55 +116,88 @@ def draw_loads(numbers: DataFrame) -> Figure:
     return figure
 
 
-def _over_surfaces(points: DataFrame, *names: str) -> DataFrame:
-    """One row for systems that differ in the seed only: the first of them, with mean and scatter of some columns."""
-    found = points.groupby(alike(points, "surface.seed"), sort=False)
-    rows = points.loc[[group.index[0] for _, group in found]].copy()
-    for name in names:
-        groups = [group[name].to_numpy() for _, group in found]
-        rows[name] = [values.mean() for values in groups]
-        rows[f"{name}_scatter"] = [values.std(ddof=1) if values.size > 1 else 0.0 for values in groups]
-    return rows
+_THEORY, _MEASURED, _REPULSIVE = "1/kappa_att theory", "1/kappa_att", "1/kappa_rep"
+"""Columns of Fig. 4 by which its border is drawn."""
 
 
 def kappas(points: DataFrame) -> DataFrame:
-    """Fig. 4: 1/κ_att and A_rep/A_att, and what theory says of them."""
+    """Fig. 4: 1/κ_att and A_rep/A_att, and what theory says of them; and where searches have found the turn."""
     points = points.assign(
-        inverse=1 / points.kappa_att.where(points.kappa_att > 0, np.inf), ratio=points.area_rep / points.area_att
-    )
-    shown = _over_surfaces(points, "inverse", "ratio", "load")
-    return figure_table(shown, {
-        "1/kappa_att theory": 1 / shown.expected_kappa_att, "1/kappa_att": shown.inverse,
+        inverse=1 / points.kappa_att.where(points.kappa_att > 0, np.inf), ratio=points.area_rep / points.area_att,
+        repulsive=1 / points.kappa_rep,
+    )  # fmt: skip
+    shown = over_surfaces(points, "inverse", "ratio", "load", "repulsive")
+    found = figure_table(shown, {
+        _THEORY: 1 / shown.expected_kappa_att, _MEASURED: shown.inverse,
         "scatter of it": shown.inverse_scatter, "A_rep/A_att theory": shown.expected_ratio, "A_rep/A_att": shown.ratio,
-        "scatter": shown.ratio_scatter, "mean load (E*)": shown.load,
+        "scatter": shown.ratio_scatter, "mean load (E*)": shown.load, _REPULSIVE: shown.repulsive, "turn": False,
     })  # fmt: skip
+    turns = [turn for _, trials in points[points.search >= 0].groupby("search") if (turn := _turn(trials)) is not None]
+    return concat([found, *turns], ignore_index=True)
+
+
+def _turn(trials: DataFrame) -> DataFrame | None:
+    """Where the load changes its sign in a search, read between the two nearest trials; None where it does not."""
+    trials = trials.assign(theory=1 / trials.expected_kappa_att).sort_values("theory")
+    changes = np.flatnonzero((trials.load.to_numpy()[:-1] > 0) & (trials.load.to_numpy()[1:] <= 0))
+    if not changes.size:
+        return None
+    width = (trials.theory.shift(-1) / trials.theory).to_numpy()
+    at = changes[np.argmin(width[changes])]
+    ends = trials.iloc[[at, at + 1]]
+    share = ends.load.iloc[0] / (ends.load.iloc[0] - ends.load.iloc[1])
+
+    def between(column: str) -> float:
+        low, high = np.log(ends[column])
+        return float(np.exp((1 - share) * low + share * high))
+
+    row = ends[:1].assign(**{name: between(name) for name in ("slope", "length")})
+    found = {_THEORY: between("theory"), _MEASURED: between("inverse"), _REPULSIVE: between("repulsive")}
+    return figure_table(row, {**found, "mean load (E*)": 0.0, "turn": True})
+
+
+def _draw_borders(axis: Axes, numbers: DataFrame) -> None:
+    """What turns sticky, against 1/κ_att of theory: by the paper's κ_rep, by the measured one, and as it was found."""
+    ends = axis.get_xlim()
+    axis.axvspan(min(0.5, ends[1]), ends[1], color=_STICKY, alpha=0.1, linewidth=0,
+                 label=r"sticky by theory, $\kappa_\mathrm{rep} = 2$")  # fmt: skip
+    turns = numbers["turn"]
+    lines = ((numbers[~turns][_REPULSIVE].dropna(), "--", r"the same, $\kappa_\mathrm{rep}$ as measured"),
+             (numbers[turns][_THEORY], "-", f"turn, by bisection of {turns.sum()} surfaces"))  # fmt: skip
+    for values, style, label in lines:
+        if len(values):
+            middle, spread = np.log(values).mean(), np.log(values).std(ddof=1) if len(values) > 1 else 0.0
+            axis.axvline(np.exp(middle), color=_STICKY, linestyle=style, linewidth=0.9, zorder=1, label=label)
+            axis.axvspan(*np.exp([middle - spread, middle + spread]), color=_STICKY, alpha=0.12, linewidth=0, zorder=0)
+    axis.set_xlim(*ends)
 
 
 def draw_kappas(numbers: DataFrame) -> Figure:
     """Fig. 4: 1/κ_att and A_rep/A_att against theory."""
     figure, (left, right) = plot.new_axes(plot.PAGE, 3.9, 1, 2)
-    draw_points(left, numbers, "1/kappa_att theory", "1/kappa_att", "scatter of it")
-    sticky = numbers[numbers["mean load (E*)"] < 0]
-    left.plot(sticky["1/kappa_att theory"], sticky["1/kappa_att"], "o", color=_STICKY, markerfacecolor="none",
-              markersize=8, markeredgewidth=0.6, label="sticky: mean load < 0")  # fmt: skip
-    draw_points(right, numbers, "A_rep/A_att theory", "A_rep/A_att", "scatter")
+    if "turn" not in numbers:  # tables of before
+        numbers = numbers.assign(turn=False, **{_REPULSIVE: np.nan})
+    points, turns = numbers[~numbers["turn"]], numbers[numbers["turn"]]
+    draw_points(left, points, _THEORY, _MEASURED, "scatter of it")
+    sticky = points[points["mean load (E*)"] < 0]
+    if len(turns):
+        left.plot(turns[_THEORY], turns[_MEASURED], "x", color="black", markersize=5, zorder=5,
+                  label=r"the turns: $\kappa_\mathrm{att} = \kappa_\mathrm{rep}$")  # fmt: skip
+    else:
+        left.plot(sticky[_THEORY], sticky[_MEASURED], "o", color=_STICKY, markerfacecolor="none",
+                  markersize=8, markeredgewidth=0.6, label="sticky: mean load < 0")  # fmt: skip
+    draw_points(right, points, "A_rep/A_att theory", "A_rep/A_att", "scatter")
     for axis, quantity, equations in (
         (left, r"1/\kappa_\mathrm{att}", "Eqs. (3) and (4)"),
         (right, r"A_\mathrm{rep}/A_\mathrm{att}", "Eq. (4)"),
     ):
         axis.set(xscale="log", yscale="log", xlabel=f"${quantity}$, {equations}", ylabel=f"${quantity}$ measured")
         line_of_slope(axis, label="equal")
-    end = left.get_xlim()[1]
-    left.axvspan(min(0.5, end), end, color=_STICKY, alpha=0.1, linewidth=0,
-                 label=r"sticky by theory, $\kappa_\mathrm{rep} = 2$")  # fmt: skip
-    left.set_xlim(right=end)
+    _draw_borders(left, numbers)
     plot.log_ticks(left, right)
     plot.letter_panels((left, right))
-    plot.legend_below(figure, *symbol_key(numbers), plot.labelled(left, right))
+    plot.legend_below(figure, *symbol_key(points), plot.labelled(left, right))
     return figure
-
-
-_STICKY = "#009e73"
 
 
 def perimeters(points: DataFrame) -> DataFrame:

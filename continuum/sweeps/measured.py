@@ -24,6 +24,7 @@ from continuum.model.walls import Wall
 from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, points_of
 from continuum.runs.result import stored_wall
+from continuum.solve.tangent import tangent_stiffness
 
 _SYSTEM = {
     "rms_height": ("a0", "h_rms of the surface as it was"),
@@ -37,7 +38,8 @@ _ADDED = {
     "step": ("1", "point of the path"),
     "converged": ("1", "1 if the point is an equilibrium at its target"),
     "retracting": ("1", "1 on the way back"),
-    "stiffness": ("E*/a0", "normal stiffness k_N = -dN/d(mean gap) per A0"),
+    "stiffness": ("E*/a0", "normal stiffness k_N = -dN/d(mean gap) per A0, between points of the path"),
+    "tangent_stiffness": ("E*/a0", "the same of the equilibrium itself, under a law; of runs that store fields"),
     "patches": ("1", "connected patches of A_rep"),
     "width": ("a0", "d_att: where the mean gap above zero_gap reaches the range; of runs that store fields"),
 }
@@ -107,7 +109,8 @@ def _table(path: Path, file: File) -> Real:
         "range": wall.range,
         "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
     }
-    stiffness = _stiffness(points)
+    stiffness, linear = _stiffness(points), config.substrate.repeats and "gap" in file.datasets
+    response = config.substrate.build().stiffness(grid) if linear else None
     table = np.full((len(points), len(COLUMNS)), np.nan)
     for step, point in enumerate(points):
         if config.loading.turn is not None:
@@ -123,6 +126,9 @@ def _table(path: Path, file: File) -> Real:
         }
         if point.converged:
             row |= _geometry(grid, wall, file, step, point, system["rms_slope"])
+            if response is not None and wall.law is not None:
+                gap = file["gap"][step].astype(np.float64)
+                row["tangent_stiffness"] = tangent_stiffness(grid, response, wall.law, gap, config.solver.shift)
         table[step] = [row.get(name, np.nan) for name in COLUMNS]
     return table
 

@@ -19,8 +19,12 @@ def redrawn(table: Path) -> bool:
     names = [name for name in FIGURES if table.stem.endswith(f"-{name}") and not FIGURES[name].whole]
     if not names:
         return False
+    try:
+        figure = plot.styled(FIGURES[max(names, key=len)].draw)(read_csv(table))
+    except KeyError:  # the figure shows other columns since
+        return False
     with plot.written_as(["png"]):
-        plot.save_figure(plot.styled(FIGURES[max(names, key=len)].draw)(read_csv(table)), table.with_suffix(""))
+        plot.save_figure(figure, table.with_suffix(""))
     return True
 
 

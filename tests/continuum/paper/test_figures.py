@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import itertools
+import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pandas import read_csv
+from pandas import DataFrame, read_csv
 
+from continuum.paper import relations
 from continuum.paper.claims import Claim, Finding, claim_verdicts
 from continuum.paper.figures import FIGURES, save_drawing
 from continuum.paper.page import plot_figure, write_page
 from continuum.paper.points import FigureError, SweepData, sweep_points
 from continuum.show import plot
 from continuum.sweeps.axes import Axis
+from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
 from continuum.sweeps.sweep import SweepListing, System
@@ -25,6 +29,7 @@ from tests.printed import faults_in_print
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
 AREAS = np.geomspace(0.01, 0.15, 5)
+ROOT = Path(__file__).parents[3]
 
 
 def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip: float) -> list[dict[str, float]]:
@@ -41,7 +46,7 @@ def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip
         rows.append({
             "step": step, "converged": 1, "retracting": 0, "target": area, "area_rep": area, "area_att": attracted,
             "load_rep": pushed, "load_att": pulled, "load": load, "mean_gap": 10 - 2 * np.log(pushed),
-            "stiffness": load / 2, "pressure_att": length / reach if length else np.nan,
+            "stiffness": load / 2, "tangent_stiffness": load / 2, "pressure_att": length / reach if length else np.nan,
             "kappa": slope * area / load, "kappa_rep": kappa_rep, "perimeter": around, "diameter": d, "chord": d,
             "kappa_att": slope * area / pulled if pulled else np.inf, "rms_height": 3.0, "rms_slope": slope,
             "rms_curvature": curvature, "range": reach, "effective_range": reach, "work_of_adhesion": length,
@@ -49,9 +54,14 @@ def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip
     return rows
 
 
-def table(kappa_rep: float = 2.0, strip: float = 1.0, more: Mapping[str, tuple[Any, ...]] | None = None) -> PointTable:
+def table(
+    kappa_rep: float = 2.0,
+    strip: float = 1.0,
+    more: Mapping[str, tuple[Any, ...]] | None = None,
+    slopes: tuple[float, ...] = (0.1, 0.15, 0.3),
+) -> PointTable:
     keys = ("surface.rms_slope", "surface.lambda_s", "wall.adhesion_length", *(more or {}))
-    axes = ((0.1, 0.15, 0.3), (16.0, 32.0), LENGTHS, *(more or {}).values())
+    axes = (slopes, (16.0, 32.0), LENGTHS, *(more or {}).values())
     places = list(itertools.product(*axes))
     systems = tuple(System(f"{i:024d}", dict(zip(keys, p, strict=True)), 1.0, 1.0) for i, p in enumerate(places))
     rows = [row for place in places for row in system(*place[:3], kappa_rep, strip)]
@@ -173,6 +183,55 @@ def test_a_figure_is_drawn_from_the_table_beside_it_alone(name: str, tmp_path: P
     picture, numbers = save_drawing(FIGURES[name].make(SweepData(table(), tmp_path)), tmp_path / name)
     again = plot.styled(FIGURES[name].draw)(read_csv(numbers))
     assert plot.image_bytes(again) == picture.read_bytes()
+
+
+def searched(slopes: tuple[float, ...], kappa_rep: float) -> PointTable:
+    """Contacts whose slope was searched for the turn."""
+    made = table(kappa_rep, slopes=slopes)
+    search = Bisection("surface.rms_slope", "load", 0.01, 0.0, slopes[0], slopes[-1], 0.05, "log")
+    return replace(made, listing=replace(made.listing, bisection=search))
+
+
+def test_the_border_of_figure_4_is_where_a_search_found_the_turn() -> None:
+    kappa_rep = 2.5
+    points = sweep_points(searched((0.05, 0.1, 0.18, 0.185, 0.19, 0.195, 0.2, 0.3), kappa_rep))
+    points = points.query("reference and length == 0.05 and lambda_s == 16")
+    assert points.search.nunique() == 1
+    found = relations.kappas(points)
+    (turn,) = found[found["turn"]].to_dict("records")
+    for name in ("1/kappa_att theory", "1/kappa_att", "1/kappa_rep"):  # they follow the paper: all are the same there
+        assert turn[name] == pytest.approx(1 / kappa_rep, rel=1e-3)
+    assert 0.19 < turn["h'rms"] < 0.195
+    figure = plot.styled(relations.draw_kappas)(found)
+    lines = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
+    assert lines["turn, by bisection of 1 surfaces"][0] == turn["1/kappa_att theory"]
+    assert lines[r"the same, $\kappa_\mathrm{rep}$ as measured"][0] == pytest.approx(1 / kappa_rep)
+    assert faults_in_print(figure) == []
+
+
+def test_a_search_of_another_column_is_no_search_for_the_turn() -> None:
+    made = searched((0.1, 0.15, 0.3), 2.0)
+    assert made.listing.bisection is not None
+    other = replace(made.listing, bisection=replace(made.listing.bisection, column="kappa_rep"))
+    assert (sweep_points(replace(made, listing=other)).search == -1).all()
+    assert not relations.kappas(sweep_points(table()).query("reference and area_att > 0"))["turn"].any()
+
+
+def test_figure_2_marks_the_largest_tension_on_the_way_back_where_there_are_asperities_enough() -> None:
+    back = {"seed": 1, "way": "retraction", "l_a (a0)": 0.1}
+    numbers = DataFrame([
+        back | {"N/(h' E* A0)": load, "A_rep/A0": area, "A_rep >= 10 lambda_s^2": enough}
+        for load, area, enough in [(-0.01, 0.05, True), (-0.03, 0.03, True), (-0.05, 0.001, False)]
+    ])  # fmt: skip
+    axis = plot.styled(relations.draw_area_against_load)(numbers).axes[0]
+    (ring,) = [line for line in axis.lines if line.get_label() == "largest tension on the way back"]
+    assert (ring.get_xdata()[0], ring.get_ydata()[0]) == (-0.03, 0.03)
+
+
+def test_no_point_of_figure_2_is_within_the_tolerance_of_two_targets() -> None:
+    path = tomllib.loads((ROOT / "inputs" / "sweep" / "figure2.toml").read_text(encoding="utf-8"))["loading"]
+    targets, slack = np.array(path["targets"]), np.array(path["area_tolerance"])
+    assert np.all((targets * (1 + slack))[:-1] < (targets * (1 - slack))[1:])
 
 
 def test_a_figure_that_is_none_says_which_there_are(tmp_path: Path) -> None:

@@ -6,15 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pandas import DataFrame
 
 import continuum
 from continuum.measure.curve import Curve, adhesion
+from continuum.paper import further
 from continuum.paper.figures import FIGURES
 from continuum.paper.page import plot_figure
 from continuum.paper.points import FigureError, SweepData
 from continuum.runs.analysis import analyse_run
 from continuum.runs.result import Result
 from continuum.show.sheet import Sheet
+from continuum.solve.tangent import tangent_stiffness
 from continuum.sweeps.folder import Folder
 from tests.printed import faults_in_print
 from tests.problems import SMALL
@@ -28,6 +31,7 @@ WALLS = """
 
 
 def swept(folder: Path, text: str) -> SweepData:
+    folder.mkdir(exist_ok=True)
     path = folder / "many.toml"
     path.write_text(text)
     done = continuum.sweep(path, folder)
@@ -106,3 +110,35 @@ def test_contact_maps_of_two_adhesion_lengths(tmp_path: Path) -> None:
     assert len(drawing.figure.axes) == 5
     assert faults_in_print(drawing.figure) == []
     assert faults_in_print(FIGURES["figure-s1"].make(data).figure) == []
+
+
+def test_the_stiffness_of_each_point_is_that_of_its_gap(tmp_path: Path) -> None:
+    data = swept(tmp_path, SMALL.replace("retract = true\n", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
+    result = Result.read(Folder(data.root).point(data.table.keys[0]))
+    law, response = result.wall.law, result.config.substrate.build().stiffness(result.grid)
+    assert law is not None
+    gaps = [result.gap(step) for step in range(len(result.points))]
+    expected = [tangent_stiffness(result.grid, response, law, gap) for gap in gaps if gap is not None]
+    np.testing.assert_allclose(data.table["tangent_stiffness"], expected, rtol=1e-9)
+    drawing = FIGURES["stiffness"].make(data)
+    ratio = data.points.tangent_stiffness * data.points.rms_height / data.points.load_rep
+    np.testing.assert_allclose(columns(drawing.sheet)["k_N h_rms/N_rep"], ratio)
+    bare = swept(tmp_path / "bare", SMALL.replace("fields = true", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
+    with pytest.raises(FigureError, match="fields = true"):
+        FIGURES["stiffness"].make(bare)
+
+
+def test_laws_are_told_apart_by_shape_and_averaged_over_surfaces() -> None:
+    walls = [("lennard-jones-spline", np.nan), ("attraction-on-core", "spline"), ("attraction-on-core", "exponential")]
+    inverse = {0: (0.1, 0.2), 1: (0.3, 0.7), 2: (0.4, 0.4)}
+    points = DataFrame([
+        {"law": law, "shape": shape, "length": 0.005, "effective_range": 1.0, "expected_kappa_att": 4.0,
+         "kappa_att": 1 / inverse[i][seed], "sweep.wall": f"wall {i}", "sweep.surface.seed": str(seed)}
+        for i, (law, shape) in enumerate(walls) for seed in (0, 1)
+    ])  # fmt: skip
+    found = further.laws(points).set_index("law")
+    assert set(found.index) == {"lennard-jones-spline", "spline", "exponential"}
+    np.testing.assert_allclose(found.loc["spline", ["1/kappa_att", "scatter over surfaces"]], [0.5, 0.4 / 2**0.5])
+    np.testing.assert_allclose(found["1/kappa_att theory"], 0.25)
+    figure = further.draw_laws(found.reset_index())
+    assert {"the paper's spline", "exponential", "twice that"} < {t.get_text() for t in figure.legends[0].get_texts()}
