@@ -273,6 +273,9 @@ def figure(rows: DataFrame) -> Figure:
             shift = 1 + 0.04 * (i - 2)  # points of one range beside one another
             left.plot(part.delta * shift, part.over_energy, mark, ms=3, alpha=0.6, color=f"C{i}",
                       label=f"H = {hurst:g}" if shape == "spline" else None)  # fmt: skip
+    atoms = read_csv(MEASURED / "turn-atoms.csv").query("rung == 'atoms'")
+    beside = np.full(len(atoms), 0.5 * 1.35)  # their range is 0.5 h_rms, too
+    left.plot(beside, atoms.over_energy, "k*", ms=5, mfc="none", mew=0.7, label="atoms, 4 % of area")
     left.set(xscale="log", yscale="log", xlabel=r"range of the attraction $\Delta r/h_\mathrm{rms}$",
              ylabel="work of adhesion at the turn, $w/U$")  # fmt: skip
     for axis, ticks in ((left.xaxis, (0.05, 0.1, 0.2, 0.5, 1, 2)), (left.yaxis, (0.1, 0.2, 0.3, 0.4, 0.5))):
@@ -283,6 +286,8 @@ def figure(rows: DataFrame) -> Figure:
         found = by_moment(part)
         right.plot(list(found), list(found.values()), "o-", color=f"C{i}", ms=8 - 2 * i, label=f"{area:.0%} of {n}²")
     right.set(xlabel=r"moment $p$ of $\Sigma\, q^p |h_q|^2$", ylabel="scatter of $w$ over it, a factor")
+    measures = right.secondary_xaxis("top")
+    measures.set_xticks((0, 1, 2, 4), ("height", "energy", "slope", "curvature"))
     plot.letter_panels((left, right))
     for axis in (left, right):
         plot.legend_under(axis, 0.48)

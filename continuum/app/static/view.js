@@ -36,6 +36,7 @@ function show(html) {
   URL.revokeObjectURL($("save").href);
   $("save").href = url;
   $("report").srcdoc = html;
+  $("report").classList.remove("old");
   $("report").hidden = $("export").hidden = false;
 }
 
@@ -44,6 +45,8 @@ const split = (text) => { const found = /^([0-9.eE+-]+)(.*)$/.exec(text); return
 async function ask(sliding = false) {
   const mine = ++turn;
   clearTimeout(later);
+  $("report").classList.add("old"); // it belongs to what was asked before
+  $("export").hidden = true;
   const body = JSON.stringify(fields());
   try {
     const said = await talk("POST", "/predict", body);

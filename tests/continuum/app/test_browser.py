@@ -1,0 +1,128 @@
+"""The page of `continuum view` in a real browser without a screen: drop, slide, solve, save."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.long
+pytest.importorskip("selenium", reason="needs the extra `browser`")
+
+from selenium import webdriver  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.support.wait import WebDriverWait  # noqa: E402
+
+ROOT = Path(__file__).parents[3]
+MAP = ROOT / "docs" / "tutorials" / "wafer.txt"
+FORM = {"size": "384nm", "unit": "nm", "material": "silicon, silicon", "fill": "5%"}
+PICTURES = os.environ.get("STICKINESS_SCREENSHOTS", "")
+"""Folder for screenshots, to be looked at; none are made if it is not given."""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        pytest.skip("needs chromium and its driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for option in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1300,1500"):
+        options.add_argument(option)
+    saved = tmp_path_factory.mktemp("saved")
+    options.add_experimental_option("prefs", {"download.default_directory": str(saved)})
+    found = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    found.saved = saved
+    yield found
+    found.quit()
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> Iterator[str]:
+    """Of a view that a user starts in a process of its own."""
+    command = [sys.executable, "-m", "continuum", "view", "--no-browser"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        found = re.search(r"http\S+", process.stderr.readline())
+        assert found is not None
+        yield found[0]
+        process.terminate()
+    assert process.returncode == 0
+    assert not list(tmp_path.iterdir()), "nothing is left where it was started"
+
+
+def text(browser: webdriver.Chrome, name: str) -> str:
+    return browser.find_element(By.ID, name).text
+
+
+def until(browser: webdriver.Chrome, what: Callable[[], Any]) -> None:
+    WebDriverWait(browser, 300).until(lambda _: what())
+
+
+def pictured(browser: webdriver.Chrome, name: str) -> None:
+    if PICTURES:
+        browser.save_screenshot(str(Path(PICTURES) / f"{name}.png"))
+
+
+def slide(browser: webdriver.Chrome, name: str, value: float) -> None:
+    slider = browser.find_element(By.CSS_SELECTOR, f"input[data-for={name}]")
+    script = "arguments[0].value = arguments[1]; arguments[0].dispatchEvent(new Event('input', {bubbles: true}))"
+    browser.execute_script(script, slider, value)
+
+
+def test_a_map_is_dropped_slid_solved_and_saved(browser: webdriver.Chrome, address: str) -> None:
+    browser.get(address)
+    assert "token" not in browser.current_url
+    assert "Nothing leaves this machine" in text(browser, "answer")
+    browser.find_element(By.ID, "file").send_keys(str(MAP))
+    until(browser, lambda: text(browser, "name") == "wafer.txt")
+    until(browser, lambda: "size" in text(browser, "answer"))  # what the file does not say is asked for
+    for name, value in FORM.items():
+        browser.find_element(By.NAME, name).send_keys(value)
+    browser.find_element(By.ID, "ask").click()
+    until(browser, lambda: text(browser, "answer").startswith("Sticky (94 %"))
+    until(browser, browser.find_element(By.ID, "report").is_displayed)
+    assert text(browser, "command").endswith("--material silicon --material silicon")
+    pictured(browser, "asked")
+
+    slide(browser, "work", -1)
+    until(browser, lambda: text(browser, "answer").startswith("Not sticky"))
+    assert browser.find_element(By.NAME, "work").get_attribute("value") == "10mJ/m2"
+    slide(browser, "contact_modulus", -1)  # a tenth of both is the same contact
+    until(browser, lambda: text(browser, "answer").startswith("Sticky (94 %"))
+    assert "--estar 7.05GPa" in text(browser, "command")
+    report = browser.find_element(By.ID, "report")
+    until(browser, lambda: "old" not in (report.get_attribute("class") or ""))
+    assert "at w = 6.13 mJ/m²" in str(report.get_attribute("srcdoc")), "the report is of what was asked last"
+    pictured(browser, "slid")
+
+    browser.find_element(By.ID, "solve").click()
+    until(browser, lambda: text(browser, "answer").startswith("Sticky, solved on the map: w = 10 mJ/m²"))
+    assert "solved in" in text(browser, "progress")
+    pictured(browser, "solved")
+
+    browser.find_element(By.ID, "save").click()
+    saved = browser.saved / "prediction.html"
+    until(browser, saved.is_file)
+    assert "Sticky, solved on the map" in saved.read_text(encoding="utf-8")
+
+
+def test_a_page_of_the_web_gets_nothing(browser: webdriver.Chrome, address: str, tmp_path: Path) -> None:
+    """A page from elsewhere, in the browser that has the cookie, cannot ask, read or frame."""
+    browser.get(address)
+    host = address.partition("/?")[0]
+    browser.get("data:text/html,<p id=said></p>")
+    script = """
+        const done = arguments[1];
+        fetch(arguments[0] + "/predict", {method: "POST", body: "{}", credentials: "include"})
+            .then((answer) => answer.text()).then(done, (error) => done("refused: " + error));
+    """
+    assert browser.execute_async_script(script, host).startswith("refused")
