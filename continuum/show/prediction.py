@@ -13,6 +13,7 @@ from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.answer import statements
 from continuum.show.page import Page
+from continuum.show.prediction_data import excluding, ranges
 from continuum.show.prediction_figures import contact_figure, fault_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
@@ -37,11 +38,6 @@ def _answer(estimate: Estimate) -> str:
 def prediction_sentence(prediction: Prediction) -> str:
     """The answer in one text: :func:`continuum.show.answer.statements`, one after the other."""
     return ".  ".join(statements(prediction))
-
-
-def _excluded(prediction: Prediction) -> str:
-    """Faults with which theories of moments say nothing."""
-    return ", ".join(fault.kind for fault in prediction.faults if fault.excludes)
 
 
 def reading_order(sheets: list[Sheet]) -> list[Sheet]:
@@ -143,13 +139,11 @@ def _contact(prediction: Prediction) -> Sheet:
 
 
 def _verdicts(prediction: Prediction) -> Sheet:
-    rows, excluded = [], _excluded(prediction)
+    rows, excluded, inside = [], excluding(prediction), ranges(prediction)
     for vote in votes(prediction.contact):
         estimate, support = vote.estimate, vote.support
         modulus = estimate.turning_modulus(prediction.contact) or 0.0
         work = estimate.turning_work(prediction.contact) or 0.0
-        why = "yes" if estimate.valid else "no: " + "; ".join(estimate.why)
-        why = f"no: {excluded}" if excluded else why
         record = "no record: a necessary condition"
         if support is not None:
             alike = "similar surfaces" if support.similar else "surfaces of the record, none of them similar"
@@ -163,7 +157,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
                 record,
                 _pressure(modulus),
                 _work(work),
-                why,
+                inside[estimate.key],
             )
         )
     head = (

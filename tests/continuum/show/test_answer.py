@@ -1,0 +1,74 @@
+"""The answer, its tables and its figure do not contradict one another about which theories count."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
+from continuum.show.prediction import prediction_sheets
+from continuum.show.prediction_data import excluding
+from continuum.show.prediction_figures import overview
+from continuum.sticky.criteria import CRITERIA
+from continuum.sticky.materials import Interface
+from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.verdict import judge
+from continuum.topography.map import Topography
+
+
+def predicted(slope: float, worn: bool = False) -> Prediction:
+    grid = Grid.square(64)
+    heights = SelfAffine(0.8, slope, 8.0, 32.0).synthesise(grid, np.random.default_rng(1))
+    if worn:
+        heights = np.minimum(heights, np.quantile(heights, 0.8))
+    pixel = 1e-9
+    size = (pixel * grid.lengths[0], pixel * grid.lengths[1])
+    interface = Interface(1e9, 1e-6 * pixel * 1e9, 0.02 * slope * pixel, pixel)
+    return prediction_of([Topography(pixel * heights, size, periodic=True)], interface)
+
+
+def counted(found: Prediction) -> set[str]:
+    """Names of the criteria that the table of verdicts calls in their range, but for the necessary condition."""
+    table = next(sheet for sheet in prediction_sheets(found) if sheet.title.startswith("Is it sticky"))
+    return {str(row[0]) for row in table.rows if str(row[-1]).startswith("yes")} - {"necessary adhesion"}
+
+
+def counted_in_row(found: Prediction) -> set[str]:
+    """The same by the row of ``--csv``."""
+    inside = ": in its range"
+    names = {name.removesuffix(inside) for name, said in found.row().items() if name.endswith(inside) and said == "yes"}
+    return names - {"necessary adhesion"}
+
+
+def labels(found: Prediction) -> set[str]:
+    return {str(line.get_label()) for axis in overview(found).axes for line in axis.lines}
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.6])
+def test_theories_that_the_answer_names_are_in_their_range_everywhere(slope: float) -> None:
+    found = predicted(slope)
+    verdict = judge(found)
+    assert verdict.probability is not None
+    named = {criterion.name for criterion in CRITERIA.values() if criterion.name in verdict.why[0]}
+    assert "Pastewka-Robbins" in named
+    assert named == counted(found) == counted_in_row(found)
+    assert "it is out of its range" not in found.sentence
+    assert ("judged with smaller heights, as h' = 0.6 is above 0.3" in found.sentence) is (slope > 0.3)
+    assert "together, in range" in labels(found)
+
+
+def test_no_theory_counts_on_a_map_that_is_not_gaussian() -> None:
+    found = predicted(0.1, worn=True)
+    assert excluding(found)
+    assert not counted(found)
+    assert not counted_in_row(found)
+    assert "together, in range" not in labels(found)
+    assert "10 and 90 %" in labels(found)
+
+
+def test_nor_on_one_that_is_too_steep() -> None:
+    found = predicted(1.5)
+    assert not counted(found)
+    assert not counted_in_row(found)
+    assert "it is out of its range" in found.sentence
