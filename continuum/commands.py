@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from continuum.app import view as viewing
 from continuum.errors import NOT_CONVERGED, OK, InputError
 from continuum.files import output as files
 from continuum.files.inputs import load
@@ -156,6 +157,14 @@ def analyse(
         with written_as(format):
             for figure in found.plot(output):
                 print(figure)
+    return OK
+
+
+@like(viewing.view)
+def view(*file: Path, port: int = 0, browser: Annotated[bool, Parameter(negative="--no-browser")] = True) -> int:
+    if len(file) > 1:
+        raise InputError(f"{file[1]}: one map is open at a time")
+    viewing.view(*file, port=port, browser=browser)
     return OK
 
 

@@ -69,7 +69,8 @@ CONTINUUM = {
     "front": "show",
     "options": "show",
     "paper": "front",
-    "commands": "paper options",
+    "app": "front",
+    "commands": "paper options app",
     "sweep_commands": "commands",
     "cli": "sweep_commands",
 }
@@ -132,6 +133,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         # The front door names the type of a figure.
         ("matplotlib", {"continuum.show", "continuum.paper", "atomistic.show", "continuum.front.states"}),
         ("SurfaceTopography", {"continuum.topography.instruments"}),
+        ("tornado", {"continuum.app.server"}),
         (
             "cyclopts",
             {f"continuum.{name}" for name in ("cli", "options", "commands", "sweep_commands")} | {"atomistic.commands"},
@@ -162,6 +164,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
             {
                 "atomistic.lammps.engine",
                 "atomistic.lammps.plugin",
+                "continuum.app.server",
                 "continuum.files.provenance",
                 "continuum.sweeps.workers",
             },

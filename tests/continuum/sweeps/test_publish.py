@@ -225,7 +225,10 @@ def test_a_sweep_into_full_contact_is_published(tmp_path: Path) -> None:
     assert not (tmp_path / "out" / "figure3.png").exists(), "its only points with enough asperities have no edge"
 
 
-@pytest.mark.parametrize("axis", ['"wall.adhesion_length" = [0.0, 0.005]', '"surface.path" = ["map.npy"]'])
+@pytest.mark.parametrize(
+    "axis",
+    [pytest.param('"wall.adhesion_length" = [0.0, 0.005]', marks=pytest.mark.long), '"surface.path" = ["map.npy"]'],
+)
 def test_files_that_the_input_reads_are_named(axis: str, tmp_path: Path) -> None:
     heights = np.random.default_rng(1).normal(size=(24, 30)).cumsum(0).cumsum(1)
     np.save(tmp_path / "map.npy", heights / 500)

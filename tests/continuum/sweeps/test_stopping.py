@@ -56,7 +56,7 @@ def test_a_path_that_is_stopped_between_two_writings_stores_its_points(
     same(path, small.with_name("whole.h5"))
 
 
-@pytest.mark.parametrize("whom", ["the driver", "its worker"])
+@pytest.mark.parametrize("whom", ["the driver", pytest.param("its worker", marks=pytest.mark.long)])
 def test_a_signal_stores_the_path_in_hand(whom: str, tmp_path: Path) -> None:
     (tmp_path / "many.toml").write_text(LONG)
     work, patience = tmp_path / "many" / "work", 0.5

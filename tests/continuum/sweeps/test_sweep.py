@@ -491,14 +491,8 @@ def test_a_kill_loses_nothing(victim: str, undisturbed: Path, tmp_path: Path) ->
         same(point, undisturbed / point.relative_to(path.parent))
 
 
-@pytest.mark.parametrize(
-    "how",
-    [
-        "kill",
-        pytest.param("Ctrl-C", marks=pytest.mark.long),
-        pytest.param("the terminal is closed", marks=pytest.mark.long),
-    ],
-)
+@pytest.mark.long  # of these, what a queue sends is in test_stopping.py as well
+@pytest.mark.parametrize("how", ["kill", "Ctrl-C", "the terminal is closed"])
 def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
     path = described(tmp_path, SEEDS.replace("[1, 2, 3]", "{from = 1, to = 400, step = 1}"))
     root = tmp_path / "out" / "many"

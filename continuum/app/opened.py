@@ -1,0 +1,104 @@
+"""A map that is open in the browser: where its file is kept, what is asked of it, and what is said."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+from continuum import units
+from continuum.errors import InputError
+from continuum.front.predict import predict
+from continuum.show.answer import statements
+from continuum.sticky.prediction import Prediction
+from continuum.topography.mending import Detrending
+
+FIELDS = (
+    "size", "unit", "material", "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe",
+    "detrend", "fill", "crop", "cutoff", "smallest",
+)  # fmt: skip
+"""What the form asks for, as the arguments of :func:`continuum.predict`."""
+SEVERAL = frozenset({"material", "modulus", "poisson"})
+"""Those of which there may be two, one for each body."""
+_LONGEST = 200
+
+
+@dataclass(frozen=True)
+class OpenedMap:
+    """A topography and the folder in which what is made of it lies.
+
+    Parameters
+    ----------
+    path : of the file that is read.
+    shown : its name where it is from; a file name only in what is shown, never a path on this machine.
+    folder : private to the program.
+    """
+
+    path: Path
+    shown: str
+    folder: Path
+
+    def predict(self, asked: Mapping[str, str]) -> Prediction:
+        """The prediction that a form asks for, without the solver; raises InputError in words of its fields."""
+        return predict(self.path, **arguments(asked), solve=False)
+
+    def command(self, asked: Mapping[str, str], file: str = "", *more: str) -> list[str]:
+        """The command that says the same, and with what is added more."""
+        words = ["continuum", "predict", file or self.shown]
+        for name, value in arguments(asked).items():
+            option = "--estar" if name == "contact_modulus" else f"--{name}"
+            for each in value if isinstance(value, tuple) else (value,):
+                words += [option, str(each)]
+        return [*words, *more]
+
+    def repeated_by(self, asked: Mapping[str, str]) -> str:
+        """The command as one writes it in a shell."""
+        return shlex.join(self.command(asked))
+
+    def solving(self, asked: Mapping[str, str]) -> list[str]:
+        """The command that solves the map, of this program, with its page in the folder."""
+        _, *words = self.command(asked, str(self.path), "--solve", "--output", str(self.folder / "solved"))
+        return [sys.executable, "-m", "continuum", *words]
+
+
+def arguments(asked: Mapping[str, str]) -> dict[str, Any]:
+    """Arguments of :func:`continuum.predict` that a form asks for; raises InputError where they are none."""
+    found: dict[str, Any] = {}
+    for name, value in asked.items():
+        if name not in FIELDS or not isinstance(value, str) or len(value) > _LONGEST:
+            raise InputError(f"{name[:40]}: no field of the form, or no short text")
+        if not value.strip():
+            continue
+        # A field with two values has them one after the other, separated by commas.
+        several = tuple(part.strip() for part in value.split(","))
+        found[name] = several if name in SEVERAL else value.strip()
+    detrend = found.get("detrend")
+    if detrend is not None and detrend not in get_args(Detrending):
+        raise InputError(f"detrend: {detrend!r} is none of {', '.join(get_args(Detrending))}")
+    return found
+
+
+def answer(found: Prediction) -> dict[str, Any]:
+    """What is said of a prediction, and the values at which its sliders stand."""
+    contact = found.contact
+    shown = {
+        "work": units.readable(contact.work_of_adhesion, "energy_per_area", 3),
+        "contact_modulus": units.readable(contact.contact_modulus, "pressure", 3),
+        "range": units.readable(contact.range, "length", 3),
+    }
+    return {
+        "statements": [f"{line}." for line in statements(found)],
+        "doubts": list(found.doubts),
+        "values": {name: text.replace(" ", "").replace("²", "2") for name, text in shown.items()},
+        "too_much": found.too_much,
+    }
+
+
+def safe_name(name: str) -> str:
+    """A name for an uploaded file: letters, digits, dots, - and _ of the one that it had."""
+    plain = re.sub(r"[^A-Za-z0-9._-]+", "_", Path(name.replace("\\", "/")).name).strip("._")[-80:].lstrip("._")
+    return plain or "map"

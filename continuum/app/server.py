@@ -1,0 +1,306 @@
+"""The server of ``continuum view``: on this machine only, for whoever has its address.
+
+Each answer needs the token of the address, once in the address and then in a cookie.  The names of the host and of the
+origin are looked at, so that no page of the web speaks to it through the browser.  It hands out no file of the disk.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import secrets
+import subprocess
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from tornado.httpserver import HTTPServer
+from tornado.netutil import bind_sockets
+from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
+
+from continuum.app.opened import OpenedMap, answer, safe_name
+from continuum.errors import InputError
+from continuum.show.plot import written_as
+from continuum.sticky.materials import MATERIALS
+
+LARGEST = 200_000_000
+"""Bytes of an upload."""
+_COOKIE = "stickiness"
+_STATIC = {"": "text/html", "view.js": "text/javascript", "view.css": "text/css"}
+# Nothing of another site, no code but ours; a report has its style and its figures within itself.
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src data:; connect-src 'self'; "
+    "frame-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
+)
+
+
+@dataclass
+class Solving:
+    """The solver at work on a map, in a process of its own."""
+
+    process: subprocess.Popen[str]
+    began: float = field(default_factory=time.monotonic)
+
+
+@dataclass
+class View:
+    """What one call of ``continuum view`` knows: the one thing here that changes."""
+
+    folder: Path
+    """Private; it goes with the program."""
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    port: int = 0
+    opened: OpenedMap | None = None
+    solving: Solving | None = None
+    uploads: int = 0
+
+    def place(self, name: str) -> Path:
+        """A new file for an upload, in a folder of its own."""
+        self.uploads += 1
+        place = self.folder / f"map-{self.uploads}"
+        place.mkdir()
+        return place / safe_name(name)
+
+    def open(self, path: Path, shown: str) -> None:
+        """Take a map in place of the one that is open."""
+        self.stop()
+        folder = self.folder / f"of-{secrets.token_hex(4)}"
+        folder.mkdir()
+        self.opened = OpenedMap(path, shown, folder)
+
+    def stop(self) -> None:
+        """End the solver, if it is at work."""
+        if self.solving is not None and self.solving.process.poll() is None:
+            self.solving.process.terminate()
+            self.solving.process.wait()
+        self.solving = None
+
+
+class _Handler(RequestHandler):
+    """What every answer asks for and says."""
+
+    view: View
+
+    def initialize(self, view: View) -> None:
+        self.view = view
+
+    def set_default_headers(self) -> None:
+        self.set_header("Content-Security-Policy", _POLICY)
+        self.set_header("Cache-Control", "no-store")
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Referrer-Policy", "no-referrer")
+
+    def prepare(self) -> None:
+        """Refuse whoever has not the token, and whatever another page of the browser asks for."""
+        hosts = {f"{name}:{self.view.port}" for name in ("127.0.0.1", "localhost")}
+        if self.request.host not in hosts:
+            raise HTTPError(403, reason="not the address of this program")
+        origin = self.request.headers.get("Origin")
+        if origin is not None and origin not in {f"http://{host}" for host in hosts}:
+            raise HTTPError(403, reason="asked for by another page")
+        given = self.get_query_argument("token", "") or self.get_cookie(_COOKIE) or ""
+        if not secrets.compare_digest(given.encode(), self.view.token.encode()):
+            raise HTTPError(403, reason="the address lacks its token: use the one that the program has printed")
+
+    def write_error(self, status_code: int, **more: Any) -> None:
+        self.set_header("Content-Type", "application/json")
+        self.finish(json.dumps({"error": self._reason}))
+
+    @property
+    def opened(self) -> OpenedMap:
+        """The map that is open."""
+        if self.view.opened is None:
+            raise HTTPError(409, reason="no map is open")
+        return self.view.opened
+
+    def asked(self) -> Mapping[str, str]:
+        """The fields of the form."""
+        try:
+            found = json.loads(self.request.body)
+        except ValueError:
+            found = None
+        if not isinstance(found, dict):
+            raise HTTPError(400, reason="no form")
+        return found
+
+    def refuse(self, error: InputError) -> None:
+        """Say what is wrong with what was asked for, as the command would."""
+        self.set_status(422)
+        self.write({"error": str(error).replace(str(self.opened.path), self.opened.shown)[:2000]})
+
+
+class _Static(_Handler):
+    """The page and what belongs to it."""
+
+    def get(self, name: str) -> None:
+        if self.get_query_argument("token", ""):  # from now on in a cookie, not in what a browser remembers
+            self.set_cookie(_COOKIE, self.view.token, httponly=True, samesite="Strict")
+            self.redirect("/")
+            return
+        text = (resources.files("continuum.app") / "static" / (name or "index.html")).read_text(encoding="utf-8")
+        if not name:
+            opened = self.view.opened
+            known = {"materials": sorted(MATERIALS), "opened": opened.shown if opened is not None else ""}
+            text = text.replace("{known}", json.dumps(known).replace("<", "\\u003c"))
+        self.set_header("Content-Type", f"{_STATIC[name]}; charset=utf-8")
+        self.write(text)
+
+
+@stream_request_body
+class _Upload(_Handler):
+    """A map is dropped on the page: its bytes, with its name in a header."""
+
+    def prepare(self) -> None:
+        super().prepare()
+        self._shown = unquote(self.request.headers.get("X-Name", ""))[:200]
+        if int(self.request.headers.get("Content-Length", LARGEST + 1)) > LARGEST:
+            raise HTTPError(413, reason=f"more than {LARGEST // 10**6} MB")
+        if self._shown.lower().endswith(".toml"):
+            raise HTTPError(422, reason="an input names files of this machine: open it with `continuum predict`")
+        self._path = self.view.place(self._shown)
+        self._file = self._path.open("xb")
+
+    def data_received(self, chunk: bytes) -> None:
+        self._file.write(chunk)
+
+    def put(self) -> None:
+        self._file.close()
+        self.view.open(self._path, self._path.name)
+        self.write({"opened": self._path.name})
+
+    def on_connection_close(self) -> None:
+        self._file.close()
+
+
+class _Predict(_Handler):
+    """The answer to what the form asks for, without the solver."""
+
+    async def post(self) -> None:
+        opened, asked = self.opened, self.asked()
+        try:
+            found = await _aside(opened.predict, asked)
+            self.write(answer(found) | {"command": opened.repeated_by(asked)})
+        except InputError as error:
+            self.refuse(error)
+
+
+class _Report(_Handler):
+    """The whole page of what the form asks for, as `continuum predict` writes it."""
+
+    async def post(self) -> None:
+        opened, asked = self.opened, self.asked()
+        try:
+            found = await _aside(opened.predict, asked)
+            page = await _aside(_written, found, opened.folder)
+        except InputError as error:
+            self.refuse(error)
+            return
+        self.set_header("Content-Type", "text/html; charset=utf-8")
+        self.write(page)
+
+
+class _Solve(_Handler):
+    """Begin to solve the map, ask how far that is, or stop it."""
+
+    async def post(self) -> None:
+        opened, asked = self.opened, self.asked()
+        try:
+            await _aside(opened.predict, asked)  # what is wrong is said at once
+            command = opened.solving(asked)
+        except InputError as error:
+            self.refuse(error)
+            return
+        self.view.stop()
+        with (opened.folder / "said.txt").open("w") as said:
+            process = subprocess.Popen(
+                command, cwd=opened.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=said, text=True
+            )
+        self.view.solving = Solving(process)
+        self.write({"solving": True})
+
+    def get(self) -> None:
+        opened, solving = self.opened, self.view.solving
+        if solving is None:
+            self.write({"solving": False})
+            return
+        code = solving.process.poll()
+        said = (opened.folder / "said.txt").read_text(encoding="utf-8").replace(str(opened.path), opened.shown)
+        seconds = round(time.monotonic() - solving.began)
+        self.write({"solving": code is None, "code": code, "seconds": seconds, "said": said[-2000:]})
+
+    def delete(self) -> None:
+        self.view.stop()
+        self.write({"solving": False})
+
+
+class _Solved(_Handler):
+    """The page of the map that was solved."""
+
+    def get(self) -> None:
+        pages = sorted((self.opened.folder / "solved").glob("*.html"))
+        if not pages:
+            raise HTTPError(404, reason="nothing is solved yet")
+        self.set_header("Content-Type", "text/html; charset=utf-8")
+        self.write(pages[0].read_bytes())
+
+
+async def _aside(work: Any, *given: Any) -> Any:
+    """Do work in another thread, so that the server goes on answering."""
+    return await asyncio.get_running_loop().run_in_executor(None, partial(work, *given))
+
+
+def _written(found: Any, folder: Path) -> str:
+    with written_as(["png"]):
+        page, *_ = found.write(folder / "report", "report")
+    return page.read_text(encoding="utf-8")  # type: ignore[no-any-return]
+
+
+def application(view: View) -> Application:
+    """The application of a view."""
+    given = {"view": view}
+    return Application([
+        (r"/(|view\.js|view\.css)", _Static, given),
+        (r"/map", _Upload, given),
+        (r"/predict", _Predict, given),
+        (r"/report", _Report, given),
+        (r"/solve", _Solve, given),
+        (r"/solved", _Solved, given),
+    ])  # fmt: skip
+
+
+def listen(view: View, port: int) -> HTTPServer:
+    """Answer on a port of this machine, or on a free one if it is 0, in the running event loop."""
+    server = HTTPServer(application(view), max_body_size=LARGEST, max_buffer_size=2 * 2**20)
+    sockets = bind_sockets(port, "127.0.0.1")
+    view.port = sockets[0].getsockname()[1]
+    server.add_sockets(sockets)
+    return server
+
+
+async def serve_view(path: Path | None, port: int, begun: Any) -> None:
+    """Serve until it is stopped.
+
+    Parameters
+    ----------
+    path : a map that is open from the beginning.
+    port : of this machine; a free one if 0.
+    begun : called with the address.
+    """
+    with tempfile.TemporaryDirectory(prefix="stickiness-view-") as folder:
+        view = View(Path(folder))
+        if path is not None:
+            view.open(path.resolve(), path.name)
+        server = listen(view, port)
+        begun(f"http://127.0.0.1:{view.port}/?token={view.token}")
+        try:
+            await asyncio.Event().wait()
+        finally:
+            server.stop()
+            await server.close_all_connections()
+            view.stop()

@@ -1,0 +1,212 @@
+"""The page of `continuum view`: what it answers, and what hostile requests, names and files get."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import quote
+
+import numpy as np
+import pytest
+
+pytest.importorskip("tornado", reason="needs the extra `app`")
+
+from continuum.app import server
+from continuum.app.opened import arguments, safe_name
+from continuum.app.server import View, listen
+from continuum.cli import main
+from continuum.errors import InputError
+from continuum.model.grid import Grid
+from continuum.model.surface import SelfAffine
+
+FORM = {"size": "1um", "unit": "nm", "material": "silicon, silicon"}
+
+
+class Said(NamedTuple):
+    status: int
+    body: bytes
+    headers: http.client.HTTPMessage
+
+    @property
+    def json(self) -> dict[str, Any]:
+        return dict(json.loads(self.body))
+
+
+class Client:
+    """Speaks to a view as a browser that has its cookie."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+
+    def __call__(self, method: str, path: str, body: bytes | dict[str, str] | None = None, **headers: str) -> Said:
+        connection = http.client.HTTPConnection("127.0.0.1", self.view.port, timeout=60)
+        given = {"Cookie": f"stickiness={self.view.token}"} | {k.replace("_", "-"): v for k, v in headers.items()}
+        sent = json.dumps(body).encode() if isinstance(body, dict) else body
+        try:
+            connection.request(method, path, sent, given)
+            answer = connection.getresponse()
+            return Said(answer.status, answer.read(), answer.headers)
+        finally:
+            connection.close()
+
+
+@pytest.fixture(scope="module")
+def map_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Heights in nm of a self-affine surface of 1 µm."""
+    path = tmp_path_factory.mktemp("map") / "map.npy"
+    np.save(path, 15.6 * SelfAffine(0.8, 0.02, 8.0, 32.0).synthesise(Grid.square(64), np.random.default_rng(1)))
+    return path
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> Iterator[Client]:
+    view, ready, done = View(tmp_path), threading.Event(), asyncio.Event()
+    loops = list[asyncio.AbstractEventLoop]()
+
+    async def serve() -> None:
+        loops.append(asyncio.get_running_loop())
+        listening = listen(view, 0)
+        ready.set()
+        await done.wait()
+        listening.stop()
+        await listening.close_all_connections()
+
+    thread = threading.Thread(target=asyncio.run, args=(serve(),))
+    thread.start()
+    ready.wait()
+    yield Client(view)
+    loops[0].call_soon_threadsafe(done.set)
+    thread.join()
+    view.stop()
+
+
+def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> None:
+    assert client("POST", "/predict", FORM).status == 409  # no map is open
+    assert client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy").json == {"opened": "map.npy"}
+    said = client("POST", "/predict", FORM).json
+    assert said["values"] == {"work": "100mJ/m2", "contact_modulus": "70.5GPa", "range": "350pm"}
+    assert said["command"].startswith("continuum predict map.npy --size 1um --unit nm --material silicon --material")
+    # A slider: a hundredth of the work of adhesion makes it less sticky.
+    less = client("POST", "/predict", FORM | {"work": "1mJ/m2"}).json
+    assert less["statements"][0].startswith("Not sticky")
+    page = client("POST", "/report", FORM)
+    assert page.headers["Content-Type"].startswith("text/html")
+    assert page.body.count(b"data:image/png") >= 1
+    assert str(client.view.folder).encode() not in page.body
+    assert client("GET", "/solved").status == 404
+
+
+@pytest.mark.long  # the whole command, with its figures, in a process of its own
+def test_a_map_is_solved(client: Client, map_file: Path) -> None:
+    client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
+    assert client("POST", "/solve", FORM).json == {"solving": True}
+    while (state := client("GET", "/solve").json)["solving"]:
+        time.sleep(0.1)
+    assert state["code"] == 0, state
+    assert "solved in" in state["said"]
+    assert b"solved on the map" in client("GET", "/solved").body
+
+
+def test_the_solver_is_stopped(client: Client, map_file: Path) -> None:
+    client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
+    client("POST", "/solve", FORM)
+    assert client.view.solving is not None
+    process = client.view.solving.process
+    assert client("DELETE", "/solve").json == {"solving": False}
+    assert process.poll() is not None
+    assert client("GET", "/solve").json == {"solving": False}
+
+
+def test_what_is_wrong_is_said_as_the_command_says_it(client: Client, map_file: Path) -> None:
+    client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
+    for form, words in (
+        ({"material": "silicon"}, "size"),
+        (FORM | {"work": "50"}, "unit"),
+        (FORM | {"material": "cheese"}, "cheese"),
+        (FORM | {"detrend": "everything"}, "everything"),
+        (FORM | {"output": "/etc"}, "output"),
+        (FORM | {"size": 3}, "size"),
+    ):
+        said = client("POST", "/predict", form)  # type: ignore[arg-type]
+        assert said.status == 422
+        assert words in said.json["error"]
+        assert str(client.view.folder) not in said.json["error"]
+    client("PUT", "/map", b"no map at all", X_Name="map.npy")
+    assert client("POST", "/predict", FORM).status == 422
+    assert client("POST", "/predict", b"[1]").status == 400
+
+
+def test_nobody_else_is_answered(client: Client) -> None:
+    port = client.view.port
+    assert client("GET", "/").status == 200
+    assert client("GET", "/", Cookie="").status == 403
+    assert client("GET", "/", Cookie="stickiness=guess").status == 403
+    assert client("GET", "/?token=guess", Cookie="").status == 403
+    assert client("GET", "/", Host="rebound.example").status == 403
+    assert client("POST", "/predict", FORM, Origin="http://other.example").status == 403
+    assert client("GET", "/", Host=f"localhost:{port}", Origin=f"http://localhost:{port}").status == 200
+    # The token is in the address once, then in a cookie that no script reads.
+    said = client("GET", f"/?token={client.view.token}", Cookie="")
+    assert said.status == 302
+    assert said.headers["Location"] == "/"
+    assert {"HttpOnly", "SameSite=Strict"} <= set(said.headers["Set-Cookie"].split("; "))
+    assert "default-src 'none'" in said.headers["Content-Security-Policy"]
+
+
+@pytest.mark.parametrize(
+    "path", ["/../server.py", "/view.js/../../server.py", "/etc/passwd", "/%2e%2e/opened.py", "/index.html"]
+)
+def test_no_file_of_the_disk_is_handed_out(client: Client, path: str) -> None:
+    assert client("GET", path).status == 404
+
+
+@pytest.mark.parametrize(
+    ("name", "kept"),
+    [
+        ("../../etc/passwd", "passwd"), ("..\\..\\boot.ini", "boot.ini"), ("a b;rm -rf ~.npy", "a_b_rm_-rf_.npy"),
+        ("", "map"), ("...", "map"), ("/", "map"), (".bashrc", "bashrc"), ("Höhe.txt", "H_he.txt"),
+        ("x" * 500, "x" * 80),
+    ],
+)  # fmt: skip
+def test_a_name_is_never_a_place(client: Client, name: str, kept: str) -> None:
+    assert safe_name(name) == kept
+    if len(name) < 200:
+        assert client("PUT", "/map", b"1 2\n3 4\n", X_Name=quote(name)).json == {"opened": kept}
+    assert client.view.opened is None or client.view.folder in client.view.opened.path.parents
+
+
+def test_an_upload_has_a_size_and_is_a_map(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert client("PUT", "/map", b"[topography]", X_Name="mine.TOML").status == 422
+    monkeypatch.setattr(server, "LARGEST", 1000)
+    assert client("PUT", "/map", b"0" * 1001, X_Name="map.txt").status == 413
+    assert client.view.opened is None
+
+
+def test_a_page_that_says_script_is_shown_as_text(client: Client) -> None:
+    heights = "\n".join(" ".join(map(str, row)) for row in np.random.default_rng(1).normal(size=(16, 16)).round(3))
+    client("PUT", "/map", heights.encode(), X_Name=quote("<script>alert(1)</script>.txt"))
+    assert b"<script>alert" not in client("GET", "/").body
+    assert b"<script>alert" not in client("POST", "/report", FORM).body
+
+
+def test_fields_are_those_of_the_form() -> None:
+    assert arguments({"material": "gold, silica", "work": " 1mJ/m2 ", "fill": ""}) == {
+        "material": ("gold", "silica"),
+        "work": "1mJ/m2",
+    }
+    for asked in ({"solve": "1"}, {"work": "1" * 201}, {"threads": "8"}):
+        with pytest.raises(InputError):
+            arguments(asked)
+
+
+def test_the_command_refuses_what_cannot_be_opened(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", str(tmp_path / "none.npy"), "--no-browser"]) == 2
+    assert "no such file" in capsys.readouterr().err
+    assert main(["view", "a", "b"]) == 2
+    assert main(["view", "--port", "99999"]) == 2
