@@ -29,12 +29,6 @@ _pressure = partial(units.readable, quantity="pressure", digits=3)
 _work = partial(units.readable, quantity="energy_per_area", digits=3)
 
 
-def _answer(estimate: Estimate) -> str:
-    if estimate.sticky and not CRITERIA[estimate.key].sufficient:
-        return "not excluded"
-    return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
-
-
 def prediction_sentence(prediction: Prediction) -> str:
     """The answer in one text: :func:`continuum.show.answer.statements`, one after the other."""
     return ".  ".join(statements(prediction))
@@ -138,6 +132,10 @@ def _contact(prediction: Prediction) -> Sheet:
     return pairs("Contact", rows)
 
 
+def _necessary(estimate: Estimate) -> str:
+    return "not excluded" if estimate.sticky else "not sticky"
+
+
 def _verdicts(prediction: Prediction) -> Sheet:
     rows, excluded, inside = [], excluding(prediction), ranges(prediction)
     for vote in votes(prediction.contact):
@@ -152,7 +150,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
             (
                 estimate.name,
                 f"{estimate.symbol} = {estimate.value:.4g}",
-                "-" if excluded else _answer(estimate) if support is None else vote.answer,
+                "-" if excluded else _necessary(estimate) if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
                 record,
                 _pressure(modulus),
@@ -231,9 +229,11 @@ def _solved(prediction: Prediction) -> Sheet:
         ]
     if simulation is not None:
         ratio = prediction.number("area-ratio").value
+        said = {vote.estimate.key: vote.answer for vote in votes(contact)}
+        by_record = "-" if excluding(prediction) else said[prediction.paper.key]
         area = f"{100 * simulation.area_rep:.3g} %" + (": jumped past 1 %" if simulation.jumped else "")
         rows += [
-            ("verdict at the given w", _answer(prediction.paper), "sticky" if simulation.sticky else "not sticky"),
+            ("verdict at the given w", by_record, "sticky" if simulation.sticky else "not sticky"),
             ("repulsive area", "1 %", area),
             ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
             ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),

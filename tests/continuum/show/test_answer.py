@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
+from continuum.model.walls import LennardJonesSpline
 from continuum.show.prediction import prediction_sheets
 from continuum.show.prediction_data import excluding
 from continuum.show.prediction_figures import overview
 from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import Prediction, prediction_of
+from continuum.sticky.record import turning_margin
+from continuum.sticky.simulate import Simulation
 from continuum.sticky.verdict import judge
 from continuum.topography.map import Topography
 
 
-def predicted(slope: float, worn: bool = False) -> Prediction:
+def predicted(slope: float, worn: bool = False, factor: float = 1.0) -> Prediction:
     grid = Grid.square(64)
     heights = SelfAffine(0.8, slope, 8.0, 32.0).synthesise(grid, np.random.default_rng(1))
     if worn:
         heights = np.minimum(heights, np.quantile(heights, 0.8))
     pixel = 1e-9
     size = (pixel * grid.lengths[0], pixel * grid.lengths[1])
-    interface = Interface(1e9, 1e-6 * pixel * 1e9, 0.02 * slope * pixel, pixel)
+    interface = Interface(1e9, factor * 1e-6 * pixel * 1e9, 0.02 * slope * pixel, pixel)
     return prediction_of([Topography(pixel * heights, size, periodic=True)], interface)
 
 
@@ -72,3 +77,19 @@ def test_nor_on_one_that_is_too_steep() -> None:
     assert not counted(found)
     assert not counted_in_row(found)
     assert "it is out of its range" in found.sentence
+
+
+def test_beside_the_solver_the_paper_says_what_its_record_says() -> None:
+    """Its criterion by itself would say not sticky where the record has half of such surfaces sticky."""
+    one = predicted(0.1)
+    half = turning_margin((CRITERIA[one.paper.key],), one.contact)
+    found = predicted(0.1, factor=half / (one.paper.margin or np.nan))
+    assert found.paper.sticky is False
+    grid = Grid.square(4)
+    solved = Simulation(
+        0.01, 1.0, -1.0, -1.0, False, np.ones(grid.shape), LennardJonesSpline(0.1), grid, grid.shape, grid.lengths, ()
+    )
+    for prediction, said in ((found, "undecided"), (predicted(0.1, worn=True), "-")):
+        sheets = prediction_sheets(replace(prediction, simulation=solved))
+        rows = {row[0]: row for sheet in sheets if sheet.title.startswith("Solved") for row in sheet.rows}
+        assert rows["verdict at the given w"][1:] == (said, "sticky")
