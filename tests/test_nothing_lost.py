@@ -228,7 +228,7 @@ def waiting(folder: Path, *before: str) -> subprocess.Popen[str]:
     return process
 
 
-@pytest.mark.parametrize("stopped_by", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("stopped_by", [signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.long)])
 def test_a_run_that_is_stopped_says_so(tmp_path: Path, stopped_by: signal.Signals) -> None:
     process = waiting(tmp_path)
     process.send_signal(stopped_by)
@@ -253,7 +253,7 @@ def test_in_the_background_only_kill_stops_a_run(tmp_path: Path) -> None:
     assert error.startswith("stopped; ")
 
 
-@pytest.mark.parametrize("opened", [pty.openpty, os.pipe])
+@pytest.mark.parametrize("opened", [pty.openpty, pytest.param(os.pipe, marks=pytest.mark.long)])
 def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
     tmp_path: Path, opened: Callable[[], tuple[int, int]]
 ) -> None:

@@ -59,6 +59,7 @@ def test_pull_off_and_work_are_those_of_each_cycle(tmp_path: Path) -> None:
     assert drawing.figure.legends
 
 
+@pytest.mark.long
 def test_a_sweep_without_a_way_back_has_no_pull_off(tmp_path: Path) -> None:
     text = SMALL.replace("retract = true\n", "") + '[sweep.axes]\n"surface.seed" = [1]\n'
     data = swept(tmp_path, text)
@@ -95,6 +96,7 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     assert np.isnan(shown["d_att (a0)"][shown["wall"] == "hard"]).all()
 
 
+@pytest.mark.long
 def test_gap_profiles_of_a_sweep_without_gaps_say_what_is_missing(tmp_path: Path) -> None:
     data = swept(tmp_path, SMALL.replace("fields = true", "") + '[sweep.axes]\n"surface.seed" = [1]\n')
     with pytest.raises(FigureError, match="fields = true"):

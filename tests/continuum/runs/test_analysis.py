@@ -109,6 +109,7 @@ def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> Non
     assert len(whole.rows) == 11
 
 
+@pytest.mark.long
 def test_the_command_prints_and_draws(small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     follow_run(load(small, RunConfig), tmp_path / "small.h5")
     assert main(["analyse", str(tmp_path / "small.h5"), "-o", str(tmp_path / "figures")]) == 0

@@ -181,6 +181,7 @@ def test_two_bodies_are_continued_each() -> None:
     assert found.continuation.contact(found.contact).rms_slope == pytest.approx(np.sqrt(sum(squares)), rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_command_takes_a_tip_and_a_smallest_wave(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.save(tmp_path / "map.npy", overview(whole(0.3, slope=0.2)).heights)
     known = ["--size", "1024nm", "--unit", "nm", "--estar", "1GPa", "--work", "1mJ/m2", "--range", "0.6nm",

@@ -216,6 +216,7 @@ def test_what_is_missing_is_said(root: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.long
 def test_a_sweep_into_full_contact_is_published(tmp_path: Path) -> None:
     """Where all is contact it has no edge: no perimeter, no mean diameter, no rim of attraction."""
     (tmp_path / "full.toml").write_text(SMALL.replace("1.2]", "0.9]") + '[sweep.axes]\n"surface.seed" = [1]\n')

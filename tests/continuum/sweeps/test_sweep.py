@@ -470,7 +470,8 @@ def until_some_are_done(root: Path, process: subprocess.Popen[bytes], count: int
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize("victim", [pytest.param("a worker", marks=pytest.mark.long), "the driver"])
+@pytest.mark.long  # signals that can be heard: test_stopping.py; processes that are gone: test_engine.py
+@pytest.mark.parametrize("victim", ["a worker", "the driver"])
 def test_a_kill_loses_nothing(victim: str, undisturbed: Path, tmp_path: Path) -> None:
     path, root = copied(undisturbed, tmp_path)
     shutil.rmtree(root)
