@@ -8,7 +8,7 @@ from functools import partial
 from continuum import units
 from continuum.model.grid import Grid
 from continuum.runs.cost import pair_seconds
-from continuum.show.prediction_data import remedy_options
+from continuum.show.prediction_data import ranges, remedy_options
 from continuum.sticky.criteria import AREA, CRITERIA
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
@@ -248,9 +248,11 @@ def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
 def _paper(prediction: Prediction) -> str:
     estimate = prediction.paper
     low, high = (turning_margin((CRITERIA[estimate.key],), prediction.contact, p) for p in (1 - SURE, SURE))
-    doubt = "" if estimate.valid else ", but it is out of its range (see the warnings)"
-    excluded = any(fault.excludes for fault in prediction.faults)
-    doubt = ", but that is of other surfaces" if excluded else doubt
+    doubt = ", but it is out of its range (see the warnings)"
+    if any(fault.excludes for fault in prediction.faults):
+        doubt = ", but that is of other surfaces"
+    elif ranges(prediction)[estimate.key].startswith("yes"):
+        doubt = "" if estimate.valid else ", judged with smaller heights"
     mended = prediction.mended
     more = "" if mended is None else f".  With the faults mended its margin is {mended.paper.margin:.3g}"
     return (

@@ -13,6 +13,7 @@ from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.answer import statements
 from continuum.show.page import Page
+from continuum.show.prediction_data import excluding, ranges
 from continuum.show.prediction_figures import contact_figure, fault_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
 from continuum.sticky.criteria import CRITERIA, Estimate
@@ -28,20 +29,9 @@ _pressure = partial(units.readable, quantity="pressure", digits=3)
 _work = partial(units.readable, quantity="energy_per_area", digits=3)
 
 
-def _answer(estimate: Estimate) -> str:
-    if estimate.sticky and not CRITERIA[estimate.key].sufficient:
-        return "not excluded"
-    return "-" if estimate.sticky is None else "sticky" if estimate.sticky else "not sticky"
-
-
 def prediction_sentence(prediction: Prediction) -> str:
     """The answer in one text: :func:`continuum.show.answer.statements`, one after the other."""
     return ".  ".join(statements(prediction))
-
-
-def _excluded(prediction: Prediction) -> str:
-    """Faults with which theories of moments say nothing."""
-    return ", ".join(fault.kind for fault in prediction.faults if fault.excludes)
 
 
 def reading_order(sheets: list[Sheet]) -> list[Sheet]:
@@ -142,14 +132,16 @@ def _contact(prediction: Prediction) -> Sheet:
     return pairs("Contact", rows)
 
 
+def _necessary(estimate: Estimate) -> str:
+    return "not excluded" if estimate.sticky else "not sticky"
+
+
 def _verdicts(prediction: Prediction) -> Sheet:
-    rows, excluded = [], _excluded(prediction)
+    rows, excluded, inside = [], excluding(prediction), ranges(prediction)
     for vote in votes(prediction.contact):
         estimate, support = vote.estimate, vote.support
         modulus = estimate.turning_modulus(prediction.contact) or 0.0
         work = estimate.turning_work(prediction.contact) or 0.0
-        why = "yes" if estimate.valid else "no: " + "; ".join(estimate.why)
-        why = f"no: {excluded}" if excluded else why
         record = "no record: a necessary condition"
         if support is not None:
             alike = "similar surfaces" if support.similar else "surfaces of the record, none of them similar"
@@ -158,12 +150,12 @@ def _verdicts(prediction: Prediction) -> Sheet:
             (
                 estimate.name,
                 f"{estimate.symbol} = {estimate.value:.4g}",
-                "-" if excluded else _answer(estimate) if support is None else vote.answer,
+                "-" if excluded else _necessary(estimate) if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
                 record,
                 _pressure(modulus),
                 _work(work),
-                why,
+                inside[estimate.key],
             )
         )
     head = (
@@ -237,9 +229,11 @@ def _solved(prediction: Prediction) -> Sheet:
         ]
     if simulation is not None:
         ratio = prediction.number("area-ratio").value
+        said = {vote.estimate.key: vote.answer for vote in votes(contact)}
+        by_record = "-" if excluding(prediction) else said[prediction.paper.key]
         area = f"{100 * simulation.area_rep:.3g} %" + (": jumped past 1 %" if simulation.jumped else "")
         rows += [
-            ("verdict at the given w", _answer(prediction.paper), "sticky" if simulation.sticky else "not sticky"),
+            ("verdict at the given w", by_record, "sticky" if simulation.sticky else "not sticky"),
             ("repulsive area", "1 %", area),
             ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
             ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),

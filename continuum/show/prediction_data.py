@@ -9,8 +9,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from continuum.sticky.criteria import verdicts
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.verdict import judge, unmeasured, votes
+from continuum.sticky.verdict import flattened, judge, unmeasured, votes
 from continuum.topography.faults import MapFault
 from continuum.topography.roughness import spectrum
 
@@ -34,10 +35,11 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
         beyond = unmeasured(prediction)
         found |= {"not measured below_m": waves.measured, "continued to_m": waves.smallest}
         found["verdict, continued"] = None if beyond is None else beyond.verdict.answer
+    inside = ranges(prediction)
     for vote in votes(contact):
         name = vote.estimate.name
         found[f"{name}: margin"] = vote.estimate.margin
-        found[f"{name}: in its range"] = "yes" if vote.estimate.valid else "no"
+        found[f"{name}: in its range"] = "yes" if inside[vote.estimate.key].startswith("yes") else "no"
         if vote.support is not None:
             found[f"{name}: probability"] = vote.support.probability
     if (turn := prediction.turn) is not None:
@@ -52,6 +54,24 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
         found |= {"probe: pull-off with w - U_N": probe.least, "probe: pull-off with w_N": probe.most}
         found["probe: largest with 1 % in contact_N"] = probe.rim
     return found
+
+
+def excluding(prediction: Prediction) -> str:
+    """Faults with which theories of moments say nothing."""
+    return ", ".join(fault.kind for fault in prediction.faults if fault.excludes)
+
+
+def ranges(prediction: Prediction) -> dict[str, str]:
+    """Whether each criterion, by its key, is in its range and so counts in the verdict: yes, or no, and why."""
+    excluded = excluding(prediction)
+    judged = {one.key for one in verdicts(flattened(prediction.contact)) if one.valid}
+
+    def said(key: str, why: str) -> str:
+        if excluded or key not in judged:
+            return f"no: {excluded or why}"
+        return f"yes, with smaller heights: {why}" if why else "yes"
+
+    return {one.key: said(one.key, "; ".join(one.why)) for one in prediction.verdicts}
 
 
 def remedy_options(fault: MapFault) -> str:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from continuum import units
 from continuum.measure.contact import contact_map
 from continuum.show import plot
+from continuum.show.prediction_data import excluding
 from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.prediction import Prediction, rough_contact
 from continuum.sticky.record import support
@@ -120,9 +121,10 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
         if criterion.sufficient:
             y = [support((criterion,), one).probability for one in cast]
             axis.semilogx(x, y, styles[i], color=_COLOURS[i], markersize=3, label=criterion.name)
-    together = [judge_contact(one).probability for one in cast]
-    axis.semilogx(x, [np.nan if chance is None else chance for chance in together], color="black", linewidth=2.5,
-                  alpha=0.5, label="together, in range")  # fmt: skip
+    together = [None if excluding(prediction) else judge_contact(one).probability for one in cast]
+    if any(chance is not None for chance in together):
+        axis.semilogx(x, [np.nan if chance is None else chance for chance in together], color="black", linewidth=2.5,
+                      alpha=0.5, label="together, in range")  # fmt: skip
     for edge in (1 - SURE, SURE):
         axis.axhline(edge, color="black", linewidth=0.8, label="10 and 90 %")
     axis.set(

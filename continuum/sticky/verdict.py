@@ -225,13 +225,24 @@ def judge_contact(contact: RoughContact, without: Left | None = None, part: Part
     part : whose roughness the contact has, and of which the record is: of the map, or of the summits.
     """
     heard = _heard if part == "map" else _heard_of_summits
-    slope = contact.rms_slope
-    if not LARGEST_SLOPE < slope <= STEEPEST:
+    flatter, slope = flattened(contact), contact.rms_slope
+    if flatter is contact:
         return heard(contact, without)
-    factor = LARGEST_SLOPE * (1 - 1e-9) / slope
-    flatter = _stretched(contact, factor)
     found = _firm(heard(flatter, without), flatter, f"h' = {slope:.3g} is not small", without, part)
-    return replace(found, turn=None if found.turn is None else found.turn / factor**2)
+    if found.probability is None:
+        return found
+    how = f"judged with smaller heights, as h' = {slope:.3g} is above {LARGEST_SLOPE:g}"
+    turn = None if found.turn is None else found.turn * (slope / flatter.rms_slope) ** 2
+    return replace(found, turn=turn, why=(*found.why, how))
+
+
+def flattened(contact: RoughContact) -> RoughContact:
+    """The contact that theories are asked about: one that is too steep for them, with smaller heights, else as it is.
+
+    To linear elasticity, and so for slopes of up to :data:`STEEPEST`, the two are the same contact.
+    """
+    slope = contact.rms_slope
+    return _stretched(contact, LARGEST_SLOPE * (1 - 1e-9) / slope) if LARGEST_SLOPE < slope <= STEEPEST else contact
 
 
 def _heard(contact: RoughContact, without: Left | None) -> Verdict:

@@ -327,7 +327,7 @@ def _impossible_fit(topography: Topography, waves: SpectrumFindings) -> MapFault
 def _not_gaussian(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     found = summits_of(topography).unlike_gaussian
     text = f"{', '.join(found)}: theories, and their record, are of Gaussian surfaces"
-    return MapFault(NOT_GAUSSIAN, text, excludes="solve the map (--solve)") if found else None
+    return MapFault(NOT_GAUSSIAN, text, excludes="the solver decides (--solve)") if found else None
 
 
 def above(
