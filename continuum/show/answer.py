@@ -15,7 +15,17 @@ from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.record import turning_margin
 from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
 from continuum.sticky.solved_turn import SolvedTurn
-from continuum.sticky.verdict import SURE, Answer, Verdict, answer_of, continued_verdict, judge, turn_shift, unmeasured
+from continuum.sticky.verdict import (
+    SURE,
+    Answer,
+    Verdict,
+    answer_at,
+    answer_of,
+    continued_verdict,
+    judge,
+    turn_shift,
+    unmeasured,
+)
 
 _length = partial(units.readable, quantity="length", digits=3)
 _pressure = partial(units.readable, quantity="pressure", digits=3)
@@ -88,8 +98,14 @@ def _times(ratio: float) -> str:
     return f"{float(f'{ratio:.2g}'):.12g}" if ratio >= 1e-4 else f"{ratio:.2g}"
 
 
-def _percent(probability: float) -> str:
-    return f"{100 * probability:.0f} %"
+def percent(probability: float) -> str:
+    """A probability in whole per cent: never certain, and on the side of :data:`SURE` on which its answer lies."""
+    whole = round(100 * probability)
+    if not 1 <= whole <= 99:
+        return "less than 1 %" if whole < 1 else "more than 99 %"
+    if answer_at(whole / 100) != answer_at(probability):
+        whole += 1 if whole < 100 * probability else -1
+    return f"{whole} %"
 
 
 def _faults(prediction: Prediction) -> str:
@@ -193,7 +209,7 @@ def _turning(prediction: Prediction, work: float) -> str:
 
 
 def _theories(prediction: Prediction, verdict: Verdict, solved: Answer | None) -> str:
-    chance = None if verdict.probability is None else f"{_percent(verdict.probability)} sticky by the measured records"
+    chance = None if verdict.probability is None else f"{percent(verdict.probability)} sticky by the measured records"
     why = f" ({': '.join(filter(None, (chance, '; '.join(verdict.why))))})"
     if solved is None:
         return f"{_begun(verdict.answer)}{why}{_why_not_solved(prediction)}"

@@ -11,7 +11,7 @@ import numpy as np
 from continuum import units
 from continuum.model.surface import Moments
 from continuum.show import plot
-from continuum.show.answer import statements
+from continuum.show.answer import percent, statements
 from continuum.show.page import Page
 from continuum.show.prediction_data import excluding, ranges
 from continuum.show.prediction_figures import contact_figure, fault_figure, overview
@@ -145,7 +145,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
         record = "no record: a necessary condition"
         if support is not None:
             alike = "similar surfaces" if support.similar else "surfaces of the record, none of them similar"
-            record = f"{100 * support.probability:.0f} % sticky, of {support.count} {alike}"
+            record = f"{percent(support.probability)} sticky, of {support.count} {alike}"
         rows.append(
             (
                 estimate.name,

@@ -51,7 +51,7 @@ class Vote:
         """Undecided where the support lies between 1 - :data:`SURE` and SURE."""
         if self.support is None:
             return "undecided" if self.estimate.sticky else "not sticky"
-        return _answer(self.support.probability)
+        return answer_at(self.support.probability)
 
     @property
     def counts(self) -> bool:
@@ -59,7 +59,8 @@ class Vote:
         return self.estimate.valid and self.support is not None
 
 
-def _answer(probability: float) -> Answer:
+def answer_at(probability: float) -> Answer:
+    """The answer that a probability to be sticky allows: undecided between 1 - :data:`SURE` and SURE."""
     return "sticky" if probability >= SURE else "not sticky" if probability <= 1 - SURE else "undecided"
 
 
@@ -281,7 +282,7 @@ def _together(
     alike = "similar surfaces" if found.similar else "surfaces, none of them similar"
     why = (f"{names}, by {found.count} {alike}",)
     turn = float(contact.work_of_adhesion * margins[0] / margins[1])
-    return Verdict(_answer(found.probability), found.probability, why, turn)
+    return Verdict(answer_at(found.probability), found.probability, why, turn)
 
 
 def _stretched(contact: RoughContact, factor: float) -> RoughContact:

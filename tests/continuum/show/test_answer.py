@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
+from continuum.show.answer import percent
 from continuum.show.prediction import prediction_sheets
 from continuum.show.prediction_data import excluding
 from continuum.show.prediction_figures import overview
@@ -18,7 +21,7 @@ from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import Prediction, prediction_of
 from continuum.sticky.record import turning_margin
 from continuum.sticky.simulate import Simulation
-from continuum.sticky.verdict import judge
+from continuum.sticky.verdict import answer_at, judge
 from continuum.topography.map import Topography
 
 
@@ -93,3 +96,12 @@ def test_beside_the_solver_the_paper_says_what_its_record_says() -> None:
         sheets = prediction_sheets(replace(prediction, simulation=solved))
         rows = {row[0]: row for sheet in sheets if sheet.title.startswith("Solved") for row in sheet.rows}
         assert rows["verdict at the given w"][1:] == (said, "sticky")
+
+
+@given(st.floats(0, 1))
+def test_a_printed_probability_is_never_certain_and_agrees_with_its_answer(probability: float) -> None:
+    text = percent(probability)
+    number = float(text.removeprefix("less than ").removeprefix("more than ").removesuffix(" %"))
+    assert 1 <= number <= 99
+    assert abs(number / 100 - probability) <= 0.01 + 1e-12  # one more than rounding, where that would cross the limit
+    assert answer_at(number / 100) == answer_at(probability)
