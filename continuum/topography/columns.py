@@ -6,6 +6,7 @@ of words before the numbers are a header, which may name the units of the column
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Sequence
 from itertools import chain
@@ -19,8 +20,8 @@ from continuum.model.fourier import Real
 from continuum.topography.instruments import RawMap, evenly_spaced
 from continuum.topography.map import FEWEST, TopographyError
 
-_UNIT = re.compile(r"[\[(/]\s*([A-Za-zµμÅ]+)\s*[\])]?")
-"""A unit in a header: x [um], Height (nm), z/nm."""
+_UNIT = re.compile(r"(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)\s*[\])]?")
+"""A unit in a header: x [um], Height (nm), z/nm, x in µm."""
 _SAME = 1e-4
 """Positions that differ by less than this part of the whole are one."""
 _OFF_GRID = 0.2
@@ -39,7 +40,8 @@ class Columns(NamedTuple):
 def read_table(path: Path) -> Columns:
     """A table of numbers: columns apart by semicolons, tabs, commas or spaces; ``#`` begins a comment.
 
-    Where semicolons or tabs part the columns, a comma is a decimal mark.
+    Where semicolons or tabs part the columns, a comma is a decimal mark.  A first column that the header calls index is
+    left out.
 
     Raises
     ------
@@ -47,7 +49,7 @@ def read_table(path: Path) -> Columns:
         If it is no table, or cannot be read.
     """
     try:
-        with path.open(encoding="utf-8-sig") as file:
+        with path.open(encoding=_encoding(path)) as file:
             header, first, words = list[str](), "", False
             for line in file:
                 text = line.strip()
@@ -67,7 +69,15 @@ def read_table(path: Path) -> Columns:
         why = str(error).partition("; use `usecols`")[0]
         msg = f"{path} is not a table of numbers with a point as decimal mark ({why})"
         raise TopographyError(msg) from error
+    if header and values.shape[1] > 1 and re.match(r"index\b", header[-1], re.IGNORECASE):
+        values = values[:, 1:]
     return Columns(values, tuple(header))
+
+
+def _encoding(path: Path) -> str:
+    """Of a text: UTF-16 if it begins with the mark of its byte order, else UTF-8."""
+    with path.open("rb") as file:
+        return "utf-16" if file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
 
 
 def _only_words(line: str) -> bool:

@@ -57,6 +57,7 @@ def test_columns_of_positions_are_the_map_in_any_order(order: str, tmp_path: Pat
         ("x/um\ty/um\tz/nm", "\t"),
         ("# x [um] y [um] z [nm]", " "),
         ("exported from a microscope\nx [um],y [um],z [nm]", ","),
+        ("x in µm,y in µm,z in nm", ","),
     ],
 )
 def test_a_header_names_the_units_of_its_columns(header: str, delimiter: str, tmp_path: Path) -> None:
@@ -66,6 +67,14 @@ def test_a_header_names_the_units_of_its_columns(header: str, delimiter: str, tm
     assert "header left out" in found.steps[0]
     with pytest.raises(TopographyError, match="the file itself says the unit"):
         read_topography(tmp_path / "map.csv", unit=1e-9)
+
+
+def test_text_of_two_bytes_a_character_and_a_column_that_counts(tmp_path: Path) -> None:
+    """As some instruments export tables: UTF-16, the first column an index."""
+    path = written(tmp_path, np.column_stack((np.arange(len(LINE)), LINE)), "index,x in µm,z in nm")
+    path.write_text(path.read_text(encoding="utf-8"), encoding="utf-16")
+    same = read_topography(written(tmp_path, LINE, "x [um],z [nm]", name="line.csv"))
+    np.testing.assert_array_equal(read_topography(path).heights, same.heights)
 
 
 def test_a_decimal_comma_and_a_header_of_an_array(tmp_path: Path) -> None:
