@@ -33,9 +33,11 @@ derivatives, and compared with what is stored: for a run, or for a sample of the
 Roughness of a measured topography, or of two that face each other, the verdict of every criterion of stickiness \
 with its margin, and warnings.  Writes figures and a one-page HTML report.  Every quantity has a unit: 70GPa, 50mJ/m2.
 Example: continuum predict map.npy --size 10um --unit nm --modulus 2MPa --poisson 0.5 --work 50mJ/m2 --range 0.5nm""",
-    "view": """is my surface sticky? the page of `predict` alive, in a browser on this machine only
+    "view": """show a height map, or stored results, on a page in a browser, on this machine only
 
-Drop a map on the page, or name one here.  Sliders change w, E* and the range, and a button solves the contact.""",
+A map gets the answer of `predict`, with sliders for w, E*, the range and the cut-off, and a button that solves the \
+contact.  Of a stored run, the runs of a sweep, or what `atomistic read` stored: load, areas and the contact map of \
+every state.  Name a file here, or drop it on the page.""",
     "init": "print an input to begin with, every key with its meaning",
     "schema": "print the JSON schema of an input, for editors that complete TOML",
     "examples": "print the paper's worked examples beside ours, as Markdown",

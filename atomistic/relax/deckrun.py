@@ -284,6 +284,8 @@ class DeckRun:
         }
         datasets["step"] = Dataset(np.arange(1, len(self.steps) + 1), ("step",), "1", "step of the protocol")
         datasets["gap"] = Dataset(self.gaps, ("step", "x", "y"), "a0", "gap at each surface atom")
+        kinds = np.array([contact_map(self.wall, gap) for gap in self.gaps], dtype=np.uint8)
+        datasets["contact"] = Dataset(kinds, ("step", "x", "y"), "1", "2 repulsive, 1 attracted, 0 out of range")
         datasets["slipped"] = Dataset(
             self.slips, ("step", "x", "y"), "1", "atoms below each site with other neighbours"
         )

@@ -14,8 +14,11 @@ from continuum import units
 from continuum.errors import InputError
 from continuum.front.predict import predict
 from continuum.show.answer import statements
+from continuum.show.plot import image_bytes
+from continuum.show.prediction_figures import mending_figure
 from continuum.sticky.prediction import Prediction
-from continuum.topography.mending import Detrending
+from continuum.topography.mending import Detrending, detrend
+from continuum.topography.reading import read_all
 
 FIELDS = (
     "size", "unit", "material", "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe",
@@ -45,6 +48,13 @@ class OpenedMap:
     def predict(self, asked: Mapping[str, str]) -> Prediction:
         """The prediction that a form asks for, without the solver; raises InputError in words of its fields."""
         return predict(self.path, **arguments(asked), solve=False)
+
+    def mending(self, asked: Mapping[str, str]) -> bytes:
+        """A picture (PNG) of the map as measured, holes filled, beside what a form makes of it; raises InputError."""
+        given = arguments(asked)
+        told = {name: given[name] for name in ("size", "unit", "fill") if name in given}
+        (measured,) = read_all([self.path], **told)
+        return image_bytes(mending_figure(detrend(measured, "none"), self.predict(asked).topographies[0]))
 
     def command(self, asked: Mapping[str, str], file: str = "", *more: str) -> list[str]:
         """The command that says the same, and with what is added more."""
@@ -84,11 +94,12 @@ def arguments(asked: Mapping[str, str]) -> dict[str, Any]:
 
 def answer(found: Prediction) -> dict[str, Any]:
     """What is said of a prediction, and the values at which its sliders stand."""
-    contact = found.contact
+    contact, pixels = found.contact, found.topographies[0].grid.spacing
     shown = {
         "work": units.readable(contact.work_of_adhesion, "energy_per_area", 3),
         "contact_modulus": units.readable(contact.contact_modulus, "pressure", 3),
         "range": units.readable(contact.range, "length", 3),
+        "cutoff": units.readable(found.topographies[0].cutoff or 4 * max(pixels), "length", 3),
     }
     return {
         "statements": [f"{line}." for line in statements(found)],

@@ -7,6 +7,7 @@ origin are looked at, so that no page of the web speaks to it through the browse
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
 import secrets
 import subprocess
@@ -25,6 +26,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
 
 from continuum.app.opened import OpenedMap, answer, safe_name
+from continuum.app.states import OpenedResults, colours, is_stored
 from continuum.errors import InputError
 from continuum.show.plot import written_as
 from continuum.sticky.materials import MATERIALS
@@ -32,7 +34,11 @@ from continuum.sticky.materials import MATERIALS
 LARGEST = 200_000_000
 """Bytes of an upload."""
 _COOKIE = "stickiness"
-_STATIC = {"": "text/html", "view.js": "text/javascript", "view.css": "text/css"}
+_STATIC = {
+    "": "text/html", "view.js": "text/javascript", "view.css": "text/css", "states": "text/html",
+    "states.js": "text/javascript",
+}  # fmt: skip
+_PAGES = {"": "index.html", "states": "states.html"}
 # Nothing of another site, no code but ours; a report has its style and its figures within itself.
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src data:; connect-src 'self'; "
@@ -57,8 +63,11 @@ class View:
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     port: int = 0
     opened: OpenedMap | None = None
+    results: OpenedResults | None = None
     solving: Solving | None = None
     uploads: int = 0
+    drawing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held while figures are drawn: their style is one for the whole process."""
 
     def place(self, name: str) -> Path:
         """A new file for an upload, in a folder of its own."""
@@ -68,7 +77,13 @@ class View:
         return place / safe_name(name)
 
     def open(self, path: Path, shown: str) -> None:
-        """Take a map in place of the one that is open."""
+        """Take a map in place of the one that is open, or results in place of those.
+
+        Raises InputError if it is a folder without results.
+        """
+        if path.is_dir() or is_stored(path):
+            self.results = OpenedResults.of(path)
+            return
         self.stop()
         folder = self.folder / f"of-{secrets.token_hex(4)}"
         folder.mkdir()
@@ -141,12 +156,18 @@ class _Static(_Handler):
     def get(self, name: str) -> None:
         if self.get_query_argument("token", ""):  # from now on in a cookie, not in what a browser remembers
             self.set_cookie(_COOKIE, self.view.token, httponly=True, samesite="Strict")
-            self.redirect("/")
+            self.redirect("/states" if self.view.results is not None and self.view.opened is None else "/")
             return
-        text = (resources.files("continuum.app") / "static" / (name or "index.html")).read_text(encoding="utf-8")
-        if not name:
-            opened = self.view.opened
-            known = {"materials": sorted(MATERIALS), "opened": opened.shown if opened is not None else ""}
+        file = resources.files("continuum.app") / "static" / _PAGES.get(name, name)
+        text = file.read_text(encoding="utf-8")
+        if name in _PAGES:
+            opened, results = self.view.opened, self.view.results
+            known: dict[str, Any] = {
+                "materials": sorted(MATERIALS),
+                "opened": opened.shown if opened is not None else "",
+            }
+            if results is not None:
+                known |= {"results": results.shown, "runs": list(results.runs), "colours": colours()}
             text = text.replace("{known}", json.dumps(known).replace("<", "\\u003c"))
         self.set_header("Content-Type", f"{_STATIC[name]}; charset=utf-8")
         self.write(text)
@@ -172,7 +193,7 @@ class _Upload(_Handler):
     def put(self) -> None:
         self._file.close()
         self.view.open(self._path, self._path.name)
-        self.write({"opened": self._path.name})
+        self.write({"opened": self._path.name, "states": is_stored(self._path)})
 
     def on_connection_close(self) -> None:
         self._file.close()
@@ -197,12 +218,49 @@ class _Report(_Handler):
         opened, asked = self.opened, self.asked()
         try:
             found = await _aside(opened.predict, asked)
-            page = await _aside(_written, found, opened.folder)
+            async with self.view.drawing:
+                page = await _aside(_written, found, opened.folder)
         except InputError as error:
             self.refuse(error)
             return
         self.set_header("Content-Type", "text/html; charset=utf-8")
         self.write(page)
+
+
+class _Maps(_Handler):
+    """The map as it was measured, and as it is judged: a picture."""
+
+    async def post(self) -> None:
+        opened, asked = self.opened, self.asked()
+        try:
+            async with self.view.drawing:
+                image = await _aside(opened.mending, asked)
+        except InputError as error:
+            self.refuse(error)
+            return
+        self.set_header("Content-Type", "text/plain")
+        self.write(f"data:image/png;base64,{base64.b64encode(image).decode()}")
+
+
+class _States(_Handler):
+    """The states of a stored run, or the map of one of them as plain numbers, x slowest."""
+
+    async def get(self, run: str, step: str | None = None, kind: str = "") -> None:
+        results = self.view.results
+        if results is None:
+            raise HTTPError(409, reason="no results are open")
+        try:
+            if step is None:
+                self.write(await _aside(results.states, int(run)))
+                return
+            found = await _aside(results.map, int(run), int(step), kind)
+        except InputError as error:
+            self.set_status(422)
+            file = next(iter(results.runs.values()))
+            self.write({"error": str(error).replace(str(file.parent), "").lstrip("/")[:2000]})
+            return
+        self.set_header("Content-Type", "application/octet-stream")
+        self.write(found.astype(found.dtype.newbyteorder("<")).tobytes())
 
 
 class _Solve(_Handler):
@@ -265,10 +323,12 @@ def application(view: View) -> Application:
     """The application of a view."""
     given = {"view": view}
     return Application([
-        (r"/(|view\.js|view\.css)", _Static, given),
+        (r"/(|view\.js|view\.css|states|states\.js)", _Static, given),
         (r"/map", _Upload, given),
         (r"/predict", _Predict, given),
         (r"/report", _Report, given),
+        (r"/maps", _Maps, given),
+        (r"/runs/(\d{1,9})(?:/(\d{1,9})/([a-z]{1,9}))?", _States, given),
         (r"/solve", _Solve, given),
         (r"/solved", _Solved, given),
     ])  # fmt: skip
@@ -288,7 +348,7 @@ async def serve_view(path: Path | None, port: int, begun: Any) -> None:
 
     Parameters
     ----------
-    path : a map that is open from the beginning.
+    path : a map, or results, that are open from the beginning.
     port : of this machine; a free one if 0.
     begun : called with the address.
     """

@@ -13,22 +13,27 @@ from continuum.show.console import tell
 
 
 def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True) -> None:
-    """Is my surface sticky?  The page of `continuum predict` alive, in a browser on this machine only.
+    """Show a height map or stored results on a page in a browser, on this machine only.
 
-    Drop a map on the page, or name one; sliders change the work of adhesion, E*, the range and the cut-off.
+    A map gets the answer of `continuum predict`, with sliders for the work of adhesion, E*, the range and the cut-off.
+    Of a stored run, of the runs of a sweep, or of what `atomistic read` stored, it shows load, areas and the contact
+    map of every state.  Both can also be dropped on the page.
 
     Parameters
     ----------
-    file : a measured topography that is open from the beginning.
+    file : what is open from the beginning: a measured topography, a stored run, or the folder of a sweep.
     port : of this machine; a free one if it is 0.
     browser : whether to open the page in a browser; its address is printed in any case.
 
-    Raises InputError if the file is not there, or the program that serves the page is not installed.
+    Raises
+    ------
+    InputError
+        If the file is not there, a folder is no sweep, or the program that serves the page is not installed.
     """
     count("port", port, 0, 65535)
     flag("browser", browser)
     path = None if file is None else Path(file)
-    if path is not None and not path.is_file():
+    if path is not None and not path.exists():
         raise InputError(f"{path}: no such file")
     try:
         from continuum.app.server import serve_view
@@ -43,5 +48,7 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
     try:
         with suppress(KeyboardInterrupt):
             asyncio.run(serve_view(path, port, begun))
+    except InputError:
+        raise
     except OSError as error:
         raise InputError(f"port {port} of this machine cannot be used: {error.strerror or error}") from error

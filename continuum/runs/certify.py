@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from continuum.files.hdf5 import StoreError
-from continuum.files.tables import restored
 from continuum.measure.certificate import NO_TRACTION, StateCheck, check_state
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.runs.build import RunSetup, build
-from continuum.runs.config import RunConfig
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.runs.run import states_of
@@ -73,7 +71,7 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
     result = Result.read(path)
     if not result.finished:
         raise StoreError(f"{path}: is not finished: run it again, then certify it")
-    config = restored(RunConfig, str(result.attributes["config_resolved"]))
+    config = result.config
     try:
         system = build(config)
     except (OSError, ValueError) as error:

@@ -70,7 +70,10 @@ class Result:
         path = Path(path)
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "step", "wall/gap", "wall/traction"}
         file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
-        config = restored(RunConfig, str(file.attributes["config_resolved"]))
+        try:
+            config = restored(RunConfig, str(file.attributes["config_resolved"]))
+        except (KeyError, ValueError) as error:
+            raise StoreError(f"{path}: its input, the attribute config_resolved, cannot be read: {error}") from error
         return cls(path, config, file.attributes, points_of(file), events_of(file), stored_wall(path, config, file))
 
     def __repr__(self) -> str:

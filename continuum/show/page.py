@@ -26,6 +26,11 @@ p.verdict { font-size: 1.1rem; padding: 0.6rem 0.9rem; background: #eef3f7; }
 p.note, figcaption { font-size: 13px; color: #555; white-space: pre-line; }
 figure { margin: 1rem 0; }
 footer { color: #666; font-size: 12px; margin-top: 2rem; }
+@media print {
+  body { margin: 0; max-width: none; font-size: 10pt; } table { font-size: 8pt; }
+  div.sheet, pre { overflow: visible; white-space: pre-wrap; } div.sheet { white-space: normal; }
+  figure, tr { break-inside: avoid; } h2 { break-after: avoid; }
+}
 """
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import Colormap, ListedColormap
+from matplotlib.colors import Colormap, ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
@@ -194,8 +194,17 @@ def broken(x: Real, y: Real) -> tuple[Real, Real]:
 
 def contact_image(axis: Axes, kinds: np.ndarray, period: tuple[float, float], alpha: float = 1.0) -> None:
     """Draw a contact map: 2 repulsive, 1 attracted, 0 out of range (shape (nx, ny); lengths in a0)."""
-    colours = ListedColormap(["white", ATTRACTED_COLOUR, REPULSIVE_COLOUR])
-    map_image(axis, kinds, period, colours, (0, 2), interpolation="nearest", alpha=alpha)
+    map_image(axis, kinds, period, ListedColormap(contact_colours()), (0, 2), interpolation="nearest", alpha=alpha)
+
+
+def contact_colours() -> list[str]:
+    """Colours of contact maps: out of range, attracted, repulsive."""
+    return ["white", ATTRACTED_COLOUR, REPULSIVE_COLOUR]
+
+
+def map_colours() -> list[str]:
+    """Colours of maps of numbers, from the lowest on."""
+    return [to_hex(one) for one in mpl.colormaps["cividis"](np.linspace(0, 1, 256))]
 
 
 def contact_key() -> list[Patch]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.special import ndtri
 
 from continuum import units
 from continuum.measure.contact import contact_map
@@ -37,7 +38,7 @@ _HALF = 0.46
 def overview(prediction: Prediction) -> Figure:
     """Map, spectrum, and what depends on the smallest wavelength."""
     figure, ((image, density), (slopes, chances)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
-    _draw_map(image, prediction)
+    _draw_map(image, prediction.topographies[0])
     _draw_spectrum(density, prediction)
     cuts = [cut for cut, _ in prediction.cuts]
     _draw_moments(slopes, cuts)
@@ -59,8 +60,7 @@ def length_scale(value: float) -> tuple[float, str]:
     return units.unit_size(name, "length"), name
 
 
-def _draw_map(axis: Axes, prediction: Prediction) -> None:
-    topography = prediction.topographies[0]
+def _draw_map(axis: Axes, topography: Topography) -> None:
     size, name = length_scale(max(topography.lengths))
     most = 3 * topography.heights.std()
     # Heights of less than a nanometre are still read in nanometres.
@@ -132,6 +132,26 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
         ylabel="probability of sticking, by the records",
         ylim=(-0.02, 1.02),
     )
+
+
+@plot.styled
+def mending_figure(measured: Topography, judged: Topography) -> Figure:
+    """A map as it was measured and as it is judged, and the bearing curves of both."""
+    figure, (before, after, bearing) = plot.new_axes(plot.PAGE, 2.6, 1, 3)
+    _draw_map(before, measured)
+    _draw_map(after, judged)
+    unit, name = length_scale(max(3 * judged.heights.std(), 1e-9))
+    share = np.linspace(0.001, 0.999, 300)
+    for topography, style, label in ((measured, "--", "as measured"), (judged, "-", "as judged")):
+        heights = topography.heights - topography.heights.mean()
+        colour = plot.SERIES[5 if label == "as measured" else 0]
+        bearing.plot(100 * share, np.quantile(heights, 1 - share) / unit, style, color=colour, label=label)
+    gaussian = judged.heights.std() * ndtri(1 - share) / unit
+    bearing.plot(100 * share, gaussian, ":", color="black", label="Gaussian")
+    bearing.set(xlabel="area above the height (%)", ylabel=f"height ({name})")
+    plot.letter_panels((before, after, bearing), ("as measured", "as judged", "bearing curve"))
+    plot.legend_under(bearing, 0.26)
+    return figure
 
 
 @plot.styled

@@ -28,7 +28,7 @@ function say(lines, error = false) {
 function fail(error) {
   say([error.message], true);
   for (const id of ["doubts"]) $(id).replaceChildren();
-  for (const id of ["command", "export", "report"]) $(id).hidden = true;
+  for (const id of ["command", "export", "report", "mending"]) $(id).hidden = true;
 }
 
 function show(html) {
@@ -68,6 +68,10 @@ async function ask(sliding = false) {
       try {
         const page = await talk("POST", "/report", body);
         if (mine === turn) show(page.text);
+        const maps = await talk("POST", "/maps", body);
+        if (mine !== turn) return;
+        $("mending").querySelector("img").src = maps.text;
+        $("mending").hidden = false;
       } catch (error) { if (mine === turn) fail(error); }
     }, sliding ? 700 : 0);
   } catch (error) { if (mine === turn) fail(error); }
@@ -78,9 +82,10 @@ async function open(file) {
   $("name").textContent = `reading ${file.name}`;
   try {
     const said = await talk("PUT", "/map", file, { "X-Name": encodeURIComponent(file.name) });
+    if (said.states) { location = "/states"; return; }
     $("name").textContent = said.opened;
     await ask();
-  } catch (error) { $("name").textContent = "Drop a height map here"; fail(error); }
+  } catch (error) { $("name").textContent = "Drop a height map, or a stored run, here"; fail(error); }
 }
 
 async function follow() {
@@ -122,6 +127,7 @@ $("solve").addEventListener("click", async () => {
     await follow();
   } catch (error) { fail(error); }
 });
+$("print").addEventListener("click", () => $("report").contentWindow.print());
 $("stop").addEventListener("click", async () => { await talk("DELETE", "/solve"); $("progress").textContent = "stopped"; });
 $("file").addEventListener("change", (event) => open(event.target.files[0]));
 for (const kind of ["dragover", "dragleave", "drop"]) {

@@ -13,6 +13,7 @@ import atomistic as a
 import continuum as c
 from atomistic.relax.deckrun import DeckRun
 from atomistic.show.decks import draw_deck_run
+from continuum.app.states import OpenedResults
 from continuum.files import store
 from tests.printed import faults_in_print
 
@@ -111,6 +112,12 @@ def test_a_run_is_stored_drawn_and_set_beside_the_continuum(run, tmp_path):
     assert file.attributes["element"] == run.description.element
     assert np.array_equal(file["gap"][-1], run.last.gap)
     assert file["load"][-1] * GRID.size == pytest.approx(run.last.force, rel=1e-12)
+    assert file["contact"][-1].mean() == pytest.approx(2 * run.last.area_rep + run.last.area_att, rel=1e-12)
+    # `continuum view` reads it.
+    seen = OpenedResults.of(stored)
+    assert seen.states(0)["maps"] == ["contact", "gap"]
+    assert seen.states(0)["states"][-1]["load"] == file["load"][-1]
+    assert np.array_equal(seen.map(0, len(run.steps) - 1, "contact"), file["contact"][-1])
     # Same wall, same mean gap, another elasticity: strains of some per cent.
     assert file["continuum/load"][-1] == pytest.approx(file["load"][-1], rel=0.3)
     assert file["continuum/same"].min() > 0.9

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import re
 import shutil
@@ -11,12 +12,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+
+import continuum
 
 pytestmark = pytest.mark.long
 pytest.importorskip("selenium", reason="needs the extra `browser`")
 
 from selenium import webdriver  # noqa: E402
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.support.wait import WebDriverWait  # noqa: E402
 
@@ -109,10 +114,66 @@ def test_a_map_is_dropped_slid_solved_and_saved(browser: webdriver.Chrome, addre
     assert "solved in" in text(browser, "progress")
     pictured(browser, "solved")
 
+    # The button prints the report itself, and what is printed is a PDF of several pages.
+    browser.execute_script("arguments[0].contentWindow.print = () => { document.title = 'printed'; }", report)
+    browser.find_element(By.ID, "print").click()
+    until(browser, lambda: browser.title == "printed")
+
     browser.find_element(By.ID, "save").click()
     saved = browser.saved / "prediction.html"
     until(browser, saved.is_file)
     assert "Sticky, solved on the map" in saved.read_text(encoding="utf-8")
+    browser.get(saved.as_uri())
+    pdf = base64.b64decode(browser.print_page())
+    assert pdf.startswith(b"%PDF")
+    if PICTURES:
+        (Path(PICTURES) / "report.pdf").write_bytes(pdf)
+
+
+def test_a_map_is_seen_before_and_after_it_is_mended(browser: webdriver.Chrome, address: str) -> None:
+    browser.get(address)
+    browser.find_element(By.ID, "file").send_keys(str(MAP))
+    for name, value in FORM.items():
+        browser.find_element(By.NAME, name).send_keys(value)
+    browser.find_element(By.NAME, "detrend").send_keys("lines")
+    browser.find_element(By.ID, "ask").click()
+    mending = browser.find_element(By.ID, "mending")
+    until(browser, mending.is_displayed)
+    until(browser, lambda: mending.find_element(By.TAG_NAME, "img").get_property("naturalWidth") > 100)
+    browser.execute_script("arguments[0].scrollIntoView()", mending)
+    pictured(browser, "mended")
+    slide(browser, "cutoff", 0.5)
+    until(browser, lambda: "--cutoff" in text(browser, "command"))
+
+
+def test_states_of_a_stored_run_are_seen(browser: webdriver.Chrome, address: str, tmp_path_factory: Any) -> None:
+    result = continuum.run("inputs/smoke/path.toml", tmp_path_factory.mktemp("run"))
+    browser.get(address)
+    browser.find_element(By.ID, "file").send_keys(str(result.path))
+    until(browser, lambda: text(browser, "name") == "States of path.h5")
+    canvas = browser.find_element(By.ID, "map")
+    most = max(range(len(result.points)), key=lambda i: result.points[i].area_rep)
+    until(browser, lambda: canvas.get_attribute("data-shown") == f"contact {most}")
+    # The map under the mouse is the stored one: a pixel of the canvas, and the words.
+    contact = result.contact_map(most)
+    i, j = (int(k[0]) for k in np.nonzero(contact == 2))
+    pixel = browser.execute_script(
+        "return [...arguments[0].getContext('2d').getImageData(arguments[1], arguments[2], 1, 1).data]",
+        canvas, i, contact.shape[1] - 1 - j,
+    )  # fmt: skip
+    assert pixel == [0xF0, 0x80, 0, 255]
+    browser.find_element(By.ID, "a0").send_keys("0.3")
+    box = canvas.rect
+    across = (i + 0.5) / contact.shape[0] * box["width"] - box["width"] / 2
+    up = (contact.shape[1] - j - 0.5) / contact.shape[1] * box["height"] - box["height"] / 2
+    ActionChains(browser).move_to_element_with_offset(canvas, round(across), round(up)).perform()
+    until(browser, lambda: "repulsive" in text(browser, "under"))
+    assert "a0 = " in text(browser, "under")
+    assert "nm" in text(browser, "under")
+    pictured(browser, "states")
+    browser.find_elements(By.CSS_SELECTOR, "circle.state")[0].click()
+    until(browser, lambda: canvas.get_attribute("data-shown") == "contact 0")
+    assert text(browser, "which") == f"1 of {len(result.points)}"
 
 
 def test_a_page_of_the_web_gets_nothing(browser: webdriver.Chrome, address: str, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import http.client
 import json
 import threading
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+import h5py
 import numpy as np
 import pytest
 
@@ -22,9 +24,21 @@ from continuum.app.opened import arguments, safe_name
 from continuum.app.server import View, listen
 from continuum.cli import main
 from continuum.errors import InputError
+from continuum.front.commands import run
+from continuum.front.sweeps import sweep
 from continuum.model.grid import Grid
 from continuum.model.surface import SelfAffine
+from continuum.runs.result import Result
 
+RUN: dict[str, Any] = {
+    "grid": {"n": [12, 16]},
+    "surface": {"kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 4.0, "lambda_L": 12.0, "seed": 1},
+    "wall": {"law": "lennard-jones-spline", "adhesion_length": 0.05},
+    "substrate": {"response": "half-space", "mean": "clamped"},
+    "loading": {"control": "mean-gap", "targets": [1.2, 0.9]},
+    "output": {"fields": True},
+}
+SWEEP = RUN | {"sweep": {"axes": {"wall.adhesion_length": [0.05, 0.1]}}}
 FORM = {"size": "1um", "unit": "nm", "material": "silicon, silicon"}
 
 
@@ -64,6 +78,12 @@ def map_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """A small run, with its gaps."""
+    return run(RUN, output=tmp_path_factory.mktemp("run"))
+
+
 @pytest.fixture
 def client(tmp_path: Path) -> Iterator[Client]:
     view, ready, done = View(tmp_path), threading.Event(), asyncio.Event()
@@ -88,9 +108,9 @@ def client(tmp_path: Path) -> Iterator[Client]:
 
 def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> None:
     assert client("POST", "/predict", FORM).status == 409  # no map is open
-    assert client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy").json == {"opened": "map.npy"}
+    assert client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy").json == {"opened": "map.npy", "states": False}
     said = client("POST", "/predict", FORM).json
-    assert said["values"] == {"work": "100mJ/m2", "contact_modulus": "70.5GPa", "range": "350pm"}
+    assert said["values"] == {"work": "100mJ/m2", "contact_modulus": "70.5GPa", "range": "350pm", "cutoff": "62.5nm"}
     assert said["command"].startswith("continuum predict map.npy --size 1um --unit nm --material silicon --material")
     # A slider: a hundredth of the work of adhesion makes it less sticky.
     less = client("POST", "/predict", FORM | {"work": "1mJ/m2"}).json
@@ -100,6 +120,61 @@ def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> Non
     assert page.body.count(b"data:image/png") >= 1
     assert str(client.view.folder).encode() not in page.body
     assert client("GET", "/solved").status == 404
+    mended = client("POST", "/maps", FORM | {"detrend": "curvature"})
+    assert base64.b64decode(mended.body.removeprefix(b"data:image/png;base64,")).startswith(b"\x89PNG")
+    assert client("POST", "/maps", {"size": "1um"}).status == 422
+
+
+def test_states_of_a_run_are_those_that_are_stored(client: Client, stored: Result) -> None:
+    assert client("GET", "/runs/0").status == 409
+    assert client("PUT", "/map", stored.path.read_bytes(), X_Name="run.h5").json == {"opened": "run.h5", "states": True}
+    assert b'"runs": ["run.h5"]' in client("GET", "/states").body
+    said = client("GET", "/runs/0").json
+    assert said["shape"] == [12, 16]
+    assert said["maps"] == ["contact", "gap"]
+    assert [state["load"] for state in said["states"]] == [point.load for point in stored.points]
+    step = len(stored.points) - 1
+    contact = np.frombuffer(client("GET", f"/runs/0/{step}/contact").body, np.uint8)
+    np.testing.assert_array_equal(contact.reshape(12, 16), stored.contact_map(step))
+    gap = np.frombuffer(client("GET", f"/runs/0/{step}/gap").body, "<f4")
+    np.testing.assert_array_equal(gap.reshape(12, 16), stored.gap(step))
+    for path in ("/runs/1", f"/runs/0/{step + 1}/gap", "/runs/0/0/heights", "/runs/0/0/config"):
+        assert client("GET", path).status == 422
+    assert client("GET", "/runs/-1").status == 404
+    # A map takes the place of no result, nor the other way round.
+    assert client("POST", "/predict", FORM).status == 409
+
+
+def test_states_of_a_sweep_are_chosen_by_its_axes(client: Client, tmp_path: Path) -> None:
+    root = tmp_path / "sweep"
+    sweep(SWEEP, output=tmp_path, name="sweep", workers=1)
+    client.view.open(root, "sweep")
+    assert client.view.results is not None
+    assert list(client.view.results.runs) == ["adhesion_length 0.05", "adhesion_length 0.1"]
+    loads = [client("GET", f"/runs/{i}").json["states"][0]["load"] for i in range(2)]
+    assert loads[0] > loads[1]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="no folder of a sweep"):
+        client.view.open(tmp_path / "empty", "empty")
+
+
+@pytest.mark.parametrize("harm", ["link", "shape", "grid"])
+def test_a_hostile_file_of_states_is_refused(client: Client, stored: Result, tmp_path: Path, harm: str) -> None:
+    path = tmp_path / "hostile.h5"
+    path.write_bytes(stored.path.read_bytes())
+    with h5py.File(path, "r+") as file:
+        if harm == "link":
+            del file["gap"]
+            file["gap"] = h5py.ExternalLink(str(stored.path), "gap")
+        elif harm == "shape":
+            del file["gap"]
+            file["gap"] = np.zeros((2, 3, 3), np.float32)
+        else:
+            file.attrs["config_resolved"] = file.attrs["config_resolved"].decode().replace("[12,16]", "[9999,9999]")
+    client("PUT", "/map", path.read_bytes(), X_Name="hostile.h5")
+    said = [client("GET", "/runs/0"), client("GET", "/runs/0/0/contact"), client("GET", "/runs/0/0/gap")]
+    assert said[-1].status == 422
+    assert all(str(client.view.folder) not in one.body.decode(errors="replace") for one in said)
 
 
 @pytest.mark.long  # the whole command, with its figures, in a process of its own
@@ -177,7 +252,7 @@ def test_no_file_of_the_disk_is_handed_out(client: Client, path: str) -> None:
 def test_a_name_is_never_a_place(client: Client, name: str, kept: str) -> None:
     assert safe_name(name) == kept
     if len(name) < 200:
-        assert client("PUT", "/map", b"1 2\n3 4\n", X_Name=quote(name)).json == {"opened": kept}
+        assert client("PUT", "/map", b"1 2\n3 4\n", X_Name=quote(name)).json["opened"] == kept
     assert client.view.opened is None or client.view.folder in client.view.opened.path.parents
 
 
