@@ -21,6 +21,7 @@ pytestmark = pytest.mark.long
 pytest.importorskip("selenium", reason="needs the extra `browser`")
 
 from selenium import webdriver  # noqa: E402
+from selenium.common.exceptions import StaleElementReferenceException  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.support.wait import WebDriverWait  # noqa: E402
@@ -69,7 +70,8 @@ def text(browser: webdriver.Chrome, name: str) -> str:
 
 
 def until(browser: webdriver.Chrome, what: Callable[[], Any]) -> None:
-    WebDriverWait(browser, 300).until(lambda _: what())
+    # Elements that were found before another page came are looked for again.
+    WebDriverWait(browser, 300, ignored_exceptions=[StaleElementReferenceException]).until(lambda _: what())
 
 
 def pictured(browser: webdriver.Chrome, name: str) -> None:
