@@ -36,7 +36,7 @@ from atomistic.lammps.motion import time_unit
 from atomistic.lammps.plugin import CRYSTAL, CRYSTAL_LIBRARY, CRYSTAL_SOURCE, LIBRARY, MAP, SOURCE, build_plugin
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
-from continuum.files.output import folder, save, whole
+from continuum.files.output import MARK, folder, save, whole
 from continuum.measure.contact import ATTRACTED, REPULSIVE
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -347,7 +347,7 @@ def wall_mesh(heights: Real, level: float, length: float, offset: tuple[float, f
     ])  # fmt: skip
     lines = [
         "# vtk DataFile Version 3.0",
-        "rigid wall, in LAMMPS' unit of length",
+        f"rigid wall, in LAMMPS' unit of length; {MARK.decode()}",
         "ASCII",
         "DATASET POLYDATA",
         f"POINTS {len(points)} double",

@@ -105,7 +105,7 @@ def warm_crystal(
     warm = measure_warm_crystal(model, temperature, layers, progress)
     try:
         output.folder(path.parent)
-        output.save(path, json.dumps(asdict(warm), indent=2) + "\n")
+        output.save(path, json.dumps(asdict(warm), indent=2) + "\n", own=True)
     except OutputError:
         pass  # the next one measures again
     return warm

@@ -1,4 +1,4 @@
-"""Write results: whole or not at all, never over an input, and never two writers at once.
+"""Write results: whole or not at all, never over an input or a file of others, and never two writers at once.
 
 Where that cannot be done, each function raises OutputError, and what was there stays as it was.
 """
@@ -16,6 +16,9 @@ from typing import BinaryIO
 from filelock import FileLock, Timeout
 
 from continuum.errors import OutputError
+
+MARK = b"written by stickiness"
+"""What pictures and pages say of themselves, where nobody reads it."""
 
 
 class LockedError(OutputError):
@@ -57,12 +60,39 @@ def whole(path: str | Path) -> Iterator[BinaryIO]:
         raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
 
 
-def save(path: str | Path, content: bytes | str) -> Path:
-    """Write a small file, whole or not at all; returns its path."""
-    path = Path(path)
+def save(path: str | Path, content: bytes | str, *, own: bool = False) -> Path:
+    """Write a small file, whole or not at all; returns its path.
+
+    A file of that name is replaced if it is of this program: if it says so by :data:`MARK`, or begins as the new one,
+    which lacks that mark.  Any other file is left alone, which raises OutputError.
+
+    Parameters
+    ----------
+    own : whether the folder is the program's own, so that whatever has this name there is replaced.
+    """
+    path, data = Path(path), content.encode() if isinstance(content, str) else content
+    if not own and path.is_file() and not _is_ours(path, data):
+        msg = f"{path}: was not written by this program, and is left alone; move it, or choose another folder"
+        raise OutputError(msg)
     with whole(path) as file:
-        file.write(content.encode() if isinstance(content, str) else content)
+        file.write(data)
     return path
+
+
+def _is_ours(path: Path, new: bytes) -> bool:
+    """Whether a file that has the name of a new one is a former such one; an empty file belongs to nobody."""
+    try:
+        old = path.read_bytes()
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be replaced, as it cannot be read: {reason(error)}") from error
+    if MARK in new:
+        return not old or MARK in old
+    return not old or _first_cell(old) == _first_cell(new)
+
+
+def _first_cell(content: bytes) -> bytes:
+    """The first line of a text, or the first cell of it where that is a table."""
+    return content.partition(b"\n")[0].partition(b",")[0].strip()
 
 
 def distinct(path: Path, inputs: Iterable[Path]) -> None:

@@ -204,6 +204,6 @@ def _replaced(place: Path, written: Mapping[str, bytes], before: Mapping[str, st
     for name in before.keys() - written.keys():
         (place / name).unlink(missing_ok=True)
     order = sorted(written, key=lambda name: (name != "index.html", name))
-    paths = [files.save(place / name, written[name]) for name in order]
+    paths = [files.save(place / name, written[name], own=True) for name in order]
     sums = "".join(f"{hashlib.sha256(written[name]).hexdigest()}  {name}\n" for name in order)
-    return (*paths, files.save(place / SUMS, _MARK + sums))
+    return (*paths, files.save(place / SUMS, _MARK + sums, own=True))

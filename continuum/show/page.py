@@ -70,6 +70,7 @@ class Page:
     def _parts(self) -> Iterator[str]:
         title = html.escape(self.title)
         yield '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        yield f'<meta name="generator" content="{output.MARK.decode()}">'
         yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
         yield f"<title>{title}</title><style>{_STYLE}</style></head><body>"
         yield f'<h1>{title}</h1>\n<p class="verdict">{html.escape(self.verdict)}</p>'

@@ -52,7 +52,11 @@ linear."""
 
 _formats: ContextVar[Sequence[str]] = ContextVar("formats", default=("png", "pdf"))
 # Without dates, so that the same result gives the same files.
-_UNDATED: Any = {"pdf": {"CreationDate": None}, "png": {"Software": None}, "svg": {"Date": None}}
+_METADATA: Any = {
+    "pdf": {"CreationDate": None, "Creator": output.MARK.decode()},
+    "png": {"Software": output.MARK.decode()},
+    "svg": {"Date": None, "Creator": output.MARK.decode()},
+}
 
 # Of fonts that a PDF embeds, it says that their dates are old.
 logging.getLogger("fontTools").setLevel(logging.ERROR)
@@ -157,14 +161,17 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
 
 
 @styled
-def save_figure(figure: Figure, stem: Path) -> Path:
-    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first."""
+def save_figure(figure: Figure, stem: Path, *, own: bool = False) -> Path:
+    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first.
+
+    Files of others are left alone, if the folder is not the program's ``own``: :func:`continuum.files.output.save`.
+    """
     output.folder(stem.parent)
     paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
     layout = figure.get_layout_engine()
     try:
         for one, path in zip(_formats.get(), paths, strict=True):
-            output.save(path, image_bytes(figure, one))
+            output.save(path, image_bytes(figure, one), own=own)
             figure.set_layout_engine("none")  # as it is from now on: nothing has moved since
     finally:
         figure.set_layout_engine(layout)
@@ -175,7 +182,7 @@ def save_figure(figure: Figure, stem: Path) -> Path:
 def image_bytes(figure: Figure, form: str = "png") -> bytes:
     """The file of a figure, in a format."""
     file = BytesIO()
-    figure.savefig(file, format=form, metadata=_UNDATED[form])
+    figure.savefig(file, format=form, metadata=_METADATA[form])
     return file.getvalue()
 
 

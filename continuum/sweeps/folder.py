@@ -106,7 +106,9 @@ class Folder:
             if path.is_file():
                 content = path.read_bytes()
                 digest = hashlib.sha256(content).hexdigest()[:12]
-                output.save(output.folder(self.root / "earlier") / f"{path.stem}-{digest}{path.suffix}", content)
+                output.save(
+                    output.folder(self.root / "earlier") / f"{path.stem}-{digest}{path.suffix}", content, own=True
+                )
 
 
 def names(path: Path) -> frozenset[str]:

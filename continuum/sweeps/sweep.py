@@ -359,13 +359,13 @@ def _save_once(path: Path, text: str) -> None:
     with suppress(OSError, ValueError):
         if path.read_text() == text:
             return
-    output.save(path, text)
+    output.save(path, text, own=True)
 
 
 def record_death(root: Path, task: Task, death: Death) -> None:
     """Say on disk that a process died at a system, until that is done."""
     with suppress(OutputError):
-        output.save(Folder(root).death(task.path.stem), f"{death}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n")
+        output.save(Folder(root).death(task.path.stem), f"{death}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n", own=True)
 
 
 def record(root: Path, ended: TaskResult) -> None:
@@ -376,4 +376,4 @@ def record(root: Path, ended: TaskResult) -> None:
     journalled = {name.removeprefix("journal/"): value for name, value in journal().items()}
     content = {"system": ended.task.label, "reason": ended.reason, **journalled}
     with suppress(OutputError):
-        output.save(Folder(root).failure(ended.task.path.stem), json.dumps(content, indent=1) + "\n")
+        output.save(Folder(root).failure(ended.task.path.stem), json.dumps(content, indent=1) + "\n", own=True)

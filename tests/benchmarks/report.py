@@ -451,7 +451,7 @@ def draw(results: Row, stem: Path) -> Path:
             panel(axis, rows)
         else:
             axis.set_axis_off()
-    return save_figure(figure, stem)
+    return save_figure(figure, stem, own=True)
 
 
 def write(results: Row, folder: Path) -> str:

@@ -138,7 +138,7 @@ def main() -> None:
     rows = concat([states(folder) for folder in given.folders])
     found = means(rows.drop_duplicates(["wall", "lambda_s", "lambda_L", "seed"]))
     if given.figure:
-        plot.save_figure(draw(found), given.figure)
+        plot.save_figure(draw(found), given.figure, own=True)
     sys.stdout.write(f"{table(found)}\n\n" + "".join(f"* {text}: {word}\n" for text, word in expectations(found)))
 
 

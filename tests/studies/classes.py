@@ -262,7 +262,7 @@ def main() -> None:
         writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows((*solved(), *of_the_record()))
-        output.save(STICKY / "summits.csv", out.getvalue())
+        output.save(STICKY / "summits.csv", out.getvalue(), own=True)
     sys.stdout.write("\n\n".join(sheet.markdown() for sheet in (alarms(), verdicts())) + "\n")
 
 

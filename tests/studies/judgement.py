@@ -304,7 +304,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     rows = with_ratios(raw)
     if given.into:
         with plot.written_as(["png"]):
-            plot.save_figure(figure(rows), given.into / "law")
+            plot.save_figure(figure(rows), given.into / "law", own=True)
         raw.to_csv(given.into / "law.csv", index=False, float_format="%.6g", lineterminator="\n")
     sys.stdout.write(f"Only states with A_rep of {ENOUGH:g} λ_s² or more; F(0) = {PLATEAU}.\n\n{tables(rows)}\n")
 

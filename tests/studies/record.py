@@ -223,7 +223,7 @@ def main() -> None:
     writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    output.save(given.record, out.getvalue())
+    output.save(given.record, out.getvalue(), own=True)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ def redrawn(table: Path) -> bool:
     except KeyError:  # the figure shows other columns since
         return False
     with plot.written_as(["png"]):
-        plot.save_figure(figure, table.with_suffix(""))
+        plot.save_figure(figure, table.with_suffix(""), own=True)
     return True
 
 

@@ -136,7 +136,7 @@ def main(folder: Path) -> int:
     """Make page and figure."""
     good = write(COMPARISONS, folder / "verification.md")
     stem = folder / "verification"
-    save_figure(draw(), stem)
+    save_figure(draw(), stem, own=True)
     stem.with_suffix(".pdf").unlink()
     return 0 if good else 1
 
