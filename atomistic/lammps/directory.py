@@ -179,7 +179,7 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
     keep = 0
     if directory.exists():
         if not directory.is_dir():
-            raise OutputError(f"{directory}: is no folder, and is left alone; choose another one for the deck")
+            raise OutputError(f"{directory}: is not a folder, and is left alone; choose another one for the deck")
         known = {*INPUTS, *PARTS, LOCK}
         foreign = sorted(
             entry.name

@@ -32,7 +32,7 @@ _DEGREE = 3
 
 
 class WallHeight(NamedTuple):
-    """Of the wall above points of the plane: height, in a0, and its slopes."""
+    """Height, in a0, and slopes of the wall above points of the plane."""
 
     height: Real
     slope_x: Real

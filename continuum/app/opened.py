@@ -80,7 +80,7 @@ def arguments(asked: Mapping[str, str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in asked.items():
         if name not in FIELDS or not isinstance(value, str) or len(value) > _LONGEST:
-            raise InputError(f"{name[:40]}: no field of the form, or no short text")
+            raise InputError(f"{name[:40]}: not a field of the form, or not a short text")
         if not value.strip():
             continue
         # A field with two values has them one after the other, separated by commas.

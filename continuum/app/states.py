@@ -84,7 +84,7 @@ def is_stored(path: Path) -> bool:
 
 
 def colours() -> dict[str, list[str]]:
-    """Of the values of each kind of map, from the lowest on."""
+    """Colours of the values of each kind of map, from the lowest on."""
     return {"contact": contact_colours(), "gap": map_colours()}
 
 

@@ -169,7 +169,7 @@ def draw_points(axis: Axes, numbers: DataFrame, x: str, y: str, error: str | Non
 
 
 def _size(cut: float) -> float:
-    """Of a symbol, in points."""
+    """Size of a symbol, in points."""
     return 0.8 + 0.75 * float(np.log2(cut))
 
 

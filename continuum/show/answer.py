@@ -118,7 +118,7 @@ def _faults(prediction: Prediction) -> str:
 
 
 def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
-    """That a solution is of what was measured only, where the rest would change it."""
+    """A warning where waves that were not measured would change what was solved."""
     waves = prediction.continuation
     if solved is None or solved == "undecided" or waves is None or answer_of(prediction) == solved:
         return ""
@@ -133,7 +133,7 @@ def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
 
 
 def _stays(prediction: Prediction) -> str:
-    """That the answer holds with what was not measured, where it does."""
+    """A line that says so where waves that were not measured do not change the answer."""
     beyond, waves = unmeasured(prediction), prediction.continuation
     if beyond is None or waves is None or beyond.changes is not None:
         return ""

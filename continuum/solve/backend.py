@@ -110,7 +110,7 @@ class Engine(Protocol):
         """What was done for the problem at hand."""
 
     def forget_work(self) -> None:
-        """Count from zero."""
+        """Count the work from zero again."""
 
     def set_law(self, law: Law) -> None:
         """The wall law that kernels ask."""
@@ -194,7 +194,7 @@ class BoundEngine(Engine, Protocol):
         """Memory of the marks of the points in contact."""
 
     def clear_mask(self, mask: Array) -> None:
-        """Mark none."""
+        """Take the mark from every point."""
 
     def scale(self, field: Array, factor: float) -> None:
         """Multiply a field by a number."""

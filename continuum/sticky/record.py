@@ -96,7 +96,7 @@ def recorded(part: Part = "map") -> tuple[Surface, ...]:
 
 @cache
 def _kinds(part: Part) -> tuple[Real, Real]:
-    """Of each surface the logarithms of its ratios, and 1 where it was sticky, -1 where not, 0 where it turns."""
+    """Each surface's logarithms of its ratios, and 1 where it was sticky, -1 where not, 0 where it turns."""
     surfaces = recorded(part)
     ratios = np.log([_ratios(surface.contact) for surface in surfaces])
     return ratios, np.array([{None: 0.0, True: 1.0, False: -1.0}[surface.sticky] for surface in surfaces])

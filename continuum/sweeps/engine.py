@@ -23,7 +23,7 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA
 
 
 def _unheard(task: Task, said: Share | Death) -> None:
-    """Tell nobody."""
+    """Report to nobody."""
     del task, said
 
 

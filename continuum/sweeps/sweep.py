@@ -207,7 +207,7 @@ def systems_of(root: str | Path) -> SweepListing:
         bisection = Bisection(**data["bisection"]) if data.get("bisection") else None
         return _with_trials(Folder(Path(root)), SweepListing(data["name"], axes, data["common"], systems, bisection))
     except FileNotFoundError:
-        raise SweepError(f"{root}: is no folder of a sweep; `continuum sweep run FILE.toml` makes one") from None
+        raise SweepError(f"{root}: is not the folder of a sweep; `continuum sweep run FILE.toml` makes one") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SweepError(f"{path}: cannot be read ({error}); the same `continuum sweep run` writes it again") from error
 

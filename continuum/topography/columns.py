@@ -75,7 +75,7 @@ def read_table(path: Path) -> Columns:
 
 
 def _encoding(path: Path) -> str:
-    """Of a text: UTF-16 if it begins with the mark of its byte order, else UTF-8."""
+    """The encoding of a text: UTF-16 if it begins with the mark of its byte order, else UTF-8."""
     with path.open("rb") as file:
         return "utf-16" if file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
 

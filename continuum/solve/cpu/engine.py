@@ -89,7 +89,7 @@ class CpuEngine:
         self.transforms, self.trials, self.fft_seconds = 0, 0, 0.0
 
     def forget_work(self) -> None:
-        """Count from zero."""
+        """Count the work from zero again."""
         self.transforms, self.trials, self.fft_seconds = 0, 0, 0.0
 
     @property

@@ -66,7 +66,7 @@ class CudaEngine:
         return Work(self.grid.shape, self.transforms / 2, self.trials, 0.0)
 
     def forget_work(self) -> None:
-        """Count from zero."""
+        """Count the work from zero again."""
         self.transforms = self.trials = 0
 
     # --- the problem ---------------------------------------------------------------------------------------

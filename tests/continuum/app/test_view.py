@@ -154,7 +154,7 @@ def test_states_of_a_sweep_are_chosen_by_its_axes(client: Client, tmp_path: Path
     loads = [client("GET", f"/runs/{i}").json["states"][0]["load"] for i in range(2)]
     assert loads[0] > loads[1]
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="no folder of a sweep"):
+    with pytest.raises(InputError, match="not the folder of a sweep"):
         client.view.open(tmp_path / "empty", "empty")
 
 

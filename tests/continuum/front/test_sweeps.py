@@ -135,7 +135,7 @@ def test_a_file_that_is_none_is_refused_by_name(function: Any) -> None:
 def test_a_folder_that_is_none_of_a_sweep_is_refused(function: Any, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="sweep = 3"):
         function(3)
-    with pytest.raises(InputError, match="is no folder of a sweep"):
+    with pytest.raises(InputError, match="is not the folder of a sweep"):
         function(tmp_path)
     assert not list(tmp_path.iterdir())
 

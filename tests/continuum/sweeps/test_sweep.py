@@ -439,7 +439,7 @@ def test_a_folder_that_cannot_be_written_to_is_one_message(
     assert not list((root / "points").iterdir())
     assert all(entry.name.endswith((".lock", ".h5")) for entry in (root / "work").iterdir())
     assert main(["sweep", "status", str(tmp_path)]) == 2
-    assert "is no folder of a sweep" in capsys.readouterr().err
+    assert "is not the folder of a sweep" in capsys.readouterr().err
 
 
 # --- kills ---------------------------------------------------------------------------------------------------
