@@ -1,0 +1,185 @@
+"""Persson's contact of a Gaussian surface of any spectrum, by quadrature: pressure, separation, gaps, weak adhesion.
+
+Without adhesion the theory says how area, mean gap and gaps follow from the pressure.  Two theories of adhesion stand
+on it: Persson and Scaraggi's for weak attraction, which acts on the gaps that are there without it, and the bearing
+area of Ciavarella, which acts on the gaps of the undeformed surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import minimize_scalar
+from scipy.special import erf, erfc, erfinv, exp1
+
+from continuum.theory.rough import Real
+
+_NODES = 400
+_T = np.geomspace(1e-8, 6.0, 2000)
+_REST = -cumulative_trapezoid((erf(_T) ** 2 * np.exp(-_T * _T))[::-1], np.log(_T)[::-1], initial=0)[::-1]
+"""∫ erf²(t) exp(-t²)/t dt from each of these t on."""
+
+
+@dataclass(frozen=True, eq=False)
+class PerssonContact:
+    """A Gaussian surface whose spectrum is known at increasing wavenumbers; pressures are in E*.
+
+    Parameters
+    ----------
+    wavenumber : q, increasing and above 0, from the longest wave to the shortest.
+    spectrum : C(q) there, with <h²> = 2π ∫ q C dq.
+    gamma : part of the energy of full contact that a small area of contact stores, relative to its area; 0.45 in Yang
+        and Persson, J. Phys.: Condens. Matter 20, 215214 (2008), from simulations; 1/2 in Ciavarella (2018).
+
+    Raises
+    ------
+    ValueError
+        If that is no spectrum.
+    """
+
+    wavenumber: Real = field(repr=False)
+    spectrum: Real = field(repr=False)
+    gamma: float = 0.45
+
+    def __post_init__(self) -> None:
+        q, c = (np.asarray(one, dtype=np.float64) for one in (self.wavenumber, self.spectrum))
+        if q.ndim != 1 or q.shape != c.shape or q.size < 2 or q[0] <= 0 or np.any(np.diff(q) <= 0) or np.any(c < 0):
+            raise ValueError("a spectrum has wavenumbers that increase, and values that are not negative")
+        if not 0 < self.gamma <= 1:
+            raise ValueError(f"gamma lies between 0 and 1, got {self.gamma}")
+        # Finer between the given ones, as powers of q, and evenly in ln q.
+        fine = np.geomspace(q[0], q[-1], _NODES)
+        with np.errstate(divide="ignore"):
+            logs = np.interp(np.log(fine), np.log(q), np.log(np.maximum(c, np.finfo(float).tiny)))
+        object.__setattr__(self, "wavenumber", fine)
+        object.__setattr__(self, "spectrum", np.exp(logs))
+
+    @classmethod
+    def self_affine(
+        cls, hurst: float, rms_slope: float, lambda_s: float, lambda_L: float, period: float, gamma: float = 0.45
+    ) -> PerssonContact:
+        """A self-affine surface as :class:`continuum.SelfAffine`: flat from the period to λ_L, then q^(-2-2H)."""
+        q = np.geomspace(2 * np.pi / period, 2 * np.pi / lambda_s, _NODES)
+        c = np.maximum(q, 2 * np.pi / lambda_L) ** (-2 - 2 * hurst)
+        return cls(q, c * rms_slope**2 / (2 * np.pi * np.trapezoid(q**4 * c, np.log(q))), gamma)
+
+    def _sums(self, power: int) -> Real:
+        """2π ∫ q^(power + 1) C dq from the longest wave on, at each wavenumber."""
+        q = self.wavenumber
+        return 2 * np.pi * cumulative_trapezoid(q ** (power + 2) * self.spectrum, np.log(q), initial=0)
+
+    @cached_property
+    def rms_height(self) -> float:
+        """Root-mean-square height."""
+        return float(np.sqrt(self._sums(0)[-1]))
+
+    @cached_property
+    def _approach(self) -> tuple[Real, Real]:
+        """Pressures, and the mean gap at each."""
+        pressures = self.rms_slope * np.geomspace(1e-12, 3.0, 200)
+        return pressures, np.array([self.separation(float(pressure)) for pressure in pressures])
+
+    @cached_property
+    def rms_slope(self) -> float:
+        """Root-mean-square slope."""
+        return float(np.sqrt(self._sums(2)[-1]))
+
+    def area(self, pressure: float) -> float:
+        """A/A0 at a mean pressure in E*."""
+        return float(erf(np.sqrt(2) * pressure / self.rms_slope))
+
+    def pressure(self, area: float) -> float:
+        """Mean pressure in E* at an area A/A0, the inverse of :meth:`area`."""
+        return float(erfinv(area) * self.rms_slope / np.sqrt(2))
+
+    def separation(self, pressure: float) -> float:
+        """Mean gap at a mean pressure in E*: Yang and Persson, J. Phys.: Condens. Matter 20, 215214 (2008).
+
+        With W(P) = P [γ + (1 - γ) P²] the part of the energy of full contact that is stored in waves that have an area
+        P in contact, p = -dU/du gives u = sqrt(π) ∫ q² C w G(w p) dq, w² = 1/(π ∫ q³ C dq) and
+        G(x) = ∫ [γ + 3 (1 - γ) erf²(t)] exp(-t²)/t dt from x on.
+        """
+        return float(self._separations(pressure, 1)[0][0])
+
+    def _separations(self, pressure: float, count: int = _NODES) -> tuple[Real, Real]:
+        """Mean gap and area of what looks like contact at the first wavenumbers, the longest wave first."""
+        q, squares = self.wavenumber, self._sums(2) / 2
+        with np.errstate(divide="ignore"):
+            areas = erf(pressure / np.sqrt(squares[:count]))
+        areas[0] = 1.0
+        # Of the waves between two wavenumbers: y = 1/w, in which the integrand is smooth, as q³ C dq = d(y²)/π.
+        y = np.sqrt(np.maximum(squares[None, :] - squares[:count, None], 0))
+        middle = np.maximum((y[:, 1:] + y[:, :-1]) / 2, np.finfo(float).tiny)
+        terms = self._gain(pressure / areas[:, None] / middle) * np.diff(y) / np.sqrt(q[1:] * q[:-1])
+        return 2 / np.sqrt(np.pi) * terms.sum(axis=1), areas
+
+    def _gain(self, x: Real) -> Real:
+        """G(x): an exponential integral, and a rest that is bounded, from a table."""
+        bounded = np.interp(x, _T, _REST, right=0.0)
+        return self.gamma * exp1(np.clip(x, 1e-150, 26.0) ** 2) / 2 + 3 * (1 - self.gamma) * bounded
+
+    def gaps(self, pressure: float) -> Callable[[Real], Real]:
+        """Probability density of the gaps outside the contact at a mean pressure, which has the area that is left.
+
+        Almqvist, Campañá, Prodanov and Persson, J. Mech. Phys. Solids 59, 2355 (2011): what comes out of contact
+        between two magnifications has a mean gap (uA)'/A' and the roughness of all shorter waves about it.
+        """
+        means, areas = self._separations(pressure)
+        lost = areas[:-1] - areas[1:]
+        known = lost > 1e-15
+        centre = np.divide(-np.diff(means * areas), lost, out=np.zeros_like(lost), where=known)[known]
+        heights = self._sums(0)
+        rough = np.sqrt(np.maximum(heights[-1] - (heights[:-1] + heights[1:]) / 2, 0))[known]
+        share = lost[known] / np.sqrt(2 * np.pi) / rough
+
+        def density(gap: Real) -> Real:
+            u = np.asarray(gap, dtype=np.float64)[..., None]
+            shape = np.exp(-(((u - centre) / rough) ** 2) / 2) + np.exp(-(((u + centre) / rough) ** 2) / 2)
+            found: Real = (share * shape).sum(axis=-1)
+            return found
+
+        return density
+
+    def weak_adhesion_turn(self, area: float, tension: Callable[[Real], Real], reach: float) -> float:
+        """Work of adhesion, in E*, at which the load at an area vanishes if the attraction does not change the gaps.
+
+        Persson and Scaraggi, J. Chem. Phys. 141, 124701 (2014), for hard bodies and weak attraction ("DMT limit").
+
+        Parameters
+        ----------
+        area : A/A0 of the contact.
+        tension : traction over the work of adhesion at gaps above 0, so that its integral is 1.
+        reach : gap beyond which it vanishes, or is negligible.
+        """
+        # Closer together where the gaps are small: both functions vary most there.
+        x, weights = np.polynomial.legendre.leggauss(200)
+        s = (x + 1) / 2
+        gap, weights = reach * s**2, weights * reach * s
+        pressure = self.pressure(area)
+        return float(pressure / np.sum(weights * self.gaps(pressure)(gap) * tension(gap)))
+
+    def bearing_area_turn(self, reach: float) -> float:
+        """Least work of adhesion, in E*, that is sticky in the bearing-area model, for any spectrum.
+
+        Attraction as in :func:`continuum.theory.rough.bearing_area_limit`, a constant tension w/ε where the undeformed
+        surface would be nearer than ε; repulsion by :meth:`separation` in full instead of its limit for large gaps, as
+        Violano, Papangelo and Ciavarella (2021, arXiv 2012.07040) do for all fractal dimensions.
+
+        Parameters
+        ----------
+        reach : ε.
+        """
+        h, (pressures, gaps) = self.rms_height, self._approach
+
+        def needed(gap: float) -> float:
+            between = erfc((gap - reach) / h / np.sqrt(2)) - erfc(gap / h / np.sqrt(2))
+            return float(np.interp(gap, gaps[::-1], np.log(pressures)[::-1]) + np.log(2 * reach / between))
+
+        steps = np.linspace(gaps[-1], gaps[0], 200)
+        best = int(np.argmin([needed(float(u)) for u in steps]))
+        bounds = steps[max(best - 1, 0)], steps[min(best + 1, steps.size - 1)]
+        return float(np.exp(minimize_scalar(needed, bounds=bounds, method="bounded").fun))

@@ -1,0 +1,90 @@
+"""Two theories without a free parameter beside every turn on record: `python -m tests.studies.rivals`.
+
+Persson and Scaraggi's weak adhesion and the bearing area for any spectrum (:mod:`continuum.theory.persson`), and the
+law of docs/law.md, against w at the turn of docs/measured/law.csv (period 8 λ_L) and continuum/sticky/record.csv
+(period 2 λ_L).
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from pandas import DataFrame, concat, read_csv
+
+import continuum.sticky
+from continuum.model.walls.attraction import Shape, attraction_on_core
+from continuum.show.sheet import Sheet
+from continuum.theory.persson import PerssonContact
+from tests.studies.judgement import MEASURED
+from tests.studies.law import fit, turns
+
+FAR = 60.0
+"""Ranges to which an attraction without end is integrated."""
+
+
+def recorded() -> DataFrame:
+    """Turns at 1 % area and more: those that tested the law, and those from which it was made."""
+    tested = read_csv(MEASURED / "law.csv").assign(source="law", period=lambda rows: rows.n)
+    tested = tested.assign(energy=tested.moment_1 / 4)
+    made = read_csv(Path(continuum.sticky.__file__).parent / "record.csv").query("source == 'turn'")
+    names = {"law": "shape", "rms_height": "height", "rms_slope": "slope", "conformal_energy": "energy"}
+    made = made.rename(columns=names).assign(area=0.01, period=2 * made.lambda_L, source="record")
+    columns = ["source", "shape", "hurst", "lambda_s", "lambda_L", "period", "seed", "area", "height", "slope",
+               "energy", "range", "work"]  # fmt: skip
+    rows = concat([tested[columns], made[columns]], ignore_index=True)
+    return rows.assign(delta=(rows.range / rows.height).round(2))
+
+
+@lru_cache(None)
+def surface(
+    hurst: float, slope: float, lambda_s: float, lambda_L: float, period: float, gamma: float
+) -> PerssonContact:
+    """The surface of a turn, by its parameters; its roughness has the slope of the map."""
+    return PerssonContact.self_affine(hurst, slope, lambda_s, lambda_L, period, gamma)
+
+
+def weak_adhesion(contact: PerssonContact, shape: Shape, reach: float, area: float) -> float:
+    """Work at the turn by Persson and Scaraggi, under the wall of the sweeps."""
+    wall = attraction_on_core(shape, 1e-3, reach, 1.0)
+    end = min(wall.reach - wall.zero_gap, FAR * reach)
+    work = wall.work_of_adhesion
+    return contact.weak_adhesion_turn(area, lambda gap: -wall.evaluate(wall.zero_gap + gap).traction / work, end)
+
+
+def compared(rows: DataFrame) -> DataFrame:
+    """The logarithms of w over what each theory says."""
+    laws = {shape: fit(turns(shape)) for shape in ("spline", "exponential")}
+    found = []
+    for row in rows.itertuples():
+        given = row.hurst, row.slope, row.lambda_s, row.lambda_L, row.period
+        expected = (
+            row.energy * laws[row.shape](row.range / row.height),
+            weak_adhesion(surface(*given, 0.45), row.shape, row.range, row.area),
+            surface(*given, 0.5).bearing_area_turn(row.range),
+        )
+        found.append(np.log(row.work / np.array(expected)))
+    return rows.assign(**dict(zip(("law", "weak", "bearing"), np.transpose(found), strict=True)))
+
+
+def main() -> None:
+    """Print the tables of docs/law.md."""
+    rows = compared(recorded())
+    columns = ("law", "weak", "bearing")
+    cells = []
+    for (source, shape, area, delta), part in rows.groupby(["source", "shape", "area", "delta"]):
+        of_hurst = part.groupby("hurst")[list(columns)].mean()
+        row = [source, shape, f"{area:.0%}", f"{delta:g}", len(part)]
+        for name in columns:
+            low, high = np.exp([of_hurst[name].min(), of_hurst[name].max()])
+            row.append(f"{np.exp(part[name].mean()):.2f} ({low:.2f} - {high:.2f})")
+        cells.append((*row, f"{np.exp(part.weak.std()):.2f}", f"{np.exp(part.bearing.std()):.2f}"))
+    heads = ("turns of", "law of attraction", "area", "Δr/h_rms", "turns", "w/(U F)", "w/w, Persson-Scaraggi",
+             "w/w, bearing area", "scatter of the second", "of the third")  # fmt: skip
+    sys.stdout.write(Sheet.of("means (least and largest of an H)", heads, cells).markdown() + "\n")
+
+
+if __name__ == "__main__":
+    main()
