@@ -111,7 +111,7 @@ def validate(
 
     Raises
     ------
-    ArgumentError, ConfigError, StoreError, LammpsError, ValidationError
+    ArgumentError, ConfigError, OutputError, LammpsError, ValidationError
         If an argument is not allowed, the input cannot be run, the result not be stored, or a path not be compared: the
         others are stored, and the same call goes on with it.
     """

@@ -133,7 +133,7 @@ def _contact(prediction: Prediction) -> Sheet:
 
 
 def _necessary(estimate: Estimate) -> str:
-    return "not excluded" if estimate.sticky else "not sticky"
+    return "not excluded" if estimate.sticky else "excluded"
 
 
 def _verdicts(prediction: Prediction) -> Sheet:
