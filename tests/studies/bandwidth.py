@@ -58,12 +58,17 @@ def table(found: DataFrame) -> str:
     for row in found.itertuples():
         cells = [
             "-" if not np.isfinite(getattr(row, column)) else
-            f"{getattr(row, column):.3g} ± {getattr(row, f'{column}_error'):.2g}"
+            f"{getattr(row, column):.3g} ± {_error(getattr(row, f'{column}_error'))}"
             for column in QUANTITIES.values()
         ]  # fmt: skip
         head = f"| {row.wall} | {row.lambda_s:g} | {row.width:g} | {row.surfaces} |"
         lines.append(f"{head} {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def _error(value: float) -> str:
+    """A standard error; one surface has none."""
+    return f"{value:.2g}" if np.isfinite(value) else "-"
 
 
 def verdict(kept: list[float]) -> str:
@@ -119,7 +124,8 @@ def draw(found: DataFrame) -> Figure:
             if not np.isfinite(path[column]).all() or len(path) < 2:
                 continue
             colour = plot.SERIES[walls.index(wall)]
-            axis.errorbar(path.width, path[column], path[f"{column}_error"], fmt="o-" if cut == 8 else "s--",
+            style = {8: "o-", 16: "s--"}.get(int(cut), "^:")
+            axis.errorbar(path.width, path[column], path[f"{column}_error"], fmt=style,
                           color=colour, markerfacecolor=colour if cut == 8 else "white", capsize=2,
                           label=f"{wall.replace('lennard-jones-spline, l_a', 'l_a')}; λ_s = {cut:g}")  # fmt: skip
         axis.set(xscale="log", xlabel=r"$\lambda_L/\lambda_s$", ylabel=label)

@@ -16,6 +16,7 @@ from continuum.model.substrates.non_periodic import NonPeriodicHalfSpace as NonP
 from continuum.model.substrates.crystal import CubicLayer as CubicLayer
 from continuum.model.substrates.tabulated import TabulatedSubstrate as TabulatedSubstrate
 from continuum.model.substrates.substrate import MeanMode as MeanMode
+from continuum.model.substrates.substrate import PeriodicTable as PeriodicTable
 from continuum.model.substrates.substrate import Substrate as Substrate
 from continuum.model.substrates.substrate import SubstrateTable as SubstrateTable
 
