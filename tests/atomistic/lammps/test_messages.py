@@ -97,7 +97,7 @@ def test_a_folder_with_other_files_is_left_alone(tmp_path, capsys):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/thesis.tex").write_text("precious")
     (tmp_path / "file").write_text("x")
-    for name, message in (("mine", "thesis.tex"), ("file", "no folder")):
+    for name, message in (("mine", "thesis.tex"), ("file", "not a folder")):
         assert main(["deck", str(tmp_path / "small.toml"), "-o", str(tmp_path / name)]) == 2
         assert message in said(capsys)
     assert [p.name for p in (tmp_path / "mine").iterdir()] == ["thesis.tex"]

@@ -223,6 +223,6 @@ def test_a_deck_is_whole_before_it_has_its_script(tmp_path, monkeypatch):
     assert not (tmp_path / "deck" / "in.contact").exists()
     shutil.rmtree(tmp_path / "deck")
     (tmp_path / "deck").write_text("mine")
-    with pytest.raises(InputError, match="no folder"):
+    with pytest.raises(InputError, match="not a folder"):
         write_deck(tmp_path / "deck", deck)
     assert (tmp_path / "deck").read_text() == "mine"
