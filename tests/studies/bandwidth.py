@@ -129,7 +129,7 @@ def draw(found: DataFrame) -> Figure:
                           color=colour, markerfacecolor=colour if cut == 8 else "white", capsize=2,
                           label=f"{wall.replace('lennard-jones-spline, l_a', 'l_a')}; λ_s = {cut:g}")  # fmt: skip
         axis.set(xscale="log", xlabel=r"$\lambda_L/\lambda_s$", ylabel=label)
-        axis.set_xticks([16, 32, 64, 128], ["16", "32", "64", "128"])
+        axis.set_xticks([16, 32, 64, 128, 256], ["16", "32", "64", "128", "256"])
         axis.minorticks_off()
     plot.letter_panels(axes)
     plot.legend_below(figure, plot.labelled(axes[2]))
