@@ -33,10 +33,10 @@ class TimeWindows(NamedTuple):
     separations: tuple[float, ...]
     """At the beginning of the first window and at the end of each, in a0."""
     offsets: tuple[float, ...]
-    """Of the wall along ``along``, likewise."""
+    """Displacements of the wall along ``along``, likewise."""
     along: Literal["x", "y"]
     duration: tuple[float, ...]
-    """Of each window, in a0 (m/(E* a0³))^(1/2)."""
+    """Length of each window, in a0 (m/(E* a0³))^(1/2)."""
     temperature: float | str
     """k_B T in E* a0³, or kelvin."""
     thermostat_layers: int
@@ -45,7 +45,7 @@ class TimeWindows(NamedTuple):
     """Time constant of the thermostat, in the unit of the duration."""
     seed: int
     velocity: float
-    """Of the wall, in (E* a0³/m)^(1/2)."""
+    """Velocity of the wall, in (E* a0³/m)^(1/2)."""
     hold: int
     """First windows, in which the slab comes to rest."""
     dwell: int
@@ -59,11 +59,11 @@ class Steps(NamedTuple):
 
     control: Literal["separation", "mean-pressure"]
     values: tuple[float, ...]
-    """Of each step, in a0 or E*."""
+    """What is given at each step, in a0 or E*."""
     single: bool = False
     """One equilibrium and no protocol."""
     windows: TimeWindows | None = None
-    """Of a wall that moves above warm atoms; the values are then its separations, or the pressure that it keeps."""
+    """Time windows of a wall that moves above warm atoms; then the values are its separations, or the pressure it keeps."""
 
 
 class ProtocolTable(TableFamily):

@@ -44,7 +44,7 @@ class ClosedLine(NamedTuple):
     area: float
     branch: str
     surfaces: int
-    """That have this state on all rungs."""
+    """Number of surfaces that have this state on all rungs."""
     of: int
     parts: dict[str, tuple[float, float]]
     """Step -> mean over the surfaces of N - N', N' being the load of the finer rung, over N_rep + N_att of the atoms,

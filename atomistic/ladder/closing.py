@@ -28,7 +28,7 @@ the smallest part of a budget that is printed, 0.01 %."""
 MOST = 20
 """States after which there is none: a secant takes 3 to 6, more only if the k-th point becomes another one."""
 REACH = 0.5
-"""Of the rms height of the wall, the largest change of the mean gap: the load of a rough contact changes e-fold over
+"""Largest change of the mean gap, over the rms height of the wall: the load of a rough contact changes e-fold over
 that, and of rungs that differ by so much no step of the budget is a small part."""
 
 

@@ -33,7 +33,7 @@ FEWEST = 8
 """Surfaces of a crystal below which there is no bound."""
 SPRINGS = "springs"
 HURST, LAMBDA_S, ROLL_OFF, PERIOD = 0.8, 8.0, 2.0, 4.0
-"""Of the surfaces of the ensemble: H, λ_s in a0; λ_L and period in λ_s."""
+"""The surfaces of the ensemble have these: H, λ_s in a0; λ_L and period in λ_s."""
 
 
 class Row(NamedTuple):
@@ -42,7 +42,7 @@ class Row(NamedTuple):
     crystal: str
     """``springs``, or the name of the file of the potential."""
     depth: float
-    """Of the slab, in λ_s."""
+    """Depth of the slab, in λ_s."""
     adhesion_length: float
     """In a0."""
     seed: int
@@ -64,7 +64,7 @@ class PredictionLimit(NamedTuple):
     """Whose limit is the largest."""
     crystals: int
     surfaces: int
-    """Of each crystal, at least."""
+    """Least number of surfaces of each crystal."""
 
 
 @cache

@@ -200,19 +200,19 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
             if _POTENTIALS.fullmatch(entry.name) or (entry.name in INPUTS and entry.name not in texts):
                 entry.unlink()
         for name, content in deck.model.files.items():
-            save(directory / name, content)
+            save(directory / name, content, own=True)
         with whole(directory / "slab.data") as file:
             _write_data(file, deck)
         if deck.stiffness is not None:
             with whole(directory / "stiffness.npy") as file:
                 np.save(file, deck.stiffness)
         if deck.source:
-            save(directory / "input.toml", deck.source)
+            save(directory / "input.toml", deck.source, own=True)
         for name in {SOURCE, CRYSTAL_SOURCE}.intersection(texts):
-            save(directory / name, texts[name])
+            save(directory / name, texts[name], own=True)
             build_plugin(directory, name)
         for name in reversed(texts):  # in.contact last
-            save(directory / name, texts[name])
+            save(directory / name, texts[name], own=True)
     return directory
 
 

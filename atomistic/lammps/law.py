@@ -25,7 +25,7 @@ from continuum.model.walls.tabulated import TabulatedWall
 PIECES = 4096
 """Cubic pieces of a table in LAMMPS, at most."""
 TOLERANCE = 1e-5
-"""Of the traction of a table, relative to its largest tension, or to the traction itself where that is larger."""
+"""Error that the traction of a table may have, over its largest tension, or over the traction itself where larger."""
 _TABLE_SPACING = 1e-3
 """Largest distance of the knots of ``wall.table``, in a0."""
 NO_CORE = -1e9
@@ -37,7 +37,7 @@ class NativeLaw:
     """A law in LAMMPS' language."""
 
     lines: str
-    """That define the variables ``core``, ``traction`` and ``energy``."""
+    """Lines that define the variables ``core``, ``traction`` and ``energy``."""
     error: float = 0.0
     """Largest difference of the traction from the law, in E*; 0 for a formula, which differs by rounding only."""
 

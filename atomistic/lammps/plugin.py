@@ -30,12 +30,12 @@ SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
 CRYSTAL_SOURCE, CRYSTAL_LIBRARY, CRYSTAL = "crystal.cpp", "crystal.so", "wall.crystal"
 FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
 PRECISION = 1e-12
-"""Of the tractions of a law in ``wall.map``, relative to its largest tension, or to the traction itself if larger."""
+"""Error that tractions in ``wall.map`` may have, over the largest tension, or over the traction itself if larger."""
 _MOST_PIECES = 100_000
 _FINEST = 1e-9
 """Shortest piece of a law, in a0."""
 _POINTS_PER_SPACING = 4
-"""Of the map of a wall that has a formula, in each a0 of the surface."""
+"""Points to each a0 of the surface in the map of a wall that has a formula."""
 
 
 class PluginError(InputError):

@@ -23,7 +23,7 @@ class Protocol:
     included: ClassVar[str] = "in.relax"
     """Script that each step includes."""
     separations: tuple[float, ...]
-    """Of the wall's zero from the surface at rest, in a0: where each step begins."""
+    """Separation of the wall's zero from the surface at rest, in a0: where each step begins."""
 
     @property
     def steps(self) -> int:

@@ -28,7 +28,7 @@ class WindowMean:
     drifts: bool
     """Whether windows of one state drift as far with a probability below :data:`RARE`."""
     scatter: float
-    """Of the windows about their mean, over their own standard errors; 1 is expected."""
+    """Scatter of the windows about their mean, over their own standard errors; 1 is expected."""
     scatters: bool
     """Whether windows of one state scatter as much with a probability below :data:`RARE`."""
 

@@ -55,7 +55,7 @@ class WarmCrystal:
     pressure: float
     """What the last run found left, in E*, positive in compression; the stretch has been corrected for it."""
     rise: tuple[float, ...]
-    """Of each layer of a slab above its lattice site, from the surface down to the frozen base."""
+    """Rise of each layer of a slab above its lattice site, from the surface down to the frozen base."""
     rise_error: float
     """Standard error of that of the surface."""
 

@@ -49,12 +49,15 @@ class OpenedMap:
         """The prediction that a form asks for, without the solver; raises InputError in words of its fields."""
         return predict(self.path, **arguments(asked), solve=False)
 
-    def mending(self, asked: Mapping[str, str]) -> bytes:
-        """A picture (PNG) of the map as measured, holes filled, beside what a form makes of it; raises InputError."""
+    def mending(self, asked: Mapping[str, str], found: Prediction) -> bytes:
+        """A picture (PNG) of the map as measured, holes filled, beside the map that a prediction judges.
+
+        Raises InputError if the map cannot be read without what the form has beside size, unit and holes.
+        """
         given = arguments(asked)
         told = {name: given[name] for name in ("size", "unit", "fill") if name in given}
         (measured,) = read_all([self.path], **told)
-        return image_bytes(mending_figure(detrend(measured, "none"), self.predict(asked).topographies[0]))
+        return image_bytes(mending_figure(detrend(measured, "none"), found.topographies[0]))
 
     def command(self, asked: Mapping[str, str], file: str = "", *more: str) -> list[str]:
         """The command that says the same, and with what is added more."""

@@ -34,11 +34,8 @@ from continuum.sticky.materials import MATERIALS
 LARGEST = 200_000_000
 """Bytes of an upload."""
 _COOKIE = "stickiness"
-_STATIC = {
-    "": "text/html", "view.js": "text/javascript", "view.css": "text/css", "states": "text/html",
-    "states.js": "text/javascript",
-}  # fmt: skip
 _PAGES = {"": "index.html", "states": "states.html"}
+_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 # Nothing of another site, no code but ours; a report has its style and its figures within itself.
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src data:; connect-src 'self'; "
@@ -169,7 +166,7 @@ class _Static(_Handler):
             if results is not None:
                 known |= {"results": results.shown, "runs": list(results.runs), "colours": colours()}
             text = text.replace("{known}", json.dumps(known).replace("<", "\\u003c"))
-        self.set_header("Content-Type", f"{_STATIC[name]}; charset=utf-8")
+        self.set_header("Content-Type", f"{_TYPES[Path(file.name).suffix]}; charset=utf-8")
         self.write(text)
 
 
@@ -212,7 +209,7 @@ class _Predict(_Handler):
 
 
 class _Report(_Handler):
-    """The whole page of what the form asks for, as `continuum predict` writes it."""
+    """The page of what the form asks for, as `continuum predict` writes it, and a picture of the map's mending."""
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
@@ -220,26 +217,11 @@ class _Report(_Handler):
             found = await _aside(opened.predict, asked)
             async with self.view.drawing:
                 page = await _aside(_written, found, opened.folder)
+                image = await _aside(opened.mending, asked, found)
         except InputError as error:
             self.refuse(error)
             return
-        self.set_header("Content-Type", "text/html; charset=utf-8")
-        self.write(page)
-
-
-class _Maps(_Handler):
-    """The map as it was measured, and as it is judged: a picture."""
-
-    async def post(self) -> None:
-        opened, asked = self.opened, self.asked()
-        try:
-            async with self.view.drawing:
-                image = await _aside(opened.mending, asked)
-        except InputError as error:
-            self.refuse(error)
-            return
-        self.set_header("Content-Type", "text/plain")
-        self.write(f"data:image/png;base64,{base64.b64encode(image).decode()}")
+        self.write({"page": page, "mending": f"data:image/png;base64,{base64.b64encode(image).decode()}"})
 
 
 class _States(_Handler):
@@ -327,7 +309,6 @@ def application(view: View) -> Application:
         (r"/map", _Upload, given),
         (r"/predict", _Predict, given),
         (r"/report", _Report, given),
-        (r"/maps", _Maps, given),
         (r"/runs/(\d{1,9})(?:/(\d{1,9})/([a-z]{1,9}))?", _States, given),
         (r"/solve", _Solve, given),
         (r"/solved", _Solved, given),

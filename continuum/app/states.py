@@ -55,27 +55,20 @@ class OpenedResults:
 
     def states(self, index: int) -> dict[str, Any]:
         """Numbers of every state of a run, its size, and which maps it has."""
-        path = self._file(index)
-        return _READERS[store.schema_of(path) or ""](path)
+        return self._run(index).states()
 
     def map(self, index: int, step: int, kind: str) -> NDArray[Any]:
         """A map of one state, shape (nx, ny): kinds of contact as whole numbers, gaps in single precision."""
-        path = self._file(index)
-        known = self.states(index)
-        if kind not in known["maps"] or not 0 <= step < len(known["states"]):
+        if kind not in MAPS:
             raise StoreError(f"{self.shown}: no such map")
-        if store.schema_of(path) == RunConfig.result_schema and kind == "contact":
-            return Result.read(path).contact_map(step)
-        found = store.read_part(path, kind, step)
-        if found is None or found.shape != tuple(known["shape"]):
-            raise StoreError(f"{self.shown}: no such map")
+        found = self._run(index).map(step, kind)
         return found.astype(np.uint8 if kind == "contact" else np.float32)
 
-    def _file(self, index: int) -> Path:
+    def _run(self, index: int) -> _StoredRun | _StoredDeck:
         files = list(self.runs.values())
         if not 0 <= index < len(files):
             raise StoreError(f"{self.shown}: no such run")
-        return files[index]
+        return _READERS[store.schema_of(files[index]) or ""](files[index])
 
 
 def is_stored(path: Path) -> bool:
@@ -88,30 +81,59 @@ def colours() -> dict[str, list[str]]:
     return {"contact": contact_colours(), "gap": map_colours()}
 
 
-def _of_run(path: Path) -> dict[str, Any]:
-    found = Result.read(path)
-    states = [{"branch": point.branch, "status": point.meaning} | _numbers(vars(point)) for point in found.points]
-    maps = [kind for kind, part in (("contact", "repulsive"), ("gap", "gap")) if _has(path, part)]
-    return {"shape": found.grid.shape, "lengths": found.grid.lengths, "states": states, "maps": maps, "units": {}}
+class _StoredRun:
+    """What `continuum run` stored."""
+
+    def __init__(self, path: Path) -> None:
+        self._found = Result.read(path)
+
+    def states(self) -> dict[str, Any]:
+        found = self._found
+        states = [{"branch": point.branch, "status": point.meaning} | _numbers(vars(point)) for point in found.points]
+        maps = [kind for kind, part in (("contact", "repulsive"), ("gap", "gap")) if _has(found.path, part)]
+        return {"shape": found.grid.shape, "lengths": found.grid.lengths, "states": states, "maps": maps, "units": {}}
+
+    def map(self, step: int, kind: str) -> NDArray[Any]:
+        found = self._found
+        return found.contact_map(step) if kind == "contact" else _part(found.path, kind, step, found.grid.shape)
 
 
-def _of_deck(path: Path) -> dict[str, Any]:
-    file = store.read_datasets(path, DECK_RUN, DECK_VERSION, {*NUMBERS, "status", "height"})
-    count, shape = len(file["load"]), file["height"].shape
-    columns = {name: file[name].tolist() for name in (*NUMBERS, "status")}
-    states = [
-        {"branch": "", "status": columns["status"][i].lower()} | _numbers({name: columns[name][i] for name in NUMBERS})
-        for i in range(count)
-    ]
-    units = {name: file.attributes.get(f"real_units/{name}") for name in ("a0", "contact_modulus")}
-    maps = [kind for kind in MAPS if _has(path, kind)]
-    return {
-        "shape": shape, "lengths": [float(n) for n in shape], "states": states, "maps": maps,
-        "units": {name: value for name, value in units.items() if isinstance(value, float)},
-    }  # fmt: skip
+class _StoredDeck:
+    """What `atomistic read` stored of the run of a deck."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file = store.read_datasets(path, DECK_RUN, DECK_VERSION, {*NUMBERS, "status", "height"})
+
+    def states(self) -> dict[str, Any]:
+        file, shape = self._file, self._file["height"].shape
+        states = [
+            {"branch": "", "status": str(status).lower()} | _numbers({name: file[name][i] for name in NUMBERS})
+            for i, status in enumerate(file["status"])
+        ]
+        units = {name: file.attributes.get(f"real_units/{name}") for name in ("a0", "contact_modulus")}
+        return {
+            "shape": shape, "lengths": [float(n) for n in shape], "states": states,
+            "maps": [kind for kind in MAPS if _has(self._path, kind)],
+            "units": {name: value for name, value in units.items() if isinstance(value, float)},
+        }  # fmt: skip
+
+    def map(self, step: int, kind: str) -> NDArray[Any]:
+        return _part(self._path, kind, step, self._file["height"].shape)
 
 
-_READERS: dict[str, Callable[[Path], dict[str, Any]]] = {RunConfig.result_schema: _of_run, DECK_RUN: _of_deck}
+_READERS: dict[str, Callable[[Path], _StoredRun | _StoredDeck]] = {
+    RunConfig.result_schema: _StoredRun,
+    DECK_RUN: _StoredDeck,
+}
+
+
+def _part(path: Path, dataset: str, step: int, shape: tuple[int, ...]) -> NDArray[Any]:
+    """A map of one state; StoreError where there is none, or none of this shape."""
+    found = store.read_part(path, dataset, step)
+    if found is None or found.shape != shape:
+        raise StoreError(f"{path}: no such map")
+    return found
 
 
 def _has(path: Path, dataset: str) -> bool:

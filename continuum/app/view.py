@@ -17,7 +17,7 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
 
     A map gets the answer of `continuum predict`, with sliders for the work of adhesion, E*, the range and the cut-off.
     Of a stored run, of the runs of a sweep, or of what `atomistic read` stored, it shows load, areas and the contact
-    map of every state.  Both can also be dropped on the page.
+    map of every state.  Files can also be dropped on the page.
 
     Parameters
     ----------

@@ -12,15 +12,15 @@ class Citation:
     """What ``CITATION.cff`` says."""
 
     title: str
-    """Of the program."""
+    """Title of the program."""
     authors: tuple[str, ...]
-    """Of the program."""
+    """Authors of the program."""
     version: str
     license: str
     paper: str
     """The paper, as a reference is written."""
     doi: str
-    """Of the paper."""
+    """DOI of the paper."""
 
     @property
     def program(self) -> str:

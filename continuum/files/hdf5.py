@@ -98,7 +98,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
             yield file
         except StoreError:
             raise
-        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError, MemoryError) as error:
+        except (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError, MemoryError) as error:
             raise StoreError(f"{path}: cannot be read, probably damaged ({error})") from error
 
 

@@ -17,7 +17,7 @@ from continuum.model.open_boundary import OpenBoundary
 from continuum.model.problem import ContactProblem
 
 STEP = 1e-5
-"""Of the differences, in a0: rounding leaves 1e-12 of the traction, a kink of the law about as much as that of its
+"""Step of the differences, in a0: rounding leaves 1e-12 of the traction, a kink of the law about as much as that of its
 area on the map."""
 DIRECTIONS = 6
 """Random displacements along which a minimum is looked at."""

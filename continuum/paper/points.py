@@ -39,7 +39,7 @@ _MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
 _COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00", 0.1: "#cc79a7"}
 """The paper's black, blue and red, as colours that all kinds of sight tell apart."""
 _OTHERS = ("#e69f00", "#56b4e9", "#785ef0", "#882255", "#8c510a")
-"""Of other lengths: neither the green of the border nor a colour of above."""
+"""Colours of other lengths: neither the green of the border nor a colour of above."""
 
 
 class FigureError(InputError, ValueError):

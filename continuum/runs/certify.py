@@ -32,7 +32,7 @@ class PointCertificate:
     point: Point
     found: StateCheck
     tolerance: float
-    """Of the run, in E*."""
+    """Tolerance of the run, in E*."""
     again: bool
     """Whether the state was not stored, and was computed again."""
 

@@ -35,7 +35,7 @@ class Growth:
     source: Path
     """File of the stored path."""
     identity: str
-    """That of its run."""
+    """Identity of its run."""
     kept: int = 0
     """Points that are taken as they are."""
     refined: int = 0

@@ -122,7 +122,11 @@ class Result:
         if packed is None:
             msg = f"{self.path}: holds no map {name!r}"
             raise StoreError(msg)
-        return store.unpack(packed, self.grid.shape[1])
+        nx, ny = self.grid.shape
+        if packed.shape != (nx, (ny + 7) // 8):
+            msg = f"{self.path}: the map {name!r} has another shape than the grid"
+            raise StoreError(msg)
+        return store.unpack(packed, ny)
 
     def gap(self, index: int) -> Real | None:
         """Gap of a point, shape ``grid.shape``, in a0, from single precision; None if the run did not store gaps."""

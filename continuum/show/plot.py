@@ -205,12 +205,12 @@ def contact_image(axis: Axes, kinds: np.ndarray, period: tuple[float, float], al
 
 
 def contact_colours() -> list[str]:
-    """Colours of contact maps: out of range, attracted, repulsive."""
-    return ["white", ATTRACTED_COLOUR, REPULSIVE_COLOUR]
+    """Colours of contact maps, as #rrggbb: out of range, attracted, repulsive."""
+    return [to_hex(one) for one in ("white", ATTRACTED_COLOUR, REPULSIVE_COLOUR)]
 
 
 def map_colours() -> list[str]:
-    """Colours of maps of numbers, from the lowest on."""
+    """Colours of maps of numbers, as #rrggbb, from the lowest on."""
     return [to_hex(one) for one in mpl.colormaps["cividis"](np.linspace(0, 1, 256))]
 
 

@@ -31,7 +31,7 @@ _COLOURS = (*plot.SERIES, "black")
 _LINES: dict[str, Any] = {r"$\lambda_L$": ":", r"$\lambda_s$": "-.", "noise": (0, (1, 4))}
 """Lines at the ends of the fit in a spectrum."""
 _HALF = 0.46
-"""Of the figure, what the legend of one of two panels may take."""
+"""Part of the width of the figure that the legend of one of two panels may take."""
 
 
 @plot.styled

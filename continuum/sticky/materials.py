@@ -174,7 +174,7 @@ class Interface:
     probe: float | None = None
     """Radius of a sphere that one of the bodies is, in m; None where its shape is not asked about."""
     coating: Coating | None = None
-    """Of the elastic body, whose modulus E* is then that of the coating; None where there is none."""
+    """Coating of the elastic body, whose modulus E* is then that of the coating; None where there is none."""
 
     def __post_init__(self) -> None:
         for name in ("contact_modulus", "work_of_adhesion", "range", "spacing", "probe"):

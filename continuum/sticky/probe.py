@@ -69,7 +69,7 @@ class ProbePullOff:
     rim: float | None
     """Largest pull-off force where at most 1 % is in contact, if that was solved and is not sticky; else None."""
     contact_radius: float
-    """Of a smooth sphere without load."""
+    """Radius of the contact of a smooth sphere without load."""
     maugis: float
     """Maugis' λ of the smooth sphere: JKR's above 5, DMT's below 0.1."""
     tabor: float

@@ -51,7 +51,7 @@ class Surface:
     sticky: bool | None
     """What was found at this work of adhesion; None where it is the one at which the load changes its sign."""
     kind: str = ""
-    """Of the record of summits the class of the surface."""
+    """Class of the surface, in the record of summits."""
 
 
 @dataclass(frozen=True)

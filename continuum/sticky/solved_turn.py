@@ -36,8 +36,9 @@ from continuum.theory.rough import turning_share
 from continuum.topography.map import Topography
 
 WIDTH = 0.1
-"""Of the bracket of the turn, relative to it.  The load is interpolated within it: on maps whose pixels snap the works
-found with a bracket of 0.02 differed by 3 to 12 %, by the pixels that snapped, and took two to four times as long."""
+"""Width of the bracket of the turn, relative to it.  The load is interpolated within it: on maps whose pixels snap the
+works found with a bracket of 0.02 differed by 3 to 12 %, by the pixels that snapped, and took two to four times as
+long."""
 AREA_TOLERANCE = 0.03
 """Largest difference of the area from 1 %, relative to it: w at the turn moves by a few tenths of that."""
 RESIDUAL = 1e-4
@@ -65,7 +66,7 @@ class SolvedTurn:
     area_att: float
     """Attracted area of that state."""
     gap: Real = field(repr=False)
-    """Of that state, over ``grid``, in its unit."""
+    """Gap of that state, over ``grid``, in its unit."""
     wall: Wall = field(repr=False)
     grid: Grid = field(repr=False)
     shape: tuple[int, int]

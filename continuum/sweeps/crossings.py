@@ -36,7 +36,7 @@ class Crossing:
     """What a search has found in one combination of the axes."""
 
     name: str
-    """Of the search."""
+    """Name of the search."""
     settings: Mapping[str, Any]
     """Key and value on each other axis."""
     bracket: Bracket

@@ -52,7 +52,7 @@ class SweepSearch:
     """A search of a sweep, in one combination of its axes."""
 
     name: str
-    """Of its files; made of what it searches for, and between which systems."""
+    """Name of its files; made of what it searches for, and between which systems."""
     systems: tuple[System, ...]
     """Its ends and what it has tried between them, in the order of the key that is searched for."""
 

@@ -74,7 +74,7 @@ class Death:
 
     process: int
     signal: str
-    """That killed it, as ``SIGKILL``; empty if it ended by itself."""
+    """Signal that killed it, as ``SIGKILL``; empty if it ended by itself."""
 
     def __str__(self) -> str:
         return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a word'}"

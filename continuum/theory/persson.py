@@ -16,7 +16,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 from scipy.special import erf, erfc, erfinv, exp1
 
-from continuum.theory.rough import Real
+from continuum.theory.rough import Real, persson_area
 
 _NODES = 400
 _T = np.geomspace(1e-8, 6.0, 2000)
@@ -78,6 +78,11 @@ class PerssonContact:
         return float(np.sqrt(self._sums(0)[-1]))
 
     @cached_property
+    def _squares(self) -> Real:
+        """π ∫ q³ C dq from the longest wave on: 1/w²."""
+        return self._sums(2) / 2
+
+    @cached_property
     def _approach(self) -> tuple[Real, Real]:
         """Pressures, and the mean gap at each."""
         pressures = self.rms_slope * np.geomspace(1e-12, 3.0, 200)
@@ -86,11 +91,11 @@ class PerssonContact:
     @cached_property
     def rms_slope(self) -> float:
         """Root-mean-square slope."""
-        return float(np.sqrt(self._sums(2)[-1]))
+        return float(np.sqrt(2 * self._squares[-1]))
 
     def area(self, pressure: float) -> float:
         """A/A0 at a mean pressure in E*."""
-        return float(erf(np.sqrt(2) * pressure / self.rms_slope))
+        return persson_area(pressure, self.rms_slope)
 
     def pressure(self, area: float) -> float:
         """Mean pressure in E* at an area A/A0, the inverse of :meth:`area`."""
@@ -107,7 +112,7 @@ class PerssonContact:
 
     def _separations(self, pressure: float, count: int = _NODES) -> tuple[Real, Real]:
         """Mean gap and area of what looks like contact at the first wavenumbers, the longest wave first."""
-        q, squares = self.wavenumber, self._sums(2) / 2
+        q, squares = self.wavenumber, self._squares
         with np.errstate(divide="ignore"):
             areas = erf(pressure / np.sqrt(squares[:count]))
         areas[0] = 1.0
@@ -175,11 +180,12 @@ class PerssonContact:
         """
         h, (pressures, gaps) = self.rms_height, self._approach
 
-        def needed(gap: float) -> float:
+        def needed(gap: Real | float) -> Real:
+            """Logarithm of the w at which attraction balances repulsion at a gap."""
             between = erfc((gap - reach) / h / np.sqrt(2)) - erfc(gap / h / np.sqrt(2))
-            return float(np.interp(gap, gaps[::-1], np.log(pressures)[::-1]) + np.log(2 * reach / between))
+            return np.asarray(np.interp(gap, gaps[::-1], np.log(pressures)[::-1]) + np.log(2 * reach / between))
 
         steps = np.linspace(gaps[-1], gaps[0], 200)
-        best = int(np.argmin([needed(float(u)) for u in steps]))
+        best = int(np.argmin(needed(steps)))
         bounds = steps[max(best - 1, 0)], steps[min(best + 1, steps.size - 1)]
-        return float(np.exp(minimize_scalar(needed, bounds=bounds, method="bounded").fun))
+        return float(np.exp(minimize_scalar(lambda gap: float(needed(gap)), bounds=bounds, method="bounded").fun))

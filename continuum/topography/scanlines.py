@@ -59,7 +59,7 @@ class ScanLines:
     scars: Mask = field(repr=False)
     """Points of scars."""
     skewness: float = 0.0
-    """Of the bends of the offsets; negative for grooves."""
+    """Skewness of the bends of the offsets; negative for grooves."""
 
     @property
     def independent(self) -> bool:

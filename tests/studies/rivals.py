@@ -69,6 +69,14 @@ def compared(rows: DataFrame) -> DataFrame:
     return rows.assign(**dict(zip(("law", "weak", "bearing"), np.transpose(found), strict=True)))
 
 
+def power(part: DataFrame, name: str) -> float:
+    """Exponent of λ_L/λ_s in a ratio, each surface at its own level; of turns with several λ_L/λ_s."""
+    surfaces = [part.hurst, part.seed, part.lambda_L]
+    width = np.log(part.lambda_L / part.lambda_s)
+    x, y = (values - values.groupby(surfaces).transform("mean") for values in (width, part[name]))
+    return float((x * y).sum() / (x * x).sum())
+
+
 def main() -> None:
     """Print the tables of docs/law.md."""
     rows = compared(recorded())
@@ -80,9 +88,10 @@ def main() -> None:
         for name in columns:
             low, high = np.exp([of_hurst[name].min(), of_hurst[name].max()])
             row.append(f"{np.exp(part[name].mean()):.2f} ({low:.2f} - {high:.2f})")
-        cells.append((*row, f"{np.exp(part.weak.std()):.2f}", f"{np.exp(part.bearing.std()):.2f}"))
+        powers = ", ".join(f"{power(part, name):+.2f}" for name in columns) if part.lambda_s.nunique() > 1 else "-"
+        cells.append((*row, powers))
     heads = ("turns of", "law of attraction", "area", "Δr/h_rms", "turns", "w/(U F)", "w/w, Persson-Scaraggi",
-             "w/w, bearing area", "scatter of the second", "of the third")  # fmt: skip
+             "w/w, bearing area", "powers of λ_L/λ_s in these")  # fmt: skip
     sys.stdout.write(Sheet.of("means (least and largest of an H)", heads, cells).markdown() + "\n")
 
 

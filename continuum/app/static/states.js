@@ -28,7 +28,7 @@ function readable(value, quantity) {
 
 function drawMap() {
   const [nx, ny] = run.shape, canvas = $("map"), colours = known.colours[$("kind").value];
-  const rgb = colours.map((colour) => colour === "white" ? 0xffffff : colour === "black" ? 0 : parseInt(colour.slice(1), 16));
+  const rgb = colours.map((colour) => parseInt(colour.slice(1), 16));
   canvas.width = nx;
   canvas.height = ny;
   canvas.style.aspectRatio = `${run.lengths[0]} / ${run.lengths[1]}`;

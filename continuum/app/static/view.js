@@ -67,10 +67,9 @@ async function ask(sliding = false) {
     later = setTimeout(async () => {
       try {
         const page = await talk("POST", "/report", body);
-        if (mine === turn) show(page.text);
-        const maps = await talk("POST", "/maps", body);
         if (mine !== turn) return;
-        $("mending").querySelector("img").src = maps.text;
+        show(page.page);
+        $("mending").querySelector("img").src = page.mending;
         $("mending").hidden = false;
       } catch (error) { if (mine === turn) fail(error); }
     }, sliding ? 700 : 0);

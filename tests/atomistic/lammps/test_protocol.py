@@ -226,3 +226,11 @@ def test_a_deck_is_whole_before_it_has_its_script(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="not a folder"):
         write_deck(tmp_path / "deck", deck)
     assert (tmp_path / "deck").read_text() == "mine"
+
+
+def test_a_deck_of_another_size_takes_the_place_of_an_unfinished_one(tmp_path):
+    """A folder of decks is the program's own: what its files begin with, such as a number of atoms, may change."""
+    directory = write_deck(tmp_path / "deck", a.deck(rough(), separation=1.2, depth=4))
+    other = a.deck(rough(), separation=1.2, depth=6)
+    assert write_deck(directory, other) == directory
+    assert f"{other.slab.size} atoms" in (directory / "README.txt").read_text()

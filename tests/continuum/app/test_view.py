@@ -115,14 +115,12 @@ def test_a_map_is_dropped_and_asked_about(client: Client, map_file: Path) -> Non
     # A slider: a hundredth of the work of adhesion makes it less sticky.
     less = client("POST", "/predict", FORM | {"work": "1mJ/m2"}).json
     assert less["statements"][0].startswith("Not sticky")
-    page = client("POST", "/report", FORM)
-    assert page.headers["Content-Type"].startswith("text/html")
-    assert page.body.count(b"data:image/png") >= 1
-    assert str(client.view.folder).encode() not in page.body
+    report = client("POST", "/report", FORM | {"detrend": "curvature"})
+    assert "data:image/png" in report.json["page"]
+    assert str(client.view.folder).encode() not in report.body
+    assert base64.b64decode(report.json["mending"].removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
     assert client("GET", "/solved").status == 404
-    mended = client("POST", "/maps", FORM | {"detrend": "curvature"})
-    assert base64.b64decode(mended.body.removeprefix(b"data:image/png;base64,")).startswith(b"\x89PNG")
-    assert client("POST", "/maps", {"size": "1um"}).status == 422
+    assert client("POST", "/report", {"size": "1um"}).status == 422
 
 
 def test_states_of_a_run_are_those_that_are_stored(client: Client, stored: Result) -> None:
@@ -158,7 +156,7 @@ def test_states_of_a_sweep_are_chosen_by_its_axes(client: Client, tmp_path: Path
         client.view.open(tmp_path / "empty", "empty")
 
 
-@pytest.mark.parametrize("harm", ["link", "shape", "grid"])
+@pytest.mark.parametrize("harm", ["link", "shape", "grid", "huge"])
 def test_a_hostile_file_of_states_is_refused(client: Client, stored: Result, tmp_path: Path, harm: str) -> None:
     path = tmp_path / "hostile.h5"
     path.write_bytes(stored.path.read_bytes())
@@ -169,11 +167,15 @@ def test_a_hostile_file_of_states_is_refused(client: Client, stored: Result, tmp
         elif harm == "shape":
             del file["gap"]
             file["gap"] = np.zeros((2, 3, 3), np.float32)
+        elif harm == "huge":  # in whole periods, as a grid may be
+            text = file.attrs["config_resolved"].decode()
+            file.attrs["config_resolved"] = text.replace("[12,16]", "[12000,16000]")
         else:
             file.attrs["config_resolved"] = file.attrs["config_resolved"].decode().replace("[12,16]", "[9999,9999]")
     client("PUT", "/map", path.read_bytes(), X_Name="hostile.h5")
     said = [client("GET", "/runs/0"), client("GET", "/runs/0/0/contact"), client("GET", "/runs/0/0/gap")]
     assert said[-1].status == 422
+    assert said[1].status == (200 if harm == "shape" else 422)
     assert all(str(client.view.folder) not in one.body.decode(errors="replace") for one in said)
 
 
