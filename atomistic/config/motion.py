@@ -63,7 +63,7 @@ class Steps(NamedTuple):
     single: bool = False
     """One equilibrium and no protocol."""
     windows: TimeWindows | None = None
-    """Time windows of a wall that moves above warm atoms; then the values are its separations, or the pressure it keeps."""
+    """Time windows of a wall that moves above warm atoms; the values are then its separations or pressures."""
 
 
 class ProtocolTable(TableFamily):
