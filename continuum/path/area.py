@@ -161,8 +161,9 @@ def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
             now = aim.settings
             state = aim.trial(height(aim.problem, before), now, before.gap, near=True)
         else:
+            # Without adhesion there is one state, however it is reached: coarser grids may help as they like.
             last = rough and now == aim.settings
-            near = last or (aim.adhesive and (misled or bracket.after is not None))
+            near = aim.adhesive and (last or misled or bracket.after is not None)
             state = aim.trial(at, now, before.gap, near=near)
             if closed:
                 if state.status.ok and not (aim.met(state) or aim.short(state, before)):
