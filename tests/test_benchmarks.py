@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmarks import atoms, kinds, ours, report, run
+from tests.benchmarks import atoms, kinds, ours, paths, report, run
 from tests.benchmarks.cases import rough as surface_of
 
 POINT = {"n": 64, "seed": 1, "adhesion_length": 0.005}
@@ -142,3 +142,15 @@ def test_what_a_wall_costs_is_measured_for_each_kind() -> None:
     text = report.walls(rows)
     assert "| 8² | none | 768 |" in text
     assert text.count("**") == 2 * len(rows)
+
+
+def test_searches_and_paths_are_counted_beside_solves_from_rest() -> None:
+    rows = [
+        {"n": 64, "adhesion_length": 0.005, "seed": 1, "area": 0.05} | paths.search(64, 1, 0.005, 0.05),
+        {"n": 64, "adhesion_length": 0.005, "seed": 1, "area": "path"} | paths.path(64, 1, 0.005),
+    ]
+    assert rows[0]["status"] == "CONVERGED"
+    assert rows[0]["area"] == pytest.approx(0.05, abs=0.01 * 0.05 + 0.5 / 64**2)
+    assert rows[1]["areas"][0] < rows[1]["areas"][1]
+    ratio = rows[0]["fft_pairs"] / rows[0]["cold"]
+    assert f"| 64² | 0.005 | {ratio:.2f} |" in report.searches(rows)

@@ -35,6 +35,7 @@ MOST_POINTS = {
     "slow": 512,
     "turn": 1024,
     "kinds": 512,
+    "searches": 1024,
 }
 """Largest grids of each table; beyond, only work and memory of one load point.
 

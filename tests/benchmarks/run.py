@@ -30,6 +30,7 @@ from tests.benchmarks import report
 from tests.benchmarks.atoms import CRYSTALS, WALLS
 from tests.benchmarks.cases import ADHESION_LENGTHS, MOST_POINTS, PEER_ADHESION_LENGTH, SEEDS, SIZES
 from tests.benchmarks.kinds import KINDS
+from tests.benchmarks.paths import AREAS
 
 __all__ = ["TABLES", "Missing", "Results", "main"]
 
@@ -268,7 +269,17 @@ def kinds(n: int) -> Plan:
         yield point, lambda results, point=point: results.job("kinds.contact", **point)
 
 
-TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, turn, kinds)}
+def searches(n: int) -> Plan:
+    """An area from rest, and a path of mean gaps, beside solves from rest at the same mean gaps."""
+    for length, seed in product(ADHESION_LENGTHS, SEEDS[:2] if n <= MOST_POINTS["searches"] else ()):
+        point = {"n": n, "adhesion_length": length, "seed": seed}
+        for area in AREAS:
+            given = point | {"area": area}
+            yield given, lambda results, given=given: results.job("paths.search", **given)
+        yield point | {"area": "path"}, lambda results, point=point: results.job("paths.path", **point)
+
+
+TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, turn, kinds, searches)}
 """Each plans its rows on one grid; `report` has a function of the same name that writes them as text."""
 
 
@@ -290,7 +301,10 @@ def machine() -> Row:
 
 def _sources(package: str = "continuum", *own: str) -> str:
     """Digest of what is measured: rows of one results file belong together."""
-    files = [ROOT / "tests" / "benchmarks" / f"{name}.py" for name in own or ("cases", "job", "kinds", "ours", "peers")]
+    files = [
+        ROOT / "tests" / "benchmarks" / f"{name}.py"
+        for name in own or ("cases", "job", "kinds", "ours", "paths", "peers")
+    ]
     digest = hashlib.sha256()
     for file in [*sorted((ROOT / package).rglob("*.py")), ROOT / "tests" / "problems.py", *files]:
         digest.update(file.read_bytes())
