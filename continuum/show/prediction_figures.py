@@ -155,14 +155,14 @@ def mending_figure(measured: Topography, judged: Topography) -> Figure:
 
 
 @plot.styled
-def contact_figure(simulation: Simulation | SolvedTurn) -> Figure:
+def contact_figure(solved: Simulation | SolvedTurn) -> Figure:
     """Where the solved contact repels and attracts."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.6)
-    unit, name = length_scale(max(simulation.lengths))
-    period = (simulation.lengths[0] / unit, simulation.lengths[1] / unit)
-    nx, ny = simulation.shape
-    plot.contact_image(axis, contact_map(simulation.wall, simulation.gap[:nx, :ny]), period)
-    area = rf"$A_\mathrm{{rep}}/A_0$ = {simulation.area_rep:.3g}"
+    (nx, ny), lengths = solved.map.shape, solved.map.lengths
+    unit, name = length_scale(max(lengths))
+    period = lengths[0] / unit, lengths[1] / unit
+    plot.contact_image(axis, contact_map(solved.wall, solved.gap[:nx, :ny]), period)
+    area = rf"$A_\mathrm{{rep}}/A_0$ = {solved.area_rep:.3g}"
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title=area)
     plot.legend_below(figure, plot.contact_key())
     return figure

@@ -90,8 +90,9 @@ def test_beside_the_solver_the_paper_says_what_its_record_says() -> None:
     assert found.paper.sticky is False
     grid = Grid.square(4)
     solved = Simulation(
-        0.01, 1.0, -1.0, -1.0, False, np.ones(grid.shape), LennardJonesSpline(0.1), grid, grid.shape, grid.lengths, ()
-    )
+        area_rep=0.01, area_ratio=1.0, load=-1.0, kappa=-1.0, jumped=False, gap=np.ones(grid.shape),
+        wall=LennardJonesSpline(0.1), grid=grid, map=grid, warnings=(),
+    )  # fmt: skip
     for prediction, said in ((found, "undecided"), (predicted(0.1, worn=True), "-")):
         sheets = prediction_sheets(replace(prediction, simulation=solved))
         rows = {row[0]: row for sheet in sheets if sheet.title.startswith("Solved") for row in sheet.rows}
