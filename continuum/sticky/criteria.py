@@ -9,7 +9,7 @@ verdict turns also at a modulus of margin x E*.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from continuum.arguments import number
 from continuum.theory import paper, rough
@@ -58,6 +58,17 @@ class RoughContact:
         for name, value in tuple(vars(self).items()):
             if name != "coated" and (value is not None or name not in optional):
                 object.__setattr__(self, name, number(name, value, above=0))
+
+    def rougher(self, height: float, slope: float, curvature: float) -> RoughContact:
+        """The contact with its moments times factors, and the energy of full contact, which goes as h h', with them."""
+        energy = self.conformal_energy
+        return replace(
+            self,
+            rms_height=height * self.rms_height,
+            rms_slope=slope * self.rms_slope,
+            rms_curvature=curvature * self.rms_curvature,
+            conformal_energy=None if energy is None else height * slope * energy,
+        )
 
     @property
     def adhesion_length(self) -> float:

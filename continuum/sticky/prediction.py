@@ -235,22 +235,9 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
 
 
 def summit_contact(topography: Topography, contact: RoughContact) -> RoughContact | None:
-    """A contact whose roughness is that of the summits, with the energy of full contact that goes as h h'.
-
-    None where the summits are flat.
-    """
-    height, slope, curvature = summit_ratios(topography)
-    if min(height, slope, curvature) < NOTHING:
-        return None
-    energy = contact.conformal_energy
-    return replace(
-        contact,
-        rms_height=height * contact.rms_height,
-        rms_slope=slope * contact.rms_slope,
-        rms_curvature=curvature * contact.rms_curvature,
-        conformal_energy=None if energy is None else height * slope * energy,
-        roll_off=None,
-    )
+    """A contact whose roughness is that of the summits; None where they are flat."""
+    ratios = summit_ratios(topography)
+    return None if min(ratios) < NOTHING else replace(contact.rougher(*ratios), roll_off=None)
 
 
 def prediction_of(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -240,15 +240,13 @@ def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
     for name, values in logs.items():
         margin = float(np.exp(np.mean(values))) if values else None
         half = None if scatter is None or not values else scatter * _student(freedom) / np.sqrt(len(values))
-        interval = None if half is None or margin is None else (margin * np.exp(-half), margin * np.exp(half))
-        own = tuple(spot for spot in spots if spot.sample == name)
-        samples.append(
-            SampleRank(name, own, margin, None if interval is None else (float(interval[0]), float(interval[1])))
+        interval = (
+            None if half is None or margin is None else (float(margin * np.exp(-half)), float(margin * np.exp(half)))
         )
+        own = tuple(spot for spot in spots if spot.sample == name)
+        samples.append(SampleRank(name, own, margin, interval))
     samples.sort(key=lambda one: -(one.margin or 0.0))
-    with_ranks = tuple(
-        SampleRank(one.name, one.spots, one.margin, one.interval, _ranks(one, samples)) for one in samples
-    )
+    with_ranks = tuple(replace(one, ranks=_ranks(one, samples)) for one in samples)
     return Study(folder, with_ranks, None if scatter is None else float(np.exp(scatter)))
 
 

@@ -267,6 +267,8 @@ def _heard(contact: RoughContact, without: Left | None) -> Verdict:
 def _heard_of_summits(contact: RoughContact, without: Left | None) -> Verdict:
     """By the energy that it takes to flatten the summits: no other parameter turns at one value on all surfaces."""
     criterion = CRITERIA["half-conformal-energy"]
+    if not criterion.possible(contact):
+        return Verdict("undecided", None, (f"of the summits, the {criterion.needs} is not known",))
     found = criterion(contact)
     if not found.valid:
         return Verdict("undecided", None, (f"of the summits, {'; '.join(found.why)}",))
@@ -288,13 +290,10 @@ def _together(
 
 def _stretched(contact: RoughContact, factor: float) -> RoughContact:
     """The same contact with heights, and the range, stretched: work and energy go with the square."""
-    lengths = ("rms_height", "rms_slope", "rms_curvature", "range")
-    energy = contact.conformal_energy
     return replace(
-        contact,
-        **{name: factor * getattr(contact, name) for name in lengths},
+        contact.rougher(factor, factor, factor),
+        range=factor * contact.range,
         work_of_adhesion=factor**2 * contact.work_of_adhesion,
-        conformal_energy=None if energy is None else factor**2 * energy,
     )
 
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from numbers import Real as Number
 
 from continuum import units
-from continuum.arguments import ArgumentError, instance, number, texts
+from continuum.arguments import instance, number, texts
 from continuum.topography.map import TopographyError
 
 _ZERO = re.compile(r"\s*[0.]+\s*\D*")
@@ -69,11 +69,10 @@ def length_of(name: str, text: str | None) -> float | None:
     """A length in m from a text such as "10nm"; None for None."""
     if text is None:
         return None
+    instance(name, text, str, 'a text such as "10nm"')
     try:
-        return units.parse(instance(name, text, str, 'a text such as "10nm"'), "length")
+        return units.parse(text, "length")
     except ValueError as error:
-        if isinstance(error, ArgumentError):
-            raise
         raise TopographyError(f"`{name}` {error}") from error
 
 
