@@ -22,6 +22,7 @@ from continuum.arguments import instance
 from continuum.errors import InputError
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.verdict import Answer, answer_of, judge
+from continuum.topography.quantities import PER_MAP
 
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
@@ -29,10 +30,8 @@ if TYPE_CHECKING:
 TABLE = "study.csv"
 """The table in a folder that says which file is which."""
 CONFIDENCE = 0.95
-PER_FILE = ("size", "unit", "dataset", "part")
-"""Columns of the table that are options of a file."""
-_COLUMNS = ("file", "sample", "spot", "magnification", *PER_FILE)
 _FIELDS = ("sample", "spot", "magnification")
+_COLUMNS = ("file", *_FIELDS, *PER_MAP)
 _NO_MAPS = frozenset({".html", ".png", ".pdf", ".svg", ".json", ".toml", ".md", ".py", ".log", ".docx", ".xlsx"})
 
 
@@ -222,7 +221,7 @@ def _from_table(folder: Path) -> list[Scan]:
         elif not (folder / cells["file"]).is_file():
             faults.append(f"{path}:{number}: there is no file {cells['file']!r}")
         else:
-            told = {name: cells[name] for name in PER_FILE if cells.get(name)}
+            told = {name: cells[name] for name in PER_MAP if cells.get(name)}
             found.append(Scan(folder / cells["file"], cells["sample"], cells.get("spot") or "1", told))
     if faults or not found:
         raise InputError("\n".join(faults) or f"{path}: no file is named")

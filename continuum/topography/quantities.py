@@ -13,14 +13,15 @@ from continuum import units
 from continuum.arguments import instance, number, texts
 from continuum.topography.map import TopographyError
 
+PER_MAP = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
+"""What is given as one text for all maps or one for each, with examples."""
 _ZERO = re.compile(r"\s*[0.]+\s*\D*")
 """An edge of a map at zero, which needs no unit."""
 
 
 def texts_of(count: int, **values: str | Sequence[str] | None) -> dict[str, tuple[str, ...]]:
     """What is given for the maps: nothing, one text for all, or one for each."""
-    examples = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
-    found = {name: texts(name, value, examples[name]) for name, value in values.items()}
+    found = {name: texts(name, value, PER_MAP[name]) for name, value in values.items()}
     for name, several in found.items():
         if len(several) not in (0, 1, count):
             of = "one map" if count == 1 else f"{count} maps"
