@@ -13,7 +13,6 @@ from scipy.special import ndtri
 from continuum import units
 from continuum.measure.contact import contact_map
 from continuum.show import plot
-from continuum.show.prediction_data import excluding
 from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.prediction import Prediction, rough_contact
 from continuum.sticky.record import support
@@ -121,7 +120,7 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
         if criterion.sufficient:
             y = [support((criterion,), one).probability for one in cast]
             axis.semilogx(x, y, styles[i], color=_COLOURS[i], markersize=3, label=criterion.name)
-    together = [None if excluding(prediction) else judge_contact(one).probability for one in cast]
+    together = [None if prediction.excluding else judge_contact(one).probability for one in cast]
     if any(chance is not None for chance in together):
         axis.semilogx(x, [np.nan if chance is None else chance for chance in together], color="black", linewidth=2.5,
                       alpha=0.5, label="together, in range")  # fmt: skip

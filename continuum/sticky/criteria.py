@@ -8,13 +8,17 @@ verdict turns also at a modulus of margin x E*.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from continuum.arguments import number
 from continuum.theory import paper, rough
 from continuum.theory.smooth import JKR, tabor_parameter
 
+Answer = Literal["sticky", "not sticky", "undecided"]
+ANSWERS: Mapping[bool | None, Answer] = {True: "sticky", False: "not sticky", None: "undecided"}
+"""What is said of a surface that is sticky, is not, or may be either."""
 AREA = 0.01
 """Repulsive area at which a surface is called sticky if its load is negative."""
 GW_LIMIT = 3.0

@@ -20,8 +20,9 @@ import numpy as np
 
 from continuum.arguments import instance
 from continuum.errors import InputError
+from continuum.sticky.criteria import Answer
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.verdict import Answer, answer_of, judge
+from continuum.sticky.verdict import answer_of, judge
 from continuum.topography.quantities import PER_MAP
 
 if TYPE_CHECKING:

@@ -14,7 +14,6 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.show.answer import percent
 from continuum.show.prediction import prediction_sheets
-from continuum.show.prediction_data import excluding
 from continuum.show.prediction_figures import overview
 from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.materials import Interface
@@ -68,7 +67,7 @@ def test_theories_that_the_answer_names_are_in_their_range_everywhere(slope: flo
 
 def test_no_theory_counts_on_a_map_that_is_not_gaussian() -> None:
     found = predicted(0.1, worn=True)
-    assert excluding(found)
+    assert found.excluding
     assert not counted(found)
     assert not counted_in_row(found)
     assert "together, in range" not in labels(found)
