@@ -264,7 +264,7 @@ def _heard_of_summits(contact: RoughContact, without: Left | None) -> Verdict:
     """By the energy that it takes to flatten the summits: no other parameter turns at one value on all surfaces."""
     criterion = CRITERIA["half-conformal-energy"]
     if not criterion.possible(contact):
-        return Verdict("undecided", None, (f"of the summits, the {criterion.needs} is not known",))
+        return Verdict("undecided", None, (f"of the summits, the {criterion.needs.replace('_', ' ')} is not known",))
     found = criterion(contact)
     if not found.valid:
         return Verdict("undecided", None, (f"of the summits, {'; '.join(found.why)}",))
