@@ -7,6 +7,7 @@ import io
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from continuum.sticky.criteria import verdicts
@@ -116,7 +117,7 @@ def as_json(prediction: Prediction) -> str:
         "row": row(prediction),
         "maps": maps,
         "moments": prediction.roughness.moments._asdict(),
-        "interface": vars(prediction.interface),
+        "interface": asdict(prediction.interface),
         "probe": None if prediction.probe is None else vars(prediction.probe),
         "estimates": estimates,
         "cuts": cuts,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -96,3 +97,4 @@ def test_a_worn_map_under_a_coating_is_undecided() -> None:
     assert found.excluding
     assert judge(found).answer == "undecided"
     assert "conformal energy is not known" in found.sentence
+    assert json.loads(found.json())["interface"]["coating"]["thickness"] == pytest.approx(3e-9)
