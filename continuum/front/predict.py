@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -23,7 +24,7 @@ from continuum.topography.mending import Detrending, prepare
 from continuum.topography.quantities import length_of, share
 from continuum.topography.reading import read_all
 
-READ = frozenset(OPTIONS) - frozenset(InterfaceTable.model_fields) - {"detrend", "cutoff", "tip", "smallest"}
+READ = frozenset(OPTIONS) & frozenset(inspect.signature(read_all).parameters)
 """Arguments that are used when the maps are read."""
 
 

@@ -10,8 +10,9 @@ from continuum.arguments import ArgumentError, file_name
 from continuum.errors import InputError
 from continuum.front.predict import predict
 from continuum.sticky.materials import InterfaceError, read_interface
-from continuum.sticky.study import PER_FILE, Scan, Spot, Study, ranked, scans
+from continuum.sticky.study import Scan, Spot, Study, ranked, scans
 from continuum.sticky.tables import OPTIONS, InterfaceTable
+from continuum.topography.quantities import PER_MAP
 
 _KNOWN = (frozenset(OPTIONS) - {"join"}) | {"solve", "threads"}
 
@@ -62,7 +63,7 @@ def study(
 def _spot(sample: str, name: str, files: Sequence[Scan], options: dict[str, Any]) -> Spot:
     """A spot, its magnifications joined; the reason where one of its files cannot be used."""
     told = dict(options)
-    for key in PER_FILE:
+    for key in PER_MAP:
         common = told.get(key)
         same = "-" if not common else common if isinstance(common, str) else common[0]
         if any(key in scan.options for scan in files):

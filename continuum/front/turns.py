@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from continuum.front.states import State
 from continuum.path.state import Event
 from continuum.show.sheet import Sheet, pairs
@@ -21,8 +19,7 @@ class Turn:
     @property
     def bracket(self) -> Event | None:
         """States below and above the turn, with their works as values; None if it was not found."""
-        turns = [event for event in self.state.found.events if event.control == "work-of-adhesion"]
-        return turns[0] if turns else None
+        return self.state.found.turn
 
     @property
     def work(self) -> float:
@@ -30,11 +27,7 @@ class Turn:
 
         Within the bracket the load is taken as linear in the logarithm of the work.
         """
-        if self.bracket is None:
-            return float("nan")
-        low, high = self.bracket.before, self.bracket.after
-        share = low.load / (low.load - high.load) if low.load > 0 > high.load else 0.5
-        return float(low.value * (high.value / low.value) ** np.clip(share, 0.0, 1.0))
+        return float("nan") if self.bracket is None else self.bracket.root
 
     @property
     def jumps(self) -> bool:

@@ -103,6 +103,13 @@ class Event(NamedTuple):
     before: JumpSide
     after: JumpSide
 
+    @property
+    def root(self) -> float:
+        """Value at which the load vanishes between both sides, taken as linear in the logarithm of the value."""
+        low, high = self.before, self.after
+        share = low.load / (low.load - high.load) if low.load > 0 > high.load else 0.5
+        return float(low.value * (high.value / low.value) ** np.clip(share, 0.0, 1.0))
+
 
 @dataclass(frozen=True, eq=False)
 class PathState:
@@ -158,6 +165,11 @@ class PathState:
     def traction(self) -> Real:
         """Traction of the wall on the surface, compression positive, shape ``grid.shape``, in E*; NaN if not known."""
         return self.solution.traction
+
+    @property
+    def turn(self) -> Event | None:
+        """The bracket of the turn that was looked for, with works of adhesion as values; None if it was not found."""
+        return next((event for event in self.events if event.control == "work-of-adhesion"), None)
 
     @property
     def status(self) -> Status | Outcome:

@@ -9,7 +9,7 @@ from continuum import units
 from continuum.model.grid import Grid
 from continuum.runs.cost import pair_seconds
 from continuum.show.prediction_data import ranges, remedy_options
-from continuum.sticky.criteria import AREA, CRITERIA
+from continuum.sticky.criteria import AREA, CRITERIA, Answer
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.record import turning_margin
@@ -17,7 +17,6 @@ from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_rang
 from continuum.sticky.solved_turn import SolvedTurn
 from continuum.sticky.verdict import (
     SURE,
-    Answer,
     Verdict,
     answer_at,
     answer_of,
@@ -50,7 +49,7 @@ def statements(prediction: Prediction) -> list[str]:
     factor it turns, the verdict of the theories, what full contact costs, the pull-off force of a probe if one was
     given, and the paper's criterion.
     """
-    verdict, solved = judge(prediction), _solved_answer(prediction)
+    verdict, solved = judge(prediction), prediction.solved_answer
     lines = [_faults(prediction), _unmeasured_of_solved(prediction, solved), *_solver(prediction, solved)]
     lines.append(_theories(prediction, verdict, solved))
     if verdict.turn is not None:
@@ -141,14 +140,6 @@ def _stays(prediction: Prediction) -> str:
         f"Waves below {_length(waves.measured)} were not measured: with the spectrum continued to "
         f"{_length(waves.smallest)} it stays {beyond.verdict.answer}"
     )
-
-
-def _solved_answer(prediction: Prediction) -> Answer | None:
-    """What the solver says; None where nothing was solved."""
-    if prediction.turn is None and prediction.simulation is None:
-        return None
-    sticky = prediction.solved_sticky
-    return "undecided" if sticky is None else "sticky" if sticky else "not sticky"
 
 
 def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
@@ -244,7 +235,7 @@ def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
     w = prediction.contact.work_of_adhesion
     start = f"Pull-off force of a probe of radius {_length(probe.radius)}: "
     kind = f"Maugis' parameter {_times(probe.maugis)}"
-    if any(fault.excludes for fault in prediction.faults) and _solved_answer(prediction) is None:
+    if prediction.excluding and prediction.solved_answer is None:
         return f"{start}no number, as nothing was shown of this map"
     if probe.least is not None and probe.apparent is not None:
         interval = " to ".join(dict.fromkeys((_force(probe.least), _force(probe.most))))
@@ -265,7 +256,7 @@ def _paper(prediction: Prediction) -> str:
     estimate = prediction.paper
     low, high = (turning_margin((CRITERIA[estimate.key],), prediction.contact, p) for p in (1 - SURE, SURE))
     doubt = ", but it is out of its range (see the warnings)"
-    if any(fault.excludes for fault in prediction.faults):
+    if prediction.excluding:
         doubt = ", but that is of other surfaces"
     elif ranges(prediction)[estimate.key].startswith("yes"):
         doubt = "" if estimate.valid else ", judged with smaller heights"

@@ -13,10 +13,10 @@ from continuum.model.surface import Moments
 from continuum.show import plot
 from continuum.show.answer import percent, statements
 from continuum.show.page import Page
-from continuum.show.prediction_data import excluding, ranges
+from continuum.show.prediction_data import ranges
 from continuum.show.prediction_figures import contact_figure, fault_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
-from continuum.sticky.criteria import CRITERIA, Estimate
+from continuum.sticky.criteria import ANSWERS, CRITERIA, Estimate
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.verdict import votes
@@ -41,7 +41,7 @@ def reading_order(sheets: list[Sheet]) -> list[Sheet]:
 
 def prediction_sheets(prediction: Prediction) -> list[Sheet]:
     """Everything there is to say, as tables."""
-    solved = [] if prediction.simulation is None and prediction.turn is None else [_solved(prediction)]
+    solved = [] if prediction.solved_answer is None else [_solved(prediction)]
     probe = [] if prediction.probe is None else [_probe(prediction.probe)]
     inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
     numbers = [_numbers(prediction), _cuts(prediction), *map(_density, prediction.topographies)]
@@ -137,7 +137,7 @@ def _necessary(estimate: Estimate) -> str:
 
 
 def _verdicts(prediction: Prediction) -> Sheet:
-    rows, excluded, inside = [], excluding(prediction), ranges(prediction)
+    rows, inside = [], ranges(prediction)
     for vote in votes(prediction.contact):
         estimate, support = vote.estimate, vote.support
         modulus = estimate.turning_modulus(prediction.contact) or 0.0
@@ -150,7 +150,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
             (
                 estimate.name,
                 f"{estimate.symbol} = {estimate.value:.4g}",
-                "-" if excluded else _necessary(estimate) if support is None else vote.answer,
+                "-" if prediction.excluding else _necessary(estimate) if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
                 record,
                 _pressure(modulus),
@@ -230,10 +230,10 @@ def _solved(prediction: Prediction) -> Sheet:
     if simulation is not None:
         ratio = prediction.number("area-ratio").value
         said = {vote.estimate.key: vote.answer for vote in votes(contact)}
-        by_record = "-" if excluding(prediction) else said[prediction.paper.key]
+        by_record = "-" if prediction.excluding else said[prediction.paper.key]
         area = f"{100 * simulation.area_rep:.3g} %" + (": jumped past 1 %" if simulation.jumped else "")
         rows += [
-            ("verdict at the given w", by_record, "sticky" if simulation.sticky else "not sticky"),
+            ("verdict at the given w", by_record, ANSWERS[simulation.sticky]),
             ("repulsive area", "1 %", area),
             ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
             ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),

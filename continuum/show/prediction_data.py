@@ -7,6 +7,7 @@ import io
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from continuum.sticky.criteria import verdicts
@@ -47,23 +48,17 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
         found["solved: largest w at the turn_J/m2"] = turn.most
     if prediction.simulation is not None:
         found["solved: load_Pa"] = prediction.simulation.load
-    if turn is not None or prediction.simulation is not None:
-        said = {None: "undecided", True: "sticky", False: "not sticky"}
-        found["solved: verdict"] = said[prediction.solved_sticky]
+    if prediction.solved_answer is not None:
+        found["solved: verdict"] = prediction.solved_answer
     if (probe := prediction.probe) is not None:
         found |= {"probe: pull-off with w - U_N": probe.least, "probe: pull-off with w_N": probe.most}
         found["probe: largest with 1 % in contact_N"] = probe.rim
     return found
 
 
-def excluding(prediction: Prediction) -> str:
-    """Faults with which theories of moments say nothing."""
-    return ", ".join(fault.kind for fault in prediction.faults if fault.excludes)
-
-
 def ranges(prediction: Prediction) -> dict[str, str]:
     """Whether each criterion, by its key, is in its range and so counts in the verdict: yes, or no, and why."""
-    excluded = excluding(prediction)
+    excluded = ", ".join(fault.kind for fault in prediction.excluding)
     judged = {one.key for one in verdicts(flattened(prediction.contact)) if one.valid}
 
     def said(key: str, why: str) -> str:
@@ -122,7 +117,7 @@ def as_json(prediction: Prediction) -> str:
         "row": row(prediction),
         "maps": maps,
         "moments": prediction.roughness.moments._asdict(),
-        "interface": vars(prediction.interface),
+        "interface": asdict(prediction.interface),
         "probe": None if prediction.probe is None else vars(prediction.probe),
         "estimates": estimates,
         "cuts": cuts,

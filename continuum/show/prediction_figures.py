@@ -13,7 +13,6 @@ from scipy.special import ndtri
 from continuum import units
 from continuum.measure.contact import contact_map
 from continuum.show import plot
-from continuum.show.prediction_data import excluding
 from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.prediction import Prediction, rough_contact
 from continuum.sticky.record import support
@@ -121,7 +120,7 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
         if criterion.sufficient:
             y = [support((criterion,), one).probability for one in cast]
             axis.semilogx(x, y, styles[i], color=_COLOURS[i], markersize=3, label=criterion.name)
-    together = [None if excluding(prediction) else judge_contact(one).probability for one in cast]
+    together = [None if prediction.excluding else judge_contact(one).probability for one in cast]
     if any(chance is not None for chance in together):
         axis.semilogx(x, [np.nan if chance is None else chance for chance in together], color="black", linewidth=2.5,
                       alpha=0.5, label="together, in range")  # fmt: skip
@@ -155,14 +154,14 @@ def mending_figure(measured: Topography, judged: Topography) -> Figure:
 
 
 @plot.styled
-def contact_figure(simulation: Simulation | SolvedTurn) -> Figure:
+def contact_figure(solved: Simulation | SolvedTurn) -> Figure:
     """Where the solved contact repels and attracts."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.6)
-    unit, name = length_scale(max(simulation.lengths))
-    period = (simulation.lengths[0] / unit, simulation.lengths[1] / unit)
-    nx, ny = simulation.shape
-    plot.contact_image(axis, contact_map(simulation.wall, simulation.gap[:nx, :ny]), period)
-    area = rf"$A_\mathrm{{rep}}/A_0$ = {simulation.area_rep:.3g}"
+    (nx, ny), lengths = solved.map.shape, solved.map.lengths
+    unit, name = length_scale(max(lengths))
+    period = lengths[0] / unit, lengths[1] / unit
+    plot.contact_image(axis, contact_map(solved.wall, solved.gap[:nx, :ny]), period)
+    area = rf"$A_\mathrm{{rep}}/A_0$ = {solved.area_rep:.3g}"
     axis.set(xlabel=f"x ({name})", ylabel=f"y ({name})", title=area)
     plot.legend_below(figure, plot.contact_key())
     return figure

@@ -138,12 +138,6 @@ def _tail(topography: Topography, roughness: Roughness, tip: float | None) -> Ta
 
 
 def sharpest_wave(roughness: Roughness, tip: float) -> float:
-    """The shortest wavelength that a tip of a radius follows; 0 if it follows all.
-
-    The roughness of all longer waves has half the curvature of the tip: h''_rms, the laplacian, is twice the mean
-    curvature.
-    """
-    if roughness.whole.moments.rms_curvature < 1 / tip:
-        return 0.0
-    waves = roughness.wavelengths
-    return next((wave for wave in waves if roughness.cut(wave).moments.rms_curvature < 1 / tip), waves[-1])
+    """The shortest wavelength that a tip of a radius follows; 0 if it follows all."""
+    waves, followed = roughness.wavelengths, roughness.followed_by(tip)
+    return 0.0 if followed == waves else next(iter(followed), waves[-1])

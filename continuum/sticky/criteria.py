@@ -9,12 +9,16 @@ verdict turns also at a modulus of margin x E*.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from continuum.arguments import number
 from continuum.theory import paper, rough
 from continuum.theory.smooth import JKR, tabor_parameter
 
+Answer = Literal["sticky", "not sticky", "undecided"]
+ANSWERS: Mapping[bool | None, Answer] = {True: "sticky", False: "not sticky", None: "undecided"}
+"""What is said of a surface that is sticky, is not, or may be either."""
 AREA = 0.01
 """Repulsive area at which a surface is called sticky if its load is negative."""
 GW_LIMIT = 3.0
@@ -59,6 +63,17 @@ class RoughContact:
             if name != "coated" and (value is not None or name not in optional):
                 object.__setattr__(self, name, number(name, value, above=0))
 
+    def rougher(self, height: float, slope: float, curvature: float) -> RoughContact:
+        """The contact with its moments times factors, and the energy of full contact, which goes as h h', with them."""
+        energy = self.conformal_energy
+        return replace(
+            self,
+            rms_height=height * self.rms_height,
+            rms_slope=slope * self.rms_slope,
+            rms_curvature=curvature * self.rms_curvature,
+            conformal_energy=None if energy is None else height * slope * energy,
+        )
+
     @property
     def adhesion_length(self) -> float:
         """l_a = w/E*."""
@@ -101,7 +116,6 @@ class Estimate:
     unit: str
     """"" for a pure number, else in words of the input: "length", "pressure"."""
     source: str
-    inputs: Mapping[str, float] = field(repr=False)
     why: tuple[str, ...] = ()
     """Why it is out of range here; empty where it is not."""
     margin: float | None = None
@@ -151,8 +165,6 @@ class Criterion:
     name: str
     symbol: str
     source: str
-    uses: tuple[str, ...]
-    """Quantities of the contact that it uses."""
     formula: Callable[[RoughContact], float]
     limits: tuple[Limit, ...] = ()
     """Range of validity."""
@@ -171,11 +183,10 @@ class Criterion:
         if not self.possible(contact):
             raise ValueError(f"{self.name} needs the {self.needs} of the contact")
         value = self.formula(contact)
-        inputs = {name: float(getattr(contact, name)) for name in self.uses}
         why = tuple(filter(None, (limit.why(contact) for limit in self.limits)))
         why += ("the solid is coated, and the theory has one modulus",) if contact.coated else ()
         margin = None if self.margin is None else self.margin(contact, value)
-        return Estimate(self.name, self.symbol, value, self.unit, self.source, inputs, why, margin, self.key)
+        return Estimate(self.name, self.symbol, value, self.unit, self.source, why, margin, self.key)
 
     def possible(self, contact: RoughContact) -> bool:
         return not self.needs or getattr(contact, self.needs) is not None
@@ -206,11 +217,6 @@ _TURN = (
 )  # fmt: skip
 _BEARING = (_STEEP, Limit(lambda c: c.range - c.rms_height, "the range of adhesion exceeds h_rms: the repulsion is "
                           "taken at large separations", most=0))  # fmt: skip
-_MOMENTS = ("rms_slope", "rms_curvature", "range")
-_ONSET = (*_MOMENTS, "work_of_adhesion", "contact_modulus", "kappa_rep")
-_ASPERITY = ("rms_curvature", "range", "work_of_adhesion", "contact_modulus")
-_ASPERITIES = ("rms_height", "rms_curvature", "work_of_adhesion", "contact_modulus")
-_FULL_CONTACT = ("conformal_energy", "work_of_adhesion", "range", "rms_height")
 
 
 def _asperity_margin(contact: RoughContact, value: float) -> float:
@@ -228,97 +234,93 @@ def _asperity_limit(contact: RoughContact) -> float:
 
 _CRITERIA = (
     Criterion(
-        "pastewka-robbins", "Pastewka-Robbins", "κ_att/κ_rep", "paper, Eq. (6)", _ONSET,
+        "pastewka-robbins", "Pastewka-Robbins", "κ_att/κ_rep", "paper, Eq. (6)",
         lambda c: paper.onset(c.rms_slope, paper.height_change(c.rms_slope, c.rms_curvature), c.adhesion_length,
                               c.range, c.kappa_rep),
         _RIM, margin=lambda c, value: 1 / value,
     ),
     Criterion(
-        "fuller-tabor", "Fuller-Tabor", "h_rms/δ_c", "Fuller and Tabor 1975; asperities do not interact", _ASPERITIES,
+        "fuller-tabor", "Fuller-Tabor", "h_rms/δ_c", "Fuller and Tabor 1975; asperities do not interact",
         lambda c: c.height_over_separation, _JKR, margin=_asperity_margin,
     ),
     Criterion(
         "dmt-asperities", "Maugis (DMT asperities)", "h_rms/δ_c", "Maugis 1996; asperities do not interact",
-        _ASPERITIES, lambda c: c.height_over_separation, _DMT, margin=_asperity_margin,
+        lambda c: c.height_over_separation, _DMT, margin=_asperity_margin,
     ),
     Criterion(
-        "persson-tosatti", "Persson-Tosatti", "U_full/w", "Persson and Tosatti 2001", _FULL_CONTACT,
+        "persson-tosatti", "Persson-Tosatti", "U_full/w", "Persson and Tosatti 2001",
         _full_contact, _ENERGY, margin=lambda c, value: 1 / value, needs="conformal_energy",
     ),
     # High pull-off stress where w exceeds half the elastic energy of full contact: simulated half-spaces and sheets.
     Criterion(
         "half-conformal-energy", "half conformal energy", "U_full/w", "doi:10.3389/fmech.2022.965584 (Müser's group)",
-        _FULL_CONTACT, _full_contact, _ENERGY, margin=lambda c, value: 1 / (0.5 * value), needs="conformal_energy",
+        _full_contact, _ENERGY, margin=lambda c, value: 1 / (0.5 * value), needs="conformal_energy",
     ),
     # The load at 1 % area changes its sign at w = U F: docs/law.md.  F is that of the paper's law, as stated before.
     Criterion(
         "turning-energy", "energy of the turn", "U_full F/w", "docs/law.md: six surfaces, H of 0.2 to 0.9",
-        _FULL_CONTACT, lambda c: _full_contact(c) * rough.turning_share(c.range / c.rms_height), _TURN,
+        lambda c: _full_contact(c) * rough.turning_share(c.range / c.rms_height), _TURN,
         margin=lambda c, value: 1 / value, needs="conformal_energy",
     ),
     # h_rms² below about 0.63 l_a λ_L, whatever the short waves.
     Criterion(
         "bearing-area", "bearing area (BAM)", "h_rms²/(l_a λ_L)", "Ciavarella 2018 (BAM), derived anew with γ = 1/2",
-        ("rms_height", "roll_off", "range", "work_of_adhesion", "contact_modulus"),
         lambda c: c.rms_height**2 / (c.adhesion_length * (c.roll_off or 0.0)), _BEARING,
         margin=lambda c, value: rough.bearing_area_limit(c.rms_height / c.range) / value, needs="roll_off",
     ),
     # l_a above 0.5 h' a0, for atomic surfaces.
     Criterion(
         "necessary-adhesion", "necessary adhesion", "2 l_a/(h' a0)", "paper, below Eq. (6): necessary, not sufficient",
-        ("rms_slope", "work_of_adhesion", "contact_modulus", "spacing"),
         lambda c: c.adhesion_length / paper.necessary_adhesion_length(c.rms_slope, c.spacing or 0.0), (_STEEP,),
         margin=lambda c, value: value, needs="spacing", sufficient=False,
     ),
     # (N/A_rep)/(h' E*): finite at the onset, negative where sticky.
     Criterion(
-        "inverse-kappa", "inverse kappa", "1/κ", "paper, Eqs. (3), (4)", _ONSET,
+        "inverse-kappa", "inverse kappa", "1/κ", "paper, Eqs. (3), (4)",
         lambda c: 1 / c.kappa_rep - 1 / c.expected.kappa_att, _RIM,
     ),
-    Criterion("area-ratio", "area ratio", "A_rep/A_att", "paper, Eq. (4)", _MOMENTS,
-              lambda c: c.expected.area_ratio, _RIM),
+    Criterion("area-ratio", "area ratio", "A_rep/A_att", "paper, Eq. (4)", lambda c: c.expected.area_ratio, _RIM),
     Criterion(
         "contact-diameter", "contact diameter", "d_rep", "paper, above Eq. (6); measured widths within a factor of two",
-        ("rms_slope", "rms_curvature"), lambda c: c.diameter, (_STEEP,), unit="length",
+        lambda c: c.diameter, (_STEEP,), unit="length",
     ),
-    Criterion("attraction-width", "attraction width", "d_att", "paper, Eq. (S-2)", _MOMENTS,
+    Criterion("attraction-width", "attraction width", "d_att", "paper, Eq. (S-2)",
               lambda c: c.expected.width, _RIM, unit="length"),
     # Mean over the repulsive area, h' E*/κ_rep.
     Criterion(
         "repulsive-pressure", "repulsive pressure", "p_rep", "paper, Eq. (1); A_rep much smaller than A0",
-        ("rms_slope", "contact_modulus", "kappa_rep"),
         lambda c: paper.repulsive_pressure(c.rms_slope, c.kappa_rep, c.contact_modulus), (_STEEP,), unit="pressure",
     ),
     # Mean tension over the attracted area.
     Criterion(
-        "adhesive-pressure", "adhesive pressure", "w/Δr", "paper, after Eq. (1)", ("work_of_adhesion", "range"),
+        "adhesive-pressure", "adhesive pressure", "w/Δr", "paper, after Eq. (1)",
         lambda c: paper.adhesive_pressure(c.work_of_adhesion, c.range), unit="pressure",
     ),
     # DMT below 0.1, JKR above 5.
-    Criterion("maugis-parameter", "Maugis parameter", "λ_Maugis", "paper, Suppl. S-I", _ASPERITY, lambda c: c.maugis),
+    Criterion("maugis-parameter", "Maugis parameter", "λ_Maugis", "paper, Suppl. S-I", lambda c: c.maugis),
     # With Δr for the equilibrium distance.
     Criterion(
-        "asperity-tabor", "Tabor parameter", "μ", "Tabor 1977", _ASPERITY,
+        "asperity-tabor", "Tabor parameter", "μ", "Tabor 1977",
         lambda c: tabor_parameter(c.radius, c.work_of_adhesion, c.range, c.contact_modulus),
     ),
     # Says whether the range matters, and nothing of stickiness.
     Criterion(
-        "generalised-tabor", "generalised Tabor number", "μ_T", "Müser 2016, 1/R the rms of ∂²h/∂x²", _ASPERITY,
+        "generalised-tabor", "generalised Tabor number", "μ_T", "Müser 2016, 1/R the rms of ∂²h/∂x²",
         lambda c: rough.generalised_tabor(c.rms_curvature, c.adhesion_length, c.range),
     ),
     # Δr over the gap beside a patch.
     Criterion(
-        "range-over-gap", "range over gap", "Δr/g0", "paper, Eq. (S-1) one patch outside the edge", _MOMENTS,
+        "range-over-gap", "range over gap", "Δr/g0", "paper, Eq. (S-1) one patch outside the edge",
         lambda c: c.range / paper.gap_scale(c.rms_slope, c.rms_curvature),
     ),
     # The tail of a theory that finds no tension is not a push: a pull-off is shown as at least zero.
     Criterion(
-        "pull-off", "pull-off", "N/A0", "Fuller and Tabor 1975, 0.05 summits per R h_rms", _ASPERITIES,
+        "pull-off", "pull-off", "N/A0", "Fuller and Tabor 1975, 0.05 summits per R h_rms",
         lambda c: _asperity_limit(c) * rough.fuller_tabor(c.height_over_separation), _JKR, unit="pressure", least=0.0,
     ),
     # 2π w R for each asperity instead of (3/2)π w R.
     Criterion(
-        "dmt-pull-off", "pull-off (DMT asperities)", "N/A0", "Maugis 1996, 0.05 summits per R h_rms", _ASPERITIES,
+        "dmt-pull-off", "pull-off (DMT asperities)", "N/A0", "Maugis 1996, 0.05 summits per R h_rms",
         lambda c: 4 / 3 * _asperity_limit(c) * rough.dmt_asperities(c.height_over_separation), _DMT,
         unit="pressure", least=0.0,
     ),

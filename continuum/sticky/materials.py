@@ -250,13 +250,7 @@ def interface(
 
 
 def _mean_work(materials: Sequence[Material]) -> float:
-    """The geometric mean of the works of adhesion of each material against itself.
-
-    Raises
-    ------
-    InterfaceError
-        If one of them has none.
-    """
+    """The geometric mean of the works of adhesion of each material against itself; InterfaceError if one has none."""
     works = [material.work_of_adhesion for material in materials]
     known = [work for work in works if work is not None]
     if len(known) < len(works):
@@ -314,24 +308,13 @@ def read_interface(
         return whole
     if len(bodies) != 1 or contact_modulus is not None or probe is not None:
         raise InterfaceError("`coating` is on one elastic body, and has no `contact_modulus`, second body or `probe`")
-    instance("coating", coating, str, 'a text such as "50nm:200GPa:0.2"')
-    return coated(whole, bodies[0], coating)
+    layer = _coating(bodies[0], instance("coating", coating, str, 'a text such as "50nm:200GPa:0.2"'))
+    said = f"E* is that of a coating of {units.readable(layer.thickness, 'length', 3)}"
+    return replace(whole, contact_modulus=layer.contact_modulus, coating=layer, origin=(said, *whole.origin))
 
 
-def coated(interface: Interface, body: Body, text: str) -> Interface:
-    """A contact whose one elastic body has a coating; its contact modulus is that of the coating.
-
-    Parameters
-    ----------
-    interface : without the coating.
-    body : the elastic body.
-    text : thickness, Young's modulus and Poisson's ratio of the coating.
-
-    Raises
-    ------
-    InterfaceError
-        If the text says something else, or the Poisson's ratio of the body is not known.
-    """
+def _coating(body: Body, text: str) -> Coating:
+    """The coating of a body: thickness, Young's modulus and Poisson's ratio."""
     base, ratio = body.plane_strain_modulus, body.ratio
     if base is None or ratio is None:
         raise InterfaceError("`coating` needs what is below it: `modulus` and `poisson`, or `material`, of one body")
@@ -342,9 +325,7 @@ def coated(interface: Interface, body: Body, text: str) -> Interface:
     poisson = _ratio(faults, parts[2])
     if faults or thickness is None or modulus is None or poisson is None:
         raise InterfaceError("\n".join(faults))
-    layer = Coating(thickness, modulus / (1 - poisson**2), poisson, base, ratio)
-    said = f"E* is that of a coating of {units.readable(thickness, 'length', 3)}"
-    return replace(interface, contact_modulus=layer.contact_modulus, coating=layer, origin=(said, *interface.origin))
+    return Coating(thickness, modulus / (1 - poisson**2), poisson, base, ratio)
 
 
 def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quantity) -> float | None:

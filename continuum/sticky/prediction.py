@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number
 from continuum.sticky.continuation import Continuation, continuation_of
-from continuum.sticky.criteria import AREA, Estimate, RoughContact, every_estimate, verdicts
+from continuum.sticky.criteria import ANSWERS, AREA, Answer, Estimate, RoughContact, every_estimate, verdicts
 from continuum.sticky.doubts import prediction_doubts
 from continuum.sticky.materials import Interface
 from continuum.sticky.probe import ProbePullOff, probe_doubts, probe_pull_off
@@ -90,6 +90,11 @@ class Prediction:
         return by_turn if by_turn is None or state is None else state
 
     @property
+    def solved_answer(self) -> Answer | None:
+        """What the solver says; None where nothing was solved."""
+        return None if self.turn is None and self.simulation is None else ANSWERS[self.solved_sticky]
+
+    @property
     def probe(self) -> ProbePullOff | None:
         """The pull-off force of the probe that was given, as an interval; None where none was."""
         if self.interface.probe is None:
@@ -104,7 +109,7 @@ class Prediction:
         """Why the map is not solved without being asked, in words; empty if it is."""
         if any(one.lines or one.measurements for one in self.topographies):
             return "what was measured is no map"
-        if excluded := [fault.kind for fault in self.faults if fault.excludes and fault.kind != NOT_GAUSSIAN]:
+        if excluded := [fault.kind for fault in self.excluding if fault.kind != NOT_GAUSSIAN]:
             return f"{excluded[0]} of the map"
         if len({one.grid.spacing for one in self.topographies}) > 1:
             return "the two maps have different pixels"
@@ -114,6 +119,11 @@ class Prediction:
     @property
     def faults(self) -> tuple[MapFault, ...]:
         return tuple(fault for found in self.findings for fault in found.faults)
+
+    @property
+    def excluding(self) -> tuple[MapFault, ...]:
+        """Faults with which theories of moments say nothing."""
+        return tuple(fault for fault in self.faults if fault.excludes)
 
     @property
     def verdicts(self) -> tuple[Estimate, ...]:
@@ -235,22 +245,9 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
 
 
 def summit_contact(topography: Topography, contact: RoughContact) -> RoughContact | None:
-    """A contact whose roughness is that of the summits, with the energy of full contact that goes as h h'.
-
-    None where the summits are flat.
-    """
-    height, slope, curvature = summit_ratios(topography)
-    if min(height, slope, curvature) < NOTHING:
-        return None
-    energy = contact.conformal_energy
-    return replace(
-        contact,
-        rms_height=height * contact.rms_height,
-        rms_slope=slope * contact.rms_slope,
-        rms_curvature=curvature * contact.rms_curvature,
-        conformal_energy=None if energy is None else height * slope * energy,
-        roll_off=None,
-    )
+    """A contact whose roughness is that of the summits; None where they are flat."""
+    ratios = summit_ratios(topography)
+    return None if min(ratios) < NOTHING else replace(contact.rougher(*ratios), roll_off=None)
 
 
 def prediction_of(

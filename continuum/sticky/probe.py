@@ -16,36 +16,8 @@ from continuum.arguments import instance, number
 from continuum.sticky.criteria import RoughContact
 from continuum.theory.smooth import JKR, MaugisDugdale, tabor_parameter
 
-HARD, SOFT = 1e-3, 1e3
-"""Maugis' λ beyond which the force is DMT's and JKR's to one part in a thousand, and the equations lose digits."""
-
 WIDE_CONTACT = 0.3
 """Radius of the contact over that of the sphere from which on a sphere is no parabola: heights differ by 2 % there."""
-
-
-def sphere_pull_off(radius: float, work_of_adhesion: float, range: float, contact_modulus: float = 1.0) -> float:
-    """Largest tension on a smooth sphere: (3/2)π w R if compliant, 2π w R if stiff, in between Maugis' transition.
-
-    Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971); Derjaguin, Muller and Toporov, J. Colloid Interface
-    Sci. 53, 314 (1975); Maugis, J. Colloid Interface Sci. 150, 243 (1992), in
-    :class:`continuum.theory.smooth.MaugisDugdale`.
-
-    Parameters
-    ----------
-    radius, work_of_adhesion, range, contact_modulus : R, w, Δr and E*, in any consistent units; Δr is the distance
-        over which the tension w/Δr acts.
-
-    Returns
-    -------
-    float
-        The force, positive where it pulls, in units of w R.
-    """
-    sphere = MaugisDugdale(radius, work_of_adhesion, range, contact_modulus)
-    if sphere.parameter <= HARD:
-        return float(2 * np.pi * work_of_adhesion * radius)
-    if sphere.parameter >= SOFT:
-        return JKR(radius, work_of_adhesion, contact_modulus).pull_off_force
-    return sphere.pull_off_force
 
 
 @dataclass(frozen=True)
@@ -106,10 +78,10 @@ def probe_pull_off(contact: RoughContact, radius: float, touched: float | None =
     sphere = MaugisDugdale(radius, w, reach, modulus)
     return ProbePullOff(
         radius=radius,
-        smooth=sphere_pull_off(radius, w, reach, modulus),
-        most=sphere_pull_off(radius, w, reach + contact.rms_height, modulus),
+        smooth=sphere.pull_off_force,
+        most=MaugisDugdale(radius, w, reach + contact.rms_height, modulus).pull_off_force,
         apparent=apparent,
-        least=None if apparent is None else sphere_pull_off(radius, apparent, reach, modulus),
+        least=None if apparent is None else MaugisDugdale(radius, apparent, reach, modulus).pull_off_force,
         rim=None if touched is None else 2 * np.pi * radius * w * min(touched, 1.0),
         contact_radius=JKR(radius, w, modulus).zero_load_radius,
         maugis=sphere.parameter,

@@ -40,8 +40,22 @@ class UnresolvedError(ValueError):
     """The map cannot carry the solution: the message says why."""
 
 
-@dataclass(frozen=True, eq=False)
-class Simulation:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SolvedMap:
+    """A state that was solved on a map, and where."""
+
+    gap: Real = field(repr=False)
+    """Over ``grid``, in its unit."""
+    wall: Wall = field(repr=False)
+    grid: Grid = field(repr=False)
+    """Of the map and its mirror images, in the unit of the solver."""
+    map: Grid = field(repr=False)
+    """Of the map itself, whose points are the first of ``grid`` in each direction; in the units of the interface."""
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Simulation(SolvedMap):
     """What the solver found on approach.  Loads per area, in the units of the interface."""
 
     area_rep: float
@@ -54,16 +68,6 @@ class Simulation:
     """h' E* A_rep/N."""
     jumped: bool
     """Whether the area jumped past 1 %."""
-    gap: Real = field(repr=False)
-    """In units of Δr, over ``grid``."""
-    wall: Wall = field(repr=False)
-    grid: Grid
-    """In units of Δr."""
-    shape: tuple[int, int]
-    """Points of the map itself, the first of the grid's in each direction."""
-    lengths: tuple[float, float]
-    """Size of the map itself, in the units of the interface."""
-    warnings: tuple[str, ...]
 
     @property
     def sticky(self) -> bool:
@@ -132,6 +136,12 @@ def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
     return grid, -(closed.heights - closed.heights.mean()) / unit
 
 
+def wall_on(grid: Grid, adhesion_length: float, reach: float) -> Wall:
+    """The wall of a given l_a = w/E* and effective range, on a core that suits the pixels; in the unit of the grid."""
+    pixel = max(grid.spacing)
+    return attraction_on_core("spline", adhesion_length, reach, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
+
+
 def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:
     """What to doubt of a solution on a map: what its pixels do not show, and how it was continued.
 
@@ -163,10 +173,8 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     interface, instead = resolvable(topography, interface)
     unit, modulus = interface.range, interface.contact_modulus
     grid, heights = wall_of_map(topography, unit)
-    pixel, slope = max(grid.spacing), moments(grid, heights).rms_slope
-    wall = attraction_on_core(
-        "spline", interface.adhesion_length / unit, 1.0, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel
-    )
+    slope = moments(grid, heights).rms_slope
+    wall = wall_on(grid, interface.adhesion_length / unit, 1.0)
     problem = ContactProblem(grid, wall, heights, interface.substrate(unit))
     settings = Settings(TOLERANCE * slope, threads=threads)
     state = solve(problem, "repulsive-area", AREA, settings, branch="approach")
@@ -186,7 +194,6 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
         gap=state.gap,
         wall=wall,
         grid=grid,
-        shape=topography.grid.shape,
-        lengths=topography.lengths,
+        map=topography.grid,
         warnings=tuple(doubts),
     )

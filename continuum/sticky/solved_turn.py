@@ -6,9 +6,7 @@ from the turn, as there it snaps.  The wall is that of :mod:`continuum.sticky.si
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
-import numpy as np
+from dataclasses import dataclass
 
 from continuum.arguments import instance
 from continuum.model.fourier import Real
@@ -18,19 +16,19 @@ from continuum.model.substrates import Substrate
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.model.walls.attraction import attraction_on_core
-from continuum.path.state import PathState, Search
+from continuum.path.state import Search
 from continuum.path.turn import find_turn, first_work
 from continuum.solve.solution import NotConvergedError, Settings
 from continuum.sticky.criteria import AREA
 from continuum.sticky.materials import Interface
 from continuum.sticky.simulate import (
-    CORE_DEPTH,
-    CORE_STIFFNESS,
+    SolvedMap,
     check_resolved,
     in_place_of,
     shortest_range,
     solver_doubts,
     wall_of_map,
+    wall_on,
 )
 from continuum.theory.rough import turning_share
 from continuum.topography.map import Topography
@@ -45,8 +43,8 @@ RESIDUAL = 1e-4
 """Residual, relative to h' E*: ten times that of a state, as no areas are read off."""
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedTurn:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SolvedTurn(SolvedMap):
     """Where the load at 1 % repulsive area vanishes.  Works per area and lengths in the units of the interface."""
 
     work: float
@@ -65,15 +63,6 @@ class SolvedTurn:
     """Repulsive area of the state nearest to the turn, as a fraction of A0."""
     area_att: float
     """Attracted area of that state."""
-    gap: Real = field(repr=False)
-    """Gap of that state, over ``grid``, in its unit."""
-    wall: Wall = field(repr=False)
-    grid: Grid = field(repr=False)
-    shape: tuple[int, int]
-    """Points of the map itself, the first of the grid's in each direction."""
-    lengths: tuple[float, float]
-    """Size of the map itself."""
-    warnings: tuple[str, ...]
 
     @property
     def coarse(self) -> bool:
@@ -109,21 +98,23 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1) -
     given, modulus = interface.range, interface.contact_modulus
     unit = max(instance("topography", topography, Topography).grid.spacing)
     grid, heights = wall_of_map(topography, unit)
-    pixel, slope = max(grid.spacing), moments(grid, heights).rms_slope
+    slope = moments(grid, heights).rms_slope
 
     def range_at(length: float) -> float:
         """In m, at l_a in units of the grid."""
         return max(given, shortest_range(topography, length * unit))
 
     def wall_at(length: float) -> Wall:
-        stiffness, depth = CORE_STIFFNESS / pixel, CORE_DEPTH * pixel
-        return attraction_on_core("spline", length, range_at(length) / unit, stiffness, depth)
+        return wall_on(grid, length, range_at(length) / unit)
 
     substrate = interface.substrate(unit)
     problem = ContactProblem(grid, wall_at(_half_of_full_contact(grid, heights, substrate)), heights, substrate)
     settings = Settings(RESIDUAL * slope, threads=threads)
     found, state = find_turn(problem, wall_at, AREA, settings, Search(AREA_TOLERANCE), WIDTH)
-    length, low, high, jumps = _bracket(state)
+    turn = state.turn
+    if turn is None:
+        raise NotConvergedError(state.status.value)
+    length = turn.root
     reach = range_at(length)
     doubts = []
     if reach > given:
@@ -132,24 +123,23 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1) -
     height = float(topography.heights.std())
     share = turning_share(given / height) / turning_share(reach / height)
     return SolvedTurn(
-        length * unit * modulus, low * unit * modulus, high * unit * modulus, jumps, reach,
-        share * length * unit * modulus, state.totals.area_rep, state.totals.area_att, state.gap, found.wall, grid,
-        topography.grid.shape, topography.lengths, (*doubts, *solver_doubts(found, slope, topography, "the pixel")),
-    )  # fmt: skip
+        work=length * unit * modulus,
+        low=turn.before.value * unit * modulus,
+        high=turn.after.value * unit * modulus,
+        jumps=turn.kind == "jump-in",
+        range=reach,
+        most=share * length * unit * modulus,
+        area_rep=state.totals.area_rep,
+        area_att=state.totals.area_att,
+        gap=state.gap,
+        wall=found.wall,
+        grid=grid,
+        map=topography.grid,
+        warnings=(*doubts, *solver_doubts(found, slope, topography, "the pixel")),
+    )
 
 
 def _half_of_full_contact(grid: Grid, heights: Real, substrate: Substrate) -> float:
     """l_a from which the search begins, half of the energy of full contact."""
     hard = attraction_on_core("spline", 1.0, 1.0, 1.0)
     return first_work(ContactProblem(grid, hard, heights, substrate))
-
-
-def _bracket(state: PathState) -> tuple[float, float, float, bool]:
-    """l_a at the turn, below and above it, and whether the load jumps there; NotConvergedError where none was found."""
-    turns = [event for event in state.events if event.control == "work-of-adhesion"]
-    if not turns:
-        raise NotConvergedError(state.status.value)
-    before, after = turns[0].before, turns[0].after
-    share = before.load / (before.load - after.load) if before.load > 0 > after.load else 0.5
-    work = before.value * (after.value / before.value) ** float(np.clip(share, 0.0, 1.0))
-    return work, before.value, after.value, turns[0].kind == "jump-in"

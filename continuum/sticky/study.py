@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,8 +20,10 @@ import numpy as np
 
 from continuum.arguments import instance
 from continuum.errors import InputError
+from continuum.sticky.criteria import Answer
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.verdict import Answer, answer_of, judge
+from continuum.sticky.verdict import answer_of, judge
+from continuum.topography.quantities import PER_MAP
 
 if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
@@ -29,10 +31,8 @@ if TYPE_CHECKING:
 TABLE = "study.csv"
 """The table in a folder that says which file is which."""
 CONFIDENCE = 0.95
-PER_FILE = ("size", "unit", "dataset", "part")
-"""Columns of the table that are options of a file."""
-_COLUMNS = ("file", "sample", "spot", "magnification", *PER_FILE)
 _FIELDS = ("sample", "spot", "magnification")
+_COLUMNS = ("file", *_FIELDS, *PER_MAP)
 _NO_MAPS = frozenset({".html", ".png", ".pdf", ".svg", ".json", ".toml", ".md", ".py", ".log", ".docx", ".xlsx"})
 
 
@@ -222,7 +222,7 @@ def _from_table(folder: Path) -> list[Scan]:
         elif not (folder / cells["file"]).is_file():
             faults.append(f"{path}:{number}: there is no file {cells['file']!r}")
         else:
-            told = {name: cells[name] for name in PER_FILE if cells.get(name)}
+            told = {name: cells[name] for name in PER_MAP if cells.get(name)}
             found.append(Scan(folder / cells["file"], cells["sample"], cells.get("spot") or "1", told))
     if faults or not found:
         raise InputError("\n".join(faults) or f"{path}: no file is named")
@@ -240,15 +240,13 @@ def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
     for name, values in logs.items():
         margin = float(np.exp(np.mean(values))) if values else None
         half = None if scatter is None or not values else scatter * _student(freedom) / np.sqrt(len(values))
-        interval = None if half is None or margin is None else (margin * np.exp(-half), margin * np.exp(half))
-        own = tuple(spot for spot in spots if spot.sample == name)
-        samples.append(
-            SampleRank(name, own, margin, None if interval is None else (float(interval[0]), float(interval[1])))
+        interval = (
+            None if half is None or margin is None else (float(margin * np.exp(-half)), float(margin * np.exp(half)))
         )
+        own = tuple(spot for spot in spots if spot.sample == name)
+        samples.append(SampleRank(name, own, margin, interval))
     samples.sort(key=lambda one: -(one.margin or 0.0))
-    with_ranks = tuple(
-        SampleRank(one.name, one.spots, one.margin, one.interval, _ranks(one, samples)) for one in samples
-    )
+    with_ranks = tuple(replace(one, ranks=_ranks(one, samples)) for one in samples)
     return Study(folder, with_ranks, None if scatter is None else float(np.exp(scatter)))
 
 

@@ -13,17 +13,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
 
 import numpy as np
 
 from continuum import units
-from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Criterion, Estimate, RoughContact, verdicts
+from continuum.sticky.criteria import CRITERIA, LARGEST_SLOPE, Answer, Criterion, Estimate, RoughContact, verdicts
 from continuum.sticky.prediction import Prediction, summit_contact
 from continuum.sticky.record import Left, Part, Support, mean_margin, support, turning_margin
-from continuum.topography.faults import NOT_GAUSSIAN, MapFault
+from continuum.topography.faults import NOT_GAUSSIAN
 
-Answer = Literal["sticky", "not sticky", "undecided"]
 _length = partial(units.readable, quantity="length", digits=3)
 SURE = 0.9
 """Probability from which a theory says something."""
@@ -157,15 +155,14 @@ def answer_of(prediction: Prediction) -> Answer:
 
     What the solver found is of what was measured: its turn is moved by the factor by which that of the theories moves.
     """
-    solved, turn = prediction.solved_sticky, prediction.turn
-    if solved is None:
-        return "undecided" if turn is not None else judge(prediction).answer
-    answer: Answer = "sticky" if solved else "not sticky"
-    if prediction.continuation is None:
+    answer, turn = prediction.solved_answer, prediction.turn
+    if answer is None:
+        return judge(prediction).answer
+    if answer == "undecided" or prediction.continuation is None:
         return answer
     shift, known = turn_shift(prediction), _judge_measured(prediction, None)
     if turn is not None and shift is not None:
-        holds = turn.sticky(prediction.contact.work_of_adhesion / shift) is solved
+        holds = turn.sticky(prediction.contact.work_of_adhesion / shift) is (answer == "sticky")
     else:  # theories that are silent on what was measured say nothing of the rest, either
         silent = known.answer == "undecided" and known.turn is None
         holds = silent or continued_verdict(prediction).answer == answer
@@ -186,9 +183,8 @@ def _continued(prediction: Prediction, wavelength: float) -> Prediction:
 
 def _judge_measured(prediction: Prediction, without: Left | None) -> Verdict:
     """The verdict on the waves that a prediction has, faults of its maps included."""
-    excluded = [fault for fault in prediction.faults if fault.excludes]
-    if excluded:
-        return _summits(prediction, excluded, without)
+    if prediction.excluding:
+        return _summits(prediction, without)
     plain = judge_contact(prediction.contact, without)
     if prediction.mended is not None:
         better = judge_contact(prediction.mended.contact, without)
@@ -203,10 +199,10 @@ def _judge_measured(prediction: Prediction, without: Left | None) -> Verdict:
     return plain
 
 
-def _summits(prediction: Prediction, excluded: list[MapFault], without: Left | None) -> Verdict:
+def _summits(prediction: Prediction, without: Left | None) -> Verdict:
     """The verdict by the roughness of what touches, where that of the map says nothing."""
-    why = tuple(f"{fault.kind}: {fault.excludes}" for fault in excluded)
-    if prediction.summits is None or any(fault.kind != NOT_GAUSSIAN for fault in excluded):
+    why = tuple(f"{fault.kind}: {fault.excludes}" for fault in prediction.excluding)
+    if prediction.summits is None or any(fault.kind != NOT_GAUSSIAN for fault in prediction.excluding):
         return Verdict("undecided", None, why)
     found = judge_contact(prediction.summits, without, "summits")
     others = [fault.kind for fault in prediction.faults if not (fault.remedy or fault.excludes)]
@@ -267,6 +263,8 @@ def _heard(contact: RoughContact, without: Left | None) -> Verdict:
 def _heard_of_summits(contact: RoughContact, without: Left | None) -> Verdict:
     """By the energy that it takes to flatten the summits: no other parameter turns at one value on all surfaces."""
     criterion = CRITERIA["half-conformal-energy"]
+    if not criterion.possible(contact):
+        return Verdict("undecided", None, (f"of the summits, the {criterion.needs.replace('_', ' ')} is not known",))
     found = criterion(contact)
     if not found.valid:
         return Verdict("undecided", None, (f"of the summits, {'; '.join(found.why)}",))
@@ -288,13 +286,10 @@ def _together(
 
 def _stretched(contact: RoughContact, factor: float) -> RoughContact:
     """The same contact with heights, and the range, stretched: work and energy go with the square."""
-    lengths = ("rms_height", "rms_slope", "rms_curvature", "range")
-    energy = contact.conformal_energy
     return replace(
-        contact,
-        **{name: factor * getattr(contact, name) for name in lengths},
+        contact.rougher(factor, factor, factor),
+        range=factor * contact.range,
         work_of_adhesion=factor**2 * contact.work_of_adhesion,
-        conformal_energy=None if energy is None else factor**2 * energy,
     )
 
 

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 Real = NDArray[np.float64]
+HARD, SOFT = 1e-3, 1e3
+"""Maugis' λ beyond which the force is DMT's and JKR's to one part in a thousand, and the equations lose digits."""
 
 
 def tabor_parameter(radius: float, work_of_adhesion: float, distance: float, contact_modulus: float = 1.0) -> float:
@@ -58,10 +60,8 @@ class Hertz:
 
 
 @dataclass(frozen=True)
-class DMT:
-    """Adhesive sphere, range of adhesion long against its deformation: Hertz under the load N + 2π w R.
-
-    Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314 (1975), in the form of Maugis (1992).
+class AdhesiveSphere:
+    """A rigid sphere that adheres.
 
     Parameters
     ----------
@@ -71,6 +71,13 @@ class DMT:
     radius: float
     work_of_adhesion: float
     contact_modulus: float = 1.0
+
+
+class DMT(AdhesiveSphere):
+    """Adhesive sphere, range of adhesion long against its deformation: Hertz under the load N + 2π w R.
+
+    Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314 (1975), in the form of Maugis (1992).
+    """
 
     @property
     def pull_off_force(self) -> float:
@@ -82,20 +89,11 @@ class DMT:
         return Hertz(self.radius, load + self.pull_off_force, self.contact_modulus).contact_radius
 
 
-@dataclass(frozen=True)
-class JKR:
+class JKR(AdhesiveSphere):
     """Adhesive sphere, range of adhesion short against its deformation.
 
     Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971): Hertz minus a flat punch whose edge releases w.
-
-    Parameters
-    ----------
-    radius, work_of_adhesion, contact_modulus : R, w, E*.
     """
-
-    radius: float
-    work_of_adhesion: float
-    contact_modulus: float = 1.0
 
     @property
     def pull_off_force(self) -> float:
@@ -239,6 +237,10 @@ class MaugisDugdale:
     @property
     def pull_off_force(self) -> float:
         """Largest tension, between (3/2)π w R (λ large) and 2π w R (λ small)."""
+        if self.parameter <= HARD:
+            return float(2 * np.pi * self.work_of_adhesion * self.radius)
+        if self.parameter >= SOFT:
+            return JKR(self.radius, self.work_of_adhesion, self.contact_modulus).pull_off_force
         return self._pull_off[1]
 
     @property

@@ -289,10 +289,7 @@ def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | No
     tip = _tip(topography) if topography.cutoff is None else None
     if tip is None:
         return None
-    # Waves are as sharp as the surface's as long as their curvature is half of the tip's.
-    roughness = waves.roughness
-    sharp = [w for w in roughness.wavelengths if roughness.cut(w).moments.rms_curvature < 1 / tip]
-    wavelength = min((w for w in sharp if _cut(topography, w)), default=None)
+    wavelength = min((wave for wave in waves.roughness.followed_by(tip) if _cut(topography, wave)), default=None)
     text = f"summits are rounded to {_length(tip)}, with cusps between them: by a blunt tip, or spheres"
     return MapFault("tip", text, _cut(topography, wavelength))
 

@@ -20,8 +20,8 @@ from continuum.arguments import ArgumentError, array, choice, count, instance, n
 from continuum.model.fourier import Real
 from continuum.tables import LARGEST_N
 from continuum.topography.map import FLAT, Bands, Topography, TopographyError, mirror
+from continuum.topography.quantities import length_of
 from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spikes
-from continuum.units import readable
 
 Detrending = Literal["plane", "curvature", "lines", "none"]
 Edges = Literal["mirror", "window"]
@@ -72,15 +72,8 @@ def prepare(
     """
     if fill and topography.bands is None:  # a random surface has none
         topography = fill_outliers(topography, fill)
-    topography = detrend(topography, how)
-    if cutoff is None:
-        return topography
-    instance("cutoff", cutoff, str, 'a text such as "20nm"')
-    try:
-        wavelength = units.parse(cutoff, "length")
-    except ValueError as error:
-        raise TopographyError(f"`cutoff` {error}") from error
-    return cut_off(topography, wavelength)
+    topography, wavelength = detrend(topography, how), length_of("cutoff", cutoff)
+    return topography if wavelength is None else cut_off(topography, wavelength)
 
 
 def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tuple[float, float]]:
@@ -261,25 +254,28 @@ def wall_from_map(
 def _cut(topography: Topography, points: int, spacing: float, centre: tuple[float, float]) -> Topography:
     """The part of a map, sampled above the atoms."""
     side = points * spacing
+    width = units.readable(side, "length")
     pixels = [np.arange(m) * length / m for m, length in zip(topography.heights.shape, topography.lengths, strict=True)]
     start = [c * length - side / 2 for c, length in zip(centre, topography.lengths, strict=True)]
     at = [s + (np.arange(points) + 0.5) * spacing for s in start]
     if any(x[0] < pixel[0] or x[-1] > pixel[-1] for x, pixel in zip(at, pixels, strict=True)):
-        size = " x ".join(readable(length, "length") for length in topography.lengths)
+        size = " x ".join(units.readable(length, "length") for length in topography.lengths)
         raise TopographyError(
-            f"{topography.source}: a part {readable(side, 'length')} wide about {centre} does not lie within the map, "
+            f"{topography.source}: a part {width} wide about {centre} does not lie within the map, "
             f"{size}: a smaller n or spacing, another centre, or another map"
         )
     if any(side < _FEWEST * pixel[1] for pixel in pixels):
-        widest = readable(max(pixel[1] for pixel in pixels), "length")
+        widest = units.readable(max(pixel[1] for pixel in pixels), "length")
         raise TopographyError(
-            f"{topography.source}: a part {readable(side, 'length')} wide has fewer than {_FEWEST} pixels of {widest}: "
+            f"{topography.source}: a part {width} wide has fewer than {_FEWEST} pixels of {widest}: "
             "it holds no roughness that was measured; a larger n or spacing, or a finer map"
         )
     heights = RectBivariateSpline(pixels[0], pixels[1], topography.heights)(at[0], at[1])
-    pixel = " x ".join(readable(x[1], "length") for x in pixels)
+    pixel = " x ".join(units.readable(x[1], "length") for x in pixels)
     cut = topography.after(
-        heights, f"{readable(side, 'length')} cut out about the fractions {centre[0]:g}, {centre[1]:g}",
+        heights, f"{width} cut out about the fractions {centre[0]:g}, {centre[1]:g}",
         lengths=(side, side), periodic=False,
     )  # fmt: skip
-    return cut.after(heights, f"sampled every {readable(spacing, 'length')} by cubic splines through pixels of {pixel}")
+    return cut.after(
+        heights, f"sampled every {units.readable(spacing, 'length')} by cubic splines through pixels of {pixel}"
+    )

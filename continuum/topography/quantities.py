@@ -10,17 +10,18 @@ from collections.abc import Sequence
 from numbers import Real as Number
 
 from continuum import units
-from continuum.arguments import ArgumentError, instance, number, texts
+from continuum.arguments import instance, number, texts
 from continuum.topography.map import TopographyError
 
+PER_MAP = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
+"""What is given as one text for all maps or one for each, with examples."""
 _ZERO = re.compile(r"\s*[0.]+\s*\D*")
 """An edge of a map at zero, which needs no unit."""
 
 
 def texts_of(count: int, **values: str | Sequence[str] | None) -> dict[str, tuple[str, ...]]:
     """What is given for the maps: nothing, one text for all, or one for each."""
-    examples = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
-    found = {name: texts(name, value, examples[name]) for name, value in values.items()}
+    found = {name: texts(name, value, PER_MAP[name]) for name, value in values.items()}
     for name, several in found.items():
         if len(several) not in (0, 1, count):
             of = "one map" if count == 1 else f"{count} maps"
@@ -69,11 +70,10 @@ def length_of(name: str, text: str | None) -> float | None:
     """A length in m from a text such as "10nm"; None for None."""
     if text is None:
         return None
+    instance(name, text, str, 'a text such as "10nm"')
     try:
-        return units.parse(instance(name, text, str, 'a text such as "10nm"'), "length")
+        return units.parse(text, "length")
     except ValueError as error:
-        if isinstance(error, ArgumentError):
-            raise
         raise TopographyError(f"`{name}` {error}") from error
 
 

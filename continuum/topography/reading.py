@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from functools import partial
 from importlib import util
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,7 +37,7 @@ FEW_HOLES = 0.01
 
 
 def read_topography(
-    path: str | Path,
+    heights: str | Path | ArrayLike,
     *,
     size: Sequence[float] | None = None,
     unit: float | None = None,
@@ -49,12 +48,15 @@ def read_topography(
     corners: tuple[float, float, float, float] | None = None,
     fill: float = 0.0,
     override: bool = False,
+    source: str = "array",
 ) -> Topography:
-    """A topography from a file.
+    """A topography from a file, or from an array in memory.
 
     Parameters
     ----------
-    path : npy, text or HDF5; or any format of SurfaceTopography, if that is installed.
+    heights : name of a file, npy, text or HDF5, or any format of SurfaceTopography, if that is installed.  Or an array,
+        out of the body, shape (nx, ny), or one profile; a masked point is a missing one.  Two columns are positions and
+        heights of a profile, three those of a map.
     size : (Lx, Ly) in m, along the first index and the second, or (Lx,) for square pixels; only if the file does not
         say.
     unit : of the heights, in m; only if the file does not say.
@@ -66,8 +68,15 @@ def read_topography(
     fill : largest share of missing heights that is filled (:func:`continuum.topography.mending.harmonic`); 0 for
         :data:`FEW_HOLES`.
     override : whether a given size or unit overrules what the file says.
+    source : what an array is called in messages and on the page.
     """
-    path = file_name("path", path)
+    if periodic is not None:
+        flag("periodic", periodic)
+    if not isinstance(heights, str | os.PathLike):
+        _whole_array(source, dataset=dataset, part=part)
+        found = _plain(heights_of("heights", heights), source, of="an array")
+        return _whole(_with_units(found, size, unit, position_unit, periodic, override), corners, fill)
+    path = file_name("heights", heights)
     if not path.is_file():
         raise TopographyError(f"{path}: {'a folder, and no file' if path.is_dir() else 'there is no such file'}")
     if path.stat().st_size == 0:
@@ -116,31 +125,6 @@ def _raw(path: Path, dataset: str | None, part: str | None, told: bool) -> RawMa
         raise TopographyError(str(error)) from error
 
 
-def from_array(
-    heights: ArrayLike,
-    *,
-    size: Sequence[float] | None = None,
-    unit: float | None = None,
-    position_unit: float | None = None,
-    periodic: bool = False,
-    corners: tuple[float, float, float, float] | None = None,
-    fill: float = 0.0,
-    source: str = "array",
-) -> Topography:
-    """A topography from an array in memory, as :func:`read_topography` makes it from a file.
-
-    Parameters
-    ----------
-    heights : out of the body, shape (nx, ny), or one profile; a masked point is a missing one.  Two columns are
-        positions and heights of a profile, three those of a map.
-    size, unit, position_unit : as in :func:`read_topography`; a size, or both units, are needed.
-    periodic, corners, fill : as in :func:`read_topography`.
-    source : what it is called in messages and on the page.
-    """
-    found = _plain(heights_of("heights", heights), source, of="an array")
-    return _whole(_with_units(found, size, unit, position_unit, flag("periodic", periodic)), corners, fill)
-
-
 def _plain(heights: Real, source: str, steps: tuple[str, ...] = (), of: str = "the file") -> RawMap:
     """An array without units: of heights, or of columns of positions and heights."""
     found = from_table(Columns(heights, ()), source, of)
@@ -162,19 +146,7 @@ def read_all(
 ) -> list[Topography]:
     """One or two topographies, from files or arrays, with sizes and units as text: one for all, or one for each.
 
-    All maps are looked at before one is refused.
-
-    Parameters
-    ----------
-    maps : names of files, or arrays of heights whose masked points are missing.
-    size : like ``"10um"`` or ``"10um,12um"``; ``"-"``: as the file says.
-    unit : of the heights, like ``"nm"``, or of positions and heights, like ``"um,nm"``; ``"-"``: as the file says.
-    dataset, part : see :func:`read_topography`.
-    join : whether all are measurements of one surface, which are joined to one.
-    periodic : whether all are; else as the files say.
-    crop : part of each map that counts, like ``"1um,9um,1um,9um"``: from x0 to x1 and from y0 to y1.
-    fill : largest share of heights that is filled where they are missing, like ``"5%"`` or 0.05.
-    override_size : whether a given size or unit overrules what a file says.
+    All maps are looked at before one is refused.  The arguments are those of :func:`continuum.predict`.
     """
     if flag("join", join) and len(maps) < 2:
         raise TopographyError(f"`join`: several measurements of one surface are joined, got {len(maps)}")
@@ -182,7 +154,7 @@ def read_all(
         msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}"
         raise TopographyError(f"{msg}; are they measurements of one surface? Then `join` them" if maps else msg)
     given = texts_of(len(maps), size=size, unit=unit, dataset=dataset, part=part)
-    part_of_all: dict[str, Any] = {"corners": corners_of(crop), "fill": share(fill)}
+    corners, limit = corners_of(crop), share(fill)
     always, override = flag("periodic", periodic), flag("override_size", override_size)
     found, faults = [], []
     for i, one in enumerate(maps):
@@ -191,17 +163,17 @@ def read_all(
         text = {name: text_for(values, i) for name, values in given.items()}
         try:
             heights_unit, position_unit = units_of(source, text["unit"])
-            of: dict[str, Any] = {"size": sizes_of(source, text["size"]), "unit": heights_unit}
-            of |= part_of_all | {"position_unit": position_unit}
-            if path is not None:
-                of |= {"dataset": text["dataset"], "part": text["part"], "override": override}
-                found.append(read_topography(path, periodic=always or None, **of))
-                continue
-            heights = heights_of("maps", one)
-            if not heights.ndim:
+            size_of = sizes_of(source, text["size"])
+            heights = heights_of("maps", one) if path is None else path
+            if isinstance(heights, np.ndarray) and not heights.ndim:
                 raise ArgumentError("maps", one, "names of files, or arrays of heights")
-            _whole_array(source, dataset=text["dataset"], part=text["part"])
-            found.append(from_array(heights, periodic=always, source=source, **of))
+            found.append(
+                read_topography(
+                    heights, size=size_of, unit=heights_unit, position_unit=position_unit, periodic=always or None,
+                    dataset=text["dataset"], part=text["part"], corners=corners, fill=limit, override=override,
+                    source=source,
+                )
+            )  # fmt: skip
         except TopographyError as error:
             faults.append(str(error))
     if faults:

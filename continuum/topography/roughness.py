@@ -92,6 +92,13 @@ class Roughness:
         height, slope, curvature, energy = (float(s[count - 1]) if count else 0.0 for s in self._sums)
         return Cut(wavelength, Moments(*(float(np.sqrt(m)) for m in (height, slope, curvature))), energy)
 
+    def followed_by(self, tip: float) -> list[float]:
+        """Wavelengths to which a tip of a radius follows: the roughness of all longer waves has half its curvature.
+
+        h''_rms, the laplacian, is twice the mean curvature.
+        """
+        return [wave for wave in self.wavelengths if self.cut(wave).moments.rms_curvature < 1 / tip]
+
     @property
     def whole(self) -> Cut:
         """All the roughness that the map shows."""

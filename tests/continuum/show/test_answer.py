@@ -14,7 +14,6 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.show.answer import percent
 from continuum.show.prediction import prediction_sheets
-from continuum.show.prediction_data import excluding
 from continuum.show.prediction_figures import overview
 from continuum.sticky.criteria import CRITERIA
 from continuum.sticky.materials import Interface
@@ -68,7 +67,7 @@ def test_theories_that_the_answer_names_are_in_their_range_everywhere(slope: flo
 
 def test_no_theory_counts_on_a_map_that_is_not_gaussian() -> None:
     found = predicted(0.1, worn=True)
-    assert excluding(found)
+    assert found.excluding
     assert not counted(found)
     assert not counted_in_row(found)
     assert "together, in range" not in labels(found)
@@ -90,8 +89,9 @@ def test_beside_the_solver_the_paper_says_what_its_record_says() -> None:
     assert found.paper.sticky is False
     grid = Grid.square(4)
     solved = Simulation(
-        0.01, 1.0, -1.0, -1.0, False, np.ones(grid.shape), LennardJonesSpline(0.1), grid, grid.shape, grid.lengths, ()
-    )
+        area_rep=0.01, area_ratio=1.0, load=-1.0, kappa=-1.0, jumped=False, gap=np.ones(grid.shape),
+        wall=LennardJonesSpline(0.1), grid=grid, map=grid, warnings=(),
+    )  # fmt: skip
     for prediction, said in ((found, "undecided"), (predicted(0.1, worn=True), "-")):
         sheets = prediction_sheets(replace(prediction, simulation=solved))
         rows = {row[0]: row for sheet in sheets if sheet.title.startswith("Solved") for row in sheet.rows}

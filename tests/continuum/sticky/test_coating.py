@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -86,3 +87,14 @@ def test_a_coating_on_an_unknown_body_is_refused() -> None:
     with pytest.raises(InterfaceError, match="second body or `probe`"):
         read_interface(contact_modulus="1GPa", work="50mJ/m2", range="0.35nm", coating="3nm:4GPa:0.3")
     assert isinstance(read_interface(material="silicon", work="50mJ/m2", coating="3nm:4GPa:0.3"), Interface)
+
+
+def test_a_worn_map_under_a_coating_is_undecided() -> None:
+    """Theories know one modulus, and summits unlike a Gaussian's are judged by the energy that flattens them."""
+    heights = rough().heights
+    worn = Topography(np.where(heights > 0, 0.1 * heights, heights), (64e-9, 64e-9), periodic=True)
+    found = prediction_of([worn], read_interface(**BODY, coating="3nm:4GPa:0.3"))
+    assert found.excluding
+    assert judge(found).answer == "undecided"
+    assert "conformal energy is not known" in found.sentence
+    assert json.loads(found.json())["interface"]["coating"]["thickness"] == pytest.approx(3e-9)

@@ -26,7 +26,7 @@ from continuum.topography.mending import (
     prepare,
     wall_from_map,
 )
-from continuum.topography.reading import from_array, read_all, read_topography
+from continuum.topography.reading import read_all, read_topography
 from continuum.topography.roughness import fit_self_affine, roughness_of, spectrum, stencil_moments, together
 from continuum.topography.scanlines import scan_lines
 from continuum.topography.spectra import isotropic_surface, joined
@@ -65,8 +65,9 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "stencil_moments": (stencil_moments, {"grid": MAP.grid, "heights": HEIGHTS, "periodic": False}),
     "together": (together, {"first": roughness_of(MAP), "second": roughness_of(MAP)}),
     "fit_self_affine": (fit_self_affine, {"wavenumber": Q, "density": C}),
-    "read": (read_topography, {"path": Path(__file__).parents[3] / "docs" / "none.npy"}),
-    "from_array": (from_array, {"heights": HEIGHTS, **SIZED}),
+    "read": (read_topography, {"heights": Path(__file__).parents[3] / "docs" / "none.npy", "size": (1.0,),
+                               "unit": 1.0}),
+    "read, array": (read_topography, {"heights": HEIGHTS, **SIZED}),
     "read_all": (lambda **given: read_all([HEIGHTS], **given), {"size": "10um", "unit": "nm", "dataset": None,
                                                                "part": None, "periodic": False, "crop": None,
                                                                "fill": None, "override_size": False}),

@@ -19,9 +19,10 @@ from continuum.solve.solution import Settings
 from continuum.sticky.criteria import RoughContact
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import prediction_of
-from continuum.sticky.probe import probe_doubts, probe_pull_off, sphere_pull_off
+from continuum.sticky.probe import probe_doubts, probe_pull_off
 from continuum.sticky.simulate import CORE_DEPTH, CORE_STIFFNESS, wall_of_map
 from continuum.sticky.solved_turn import solve_turn
+from continuum.theory.smooth import MaugisDugdale
 from tests.continuum.sticky.test_predict import surface
 from tests.continuum.sticky.test_solved_turn import in_nanometres
 
@@ -33,15 +34,16 @@ def contact(work: float, energy: float | None = 0.02, reach: float = 0.35) -> Ro
 def test_a_compliant_sphere_is_johnsons_a_stiff_one_derjaguins() -> None:
     """(3/2)π w R and 2π w R, to the size of the first correction in λ at these λ of 50 and 0.005."""
     w, radius = 0.05, 1e-5
-    soft = sphere_pull_off(radius, w, 0.5e-9, 30e6)
-    stiff = sphere_pull_off(radius, w, 0.5e-9, 30e12)
+    soft = MaugisDugdale(radius, w, 0.5e-9, 30e6).pull_off_force
+    stiff = MaugisDugdale(radius, w, 0.5e-9, 30e12).pull_off_force
     assert soft == pytest.approx(1.5 * np.pi * w * radius, rel=1e-3)
     assert stiff == pytest.approx(2 * np.pi * w * radius, rel=1e-3)
 
 
 @given(st.floats(-12, 12), st.floats(-12, 12))
 def test_the_force_lies_between_both_limits_and_falls_from_stiff_to_soft(low: float, high: float) -> None:
-    forces = [sphere_pull_off(2.0, 3.0, 1.0, 10.0**power) / (6 * np.pi) for power in sorted((low, high))]
+    spheres = [MaugisDugdale(2.0, 3.0, 1.0, 10.0**power) for power in sorted((low, high))]
+    forces = [sphere.pull_off_force / (6 * np.pi) for sphere in spheres]
     # One part in a thousand where the limits take over.
     assert 1.5 * (1 - 1e-6) <= forces[0] <= forces[1] + 2e-3
     assert forces[1] <= 2 * (1 + 1e-6)

@@ -16,7 +16,7 @@ from continuum.sticky.prediction import prediction_of
 from continuum.topography.faults import find_faults
 from continuum.topography.map import TopographyError
 from continuum.topography.mending import prepare
-from continuum.topography.reading import from_array, read_all, read_topography
+from continuum.topography.reading import read_all, read_topography
 from continuum.topography.roughness import roughness_of
 from tests.measured import needs_reader
 from tests.problems import Rough
@@ -213,7 +213,7 @@ def test_a_dash_stands_for_what_the_file_says(tmp_path: Path, capsys: pytest.Cap
 def test_joined_measurements_keep_the_waves_that_no_drawn_surface_has() -> None:
     """Three decades and a half of an overview and a close-up: h_rms is that of the overview."""
     wide, close = Rough(64).heights(), Rough(64, seed=2).heights() / 100
-    overview, detail = from_array(wide, size=[1e-3], unit=1e-9), from_array(close, size=[1e-6], unit=1e-9)
+    overview, detail = read_topography(wide, size=[1e-3], unit=1e-9), read_topography(close, size=[1e-6], unit=1e-9)
     found = read_all([wide, close], size=["1mm", "1um"], unit="nm", join=True)[0]
     height = roughness_of(found).moments.rms_height
     assert height == pytest.approx(roughness_of(overview).moments.rms_height, rel=0.3)
@@ -233,7 +233,7 @@ def test_what_was_filled_is_not_advised_again() -> None:
     heights = Rough(64).heights().copy()
     heights[10, 20:50] += 5 * heights.std()
     heights[40, 5:30] -= 5 * heights.std()
-    topography = from_array(heights, size=[1e-6], unit=1e-9)
+    topography = read_topography(heights, size=[1e-6], unit=1e-9)
     assert {"scars", "spikes"} & {fault.kind for fault in find_faults(prepare(topography)).faults}
     after = find_faults(prepare(topography, fill=0.1)).faults
     assert not any("fill" in fault.remedy for fault in after)
