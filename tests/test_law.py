@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pandas import DataFrame, read_csv
+from pandas import DataFrame, Series, read_csv
 
 from continuum.theory.rough import turning_share
-from tests.studies import judgement, law, turn_of_atoms
+from tests.studies import judgement, law, patches, turn_of_atoms
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -91,3 +91,17 @@ def test_what_predictions_take_for_f_is_what_was_stated(ratio: float) -> None:
 def test_the_page_has_the_turns_on_atoms() -> None:
     page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
     assert turn_of_atoms.table(read_csv(turn_of_atoms.MEASURED / "turn-atoms.csv")) in page
+
+
+def test_the_limit_of_many_contacts_is_that_of_a_line_in_their_inverse() -> None:
+    rng = np.random.default_rng(3)
+    counts = Series(np.repeat([10.0, 40.0, 160.0], 6))
+    exact, width = patches.limit(counts, 2.0 + 3.0 / counts)
+    assert exact == pytest.approx(2.0, abs=1e-12)
+    assert width < 1e-12
+    # Of 200 noisy sets the interval of 95 % has the truth in 175 at least, which fails once in 10^5.
+    kept = 0
+    for _ in range(200):
+        found, half = patches.limit(counts, 2.0 + 3.0 / counts + rng.normal(size=18) / np.sqrt(counts))
+        kept += abs(found - 2.0) <= half
+    assert kept >= 175
