@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
+
+from continuum.files.toml import packaged
 
 
 @dataclass(frozen=True)
@@ -29,12 +30,8 @@ class Citation:
 
     @classmethod
     def read(cls) -> Citation:
-        """Read the file: after installation it lies in the package, in a checkout beside the packages."""
-        package = Path(__file__).resolve().parent.parent
-        path = next(
-            folder / "CITATION.cff" for folder in (package, package.parent) if (folder / "CITATION.cff").exists()
-        )
-        return cls.of(path.read_text(encoding="utf-8"))
+        """Read the file that comes with the package."""
+        return cls.of(packaged("CITATION.cff").read_text(encoding="utf-8"))
 
     @classmethod
     def of(cls, text: str) -> Citation:

@@ -134,6 +134,13 @@ def member(path: str | Path, file: h5py.File, name: str) -> Any:
     return item
 
 
+def _names_in(file: h5py.File) -> list[str]:
+    """Names of all datasets of a file, wherever their data lie."""
+    stored = list[str]()
+    file.visit(stored.append)
+    return [name for name in stored if file.get(name, getclass=True) is h5py.Dataset]
+
+
 def only_array(path: str | Path) -> str:
     """The name of the only dataset of numbers in two dimensions, or if there is none in one, of a user's own HDF5 file.
 
@@ -143,12 +150,7 @@ def only_array(path: str | Path) -> str:
         If there is none, or several: the message names them.
     """
     with opened(path) as file:
-        stored = list[str]()
-        file.visit(stored.append)
-        shapes: dict[str, tuple[int, ...]] = {}
-        for name in stored:
-            if file.get(name, getclass=True) is h5py.Dataset and (item := file[name]).dtype.kind in "iuf":
-                shapes[name] = item.shape
+        shapes = {name: file[name].shape for name in _names_in(file) if file[name].dtype.kind in "iuf"}
     maps = [name for name, shape in shapes.items() if len(shape) == 2]
     maps = maps or [name for name, shape in shapes.items() if len(shape) == 1]
     if len(maps) == 1:
@@ -166,10 +168,7 @@ def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = N
     with opened(path) as file:
         item = member(path, file, dataset)
         if not isinstance(item, h5py.Dataset):
-            stored = list[str]()
-            file.visit(stored.append)
-            datasets = (name for name in stored if file.get(name, getclass=True) is h5py.Dataset)
-            names = ", ".join(islice(datasets, 10)) or "none"
+            names = ", ".join(islice(_names_in(file), 10)) or "none"
             raise StoreError(f"{path}: there is no dataset {dataset!r}; datasets: {names}")
         if item.dtype.kind not in "iuf":
             raise StoreError(f"{path}: dataset {dataset!r} holds {item.dtype}, not real numbers")

@@ -224,17 +224,19 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
 
 
 def find(path: str | Path) -> Path:
-    """An input as given; else, when it starts with ``inputs/``, the one that comes with the package.
-
-    After installation the inputs lie in ``continuum/inputs``, in a checkout beside the packages.
-    """
+    """An input as given; else, when it starts with ``inputs/``, the one that comes with the package."""
     path = Path(path)
-    if not path.exists() and path.parts[:1] == ("inputs",):
-        package = Path(__file__).resolve().parent.parent
-        for folder in (package, package.parent):
-            if (folder / path).is_file():
-                return folder / path
-    return path
+    return packaged(path) if not path.exists() and path.parts[:1] == ("inputs",) else path
+
+
+def packaged(path: str | Path) -> Path:
+    """A file that comes with the package, where it lies: in it after installation, in a checkout beside the packages.
+
+    What does not come with it stays as it is given.
+    """
+    package = Path(__file__).resolve().parent.parent
+    places = (folder / path for folder in (package, package.parent))
+    return next((place for place in places if place.is_file()), Path(path))
 
 
 _SPACE = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")

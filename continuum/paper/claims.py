@@ -248,7 +248,7 @@ def _constant_diameter(rows: DataFrame) -> Finding | None:
 
 
 def _diameter(rows: DataFrame) -> Finding:
-    ratio = rows.diameter / rows.expected_diameter
+    ratio = rows.diameter_ratio
     outside = ((ratio < 0.5) | (ratio > 2)).sum()
     text = f"d_rep h''/(4h'): {_spread(ratio)}; {outside} points outside"
     return Finding(_word(outside == 0, outside < 0.1 * len(ratio)), text, len(ratio))
@@ -329,7 +329,7 @@ CLAIMS = (
     Claim(
         "P d = pi A_rep where d > 10 a0", "1 (Fig. S-2)",
         "valid and chord > 10",
-        lambda rows: _equal(rows, rows.perimeter * rows.chord / (np.pi * rows.area_rep * rows.area), "P d/(π A_rep)"),
+        lambda rows: _equal(rows, rows.disc_ratio, "P d/(π A_rep)"),
     ),
     Claim("the stiffness is lowered by kappa_rep/kappa, where not sticky", "1", "approach", _stiffness),
     Claim(

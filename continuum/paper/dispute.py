@@ -317,11 +317,10 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
         stem = path.with_name(f"dispute-{'pull-off' if back else 'load'}")
         stem = stem.with_name(f"{stem.name}-{name}") if stem.with_suffix(".png") in written else stem
         written += save_drawing(drawing, stem)
-        made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
-        parts += [f"## {title}: `{name}`\n", f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
+        parts += [f"## {title}: `{name}`\n", *drawing.shown(stem)]
         parts += [] if back else [_diameters(table)]
         parts += [f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(turns)} turns. Computed with "
-                  f"{made}.\n"]  # fmt: skip
+                  f"{table.made}.\n"]  # fmt: skip
         tables += [f"### {title}: tables of `{name}`\n"]
         tables += [f"**{sheet.title}**\n\n{sheet.markdown()}\n" for sheet in sheets]
         tables += [_losses(turns)] if back else []
@@ -352,7 +351,7 @@ def _losses(turns: DataFrame) -> str:
 
 def _diameters(table: PointTable) -> str:
     """How often the criterion's d_rep = 4h'/h'' is missed."""
-    ratio = sweep_points(table).eval("diameter / expected_diameter")
+    ratio = sweep_points(table).diameter_ratio
     ratio = ratio[np.isfinite(ratio) & (ratio > 0)]
     far = np.mean((ratio < 0.5) | (ratio > 2))
     near = np.mean(np.abs(ratio - 1) < 0.25)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sized
+from collections.abc import Callable, Mapping, Sized
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from pandas import DataFrame
 
 from continuum.files import output
 from continuum.paper import fields, further, relations
-from continuum.paper.points import FigureError, SweepData
+from continuum.paper.points import FigureError, SweepData, figure_table
 from continuum.show import plot
 from continuum.show.sheet import Sheet
 
@@ -29,6 +29,10 @@ class Drawing:
     sheet: Sheet
     caption: str
 
+    def shown(self, stem: Path) -> list[str]:
+        """The figure that lies beside a page in Markdown, and its caption."""
+        return [f"![{self.caption}]({stem.name}.png)\n", f"{self.caption}\n"]
+
 
 @dataclass(frozen=True)
 class PaperFigure:
@@ -40,8 +44,8 @@ class PaperFigure:
     """What it shows of a sweep."""
     needs: str
     """What the sweep lacks where there is nothing to show."""
-    table: Callable[[Any], DataFrame]
-    """The numbers of what it shows: the table beside it."""
+    table: Callable[[Any], DataFrame] | Mapping[str, Any]
+    """The numbers of what it shows, the table beside it: a function, or columns for :func:`figure_table`."""
     draw: Callable[[Any], Figure]
     """From its table alone; where ``whole``, from all that it shows."""
     caption: str | Callable[[DataFrame], str]
@@ -59,7 +63,7 @@ class PaperFigure:
         shown = self.select(data)
         if not len(shown):
             raise FigureError(f"{data.table.listing.name}: {self.needs}")
-        numbers = self.table(shown)
+        numbers = self.table(shown) if callable(self.table) else figure_table(shown, self.table)
         figure = self.draw(shown if self.whole else numbers)
         caption = self.caption if isinstance(self.caption, str) else self.caption(numbers)
         return Drawing(figure, Sheet.of(self.title, list(numbers), numbers.itertuples(index=False, name=None)), caption)
@@ -128,12 +132,18 @@ FIGURES = {
     ),
     "figure2": PaperFigure(
         "Fig. 2", _where("lambda_s == 32 and hurst == 0.8 and slope == 0.1"), _ANY,
-        relations.area_against_load, relations.draw_area_against_load,
+        {"N/(h' E* A0)": "load / rms_slope", "A_rep/A0": "area_rep",
+         "way": lambda points: np.where(points.approach, "approach", "retraction")},
+        relations.draw_area_against_load,
         "Fig. 2: repulsive area against load, each line a surface, there and back; H = 0.8, h'rms = 0.1, λ_s = 32 a0. "
         "Left of the line of the turn the load is negative, and so is κ.", general=True,
     ),
     "figure3": PaperFigure(
-        "Fig. 3", _where("perimeter > 0 and valid"), _ANY, relations.loads, relations.draw_loads,
+        "Fig. 3", _where("perimeter > 0 and valid"), _ANY,
+        {"A_att w/range (E* A0)": "area_att * expected_pressure_att", "N_att (E* A0)": "load_att",
+         "h' A_rep/2 (A0)": "rms_slope * area_rep / 2", "N_rep (E* A0)": "load_rep", "A_rep/A0": "area_rep",
+         "P (4h'/h'')/(pi A0)": lambda points: points.perimeter * points.expected_diameter / np.pi / points.area},
+        relations.draw_loads,
         "Fig. 3: attractive and repulsive load, and perimeter, against the areas that the paper says they follow.",
         general=True,
     ),
@@ -144,13 +154,13 @@ FIGURES = {
         general=True,
     ),
     "figure-s2": PaperFigure(
-        "Fig. S-2", _where("perimeter > 0 and valid and approach"), _ANY, relations.perimeters,
-        relations.draw_perimeters,
+        "Fig. S-2", _where("perimeter > 0 and valid and approach"), _ANY,
+        {"chord (a0)": "chord", "P d/(pi A_rep)": "disc_ratio"}, relations.draw_perimeters,
         "Fig. S-2: perimeter, chord and area.", general=True,
     ),
     "figure-s3": PaperFigure(
-        "Fig. S-3", lambda data: relations.largest_tension(data.points), _ANY, relations.tensions,
-        relations.draw_tensions,
+        "Fig. S-3", lambda data: relations.largest_tension(data.points), _ANY,
+        {"h_rms/delta_c": "ratio", "N_max/(N P_c)": "tension"}, relations.draw_tensions,
         lambda numbers: "Fig. S-3: largest tension on approach, at the points of each path; "
         f"{np.sum(numbers['N_max/(N P_c)'] <= 0)} never pull.", general=True,
     ),
@@ -172,7 +182,10 @@ FIGURES = {
     "stiffness": PaperFigure(
         "stiffness", _where("approach and tangent_stiffness.notna()"),
         "this figure needs stored gaps of walls with a law (fields = true in [output]), from which k_N follows",
-        further.stiffnesses, further.draw_stiffnesses,
+        {"A_rep/A0": "area_rep", "kappa_rep/kappa": "load / load_rep",
+         "k_N h_rms/N_rep": "tangent_stiffness * (rms_height / load_rep)",
+         "k_N h_rms/N_rep between points": "stiffness * (rms_height / load_rep)"},
+        further.draw_stiffnesses,
         "Normal stiffness over repulsive load against κ_rep/κ: of each equilibrium, by one linear solve with its "
         "Hessian; crosses: the slope between points, jumps included.",
     ),
@@ -185,7 +198,9 @@ FIGURES = {
     ),
     "diameter": PaperFigure(
         "diameter", lambda data: relations.long_paths(data.points),
-        "this figure needs paths of three areas at least, as those of figure3", relations.diameters,
+        "this figure needs paths of three areas at least, as those of figure3",
+        {"A_rep/A0": "area_rep", "d_rep (a0)": "diameter", "4h'/h'' (a0)": "expected_diameter",
+         "ratio": "diameter_ratio"},
         relations.draw_diameters,
         "Mean diameter of contact patches against the area.", general=True,
     ),

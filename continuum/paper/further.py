@@ -17,7 +17,6 @@ from continuum.paper.points import (
     alike,
     curve_of,
     draw_points,
-    figure_table,
     line_of_slope,
     over_surfaces,
     symbol_key,
@@ -110,15 +109,6 @@ def draw_laws(numbers: DataFrame) -> Figure:
 
 
 _REDUCTION, _STIFFNESS, _SECANT = "kappa_rep/kappa", "k_N h_rms/N_rep", "k_N h_rms/N_rep between points"
-
-
-def stiffnesses(points: DataFrame) -> DataFrame:
-    """k_N over the repulsive load, of each equilibrium by its Hessian, and κ_rep/κ = N/N_rep."""
-    over = points.rms_height / points.load_rep
-    return figure_table(points, {
-        "A_rep/A0": points.area_rep, _REDUCTION: points.load / points.load_rep,
-        _STIFFNESS: points.tangent_stiffness * over, _SECANT: points.stiffness * over,
-    })  # fmt: skip
 
 
 def draw_stiffnesses(numbers: DataFrame) -> Figure:

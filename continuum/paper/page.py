@@ -94,7 +94,7 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
         for name, drawing in drawings_of(data):
             stem = path.with_name(f"paper-{folder}-{name}")
             written += save_drawing(drawing, stem)
-            parts += [f"![{drawing.caption}]({stem.name}.png)\n", f"{drawing.caption}\n"]
+            parts += drawing.shown(stem)
         looked = [each for each in found if each[1].points]
         tables += [f"### Verdicts of `{folder}`\n", verdict_sheet(looked).markdown(), ""]
     return [output.save(path, "\n".join([*parts, *tables]).rstrip() + "\n"), *written]
@@ -154,10 +154,9 @@ def _meant(data: SweepData) -> Iterator[str]:
 
 def provenance_line(table: PointTable) -> str:
     """How much of a sweep is done, what it was computed with, and how long that took."""
-    made = "; ".join(f"{text} ({count} systems)" for text, count in table.provenance.items())
     return (
         f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(table.system)} converged points; "
-        f"{table.unconverged} points did not converge or have no state, and are left out. Computed with {made}; "
+        f"{table.unconverged} points did not converge or have no state, and are left out. Computed with {table.made}; "
         f"{table.seconds.sum() / 3600:.2g} hours of wall time in all."
     )
 

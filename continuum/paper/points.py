@@ -59,7 +59,8 @@ def sweep_points(table: PointTable) -> DataFrame:
     * ``valid``: the contact has enough asperities, A_rep >= 10 λ_s²;
     * ``reference``: κ is read here, the approaching point of each system of smallest valid area from about 1 % on;
     * ``expected_diameter``, ``expected_ratio``, ``expected_kappa_att``: d_rep = 4h'/h'', A_rep/A_att of Eq. (4), and
-      κ_att of Eqs. (3) and (4) with the effective range of Eq. (S-5).
+      κ_att of Eqs. (3) and (4) with the effective range of Eq. (S-5); ``expected_pressure_att``: w/Δr, or 0;
+    * ``diameter_ratio``, ``disc_ratio``: d_rep over 4h'/h'', and P d/(π A_rep) with the mean chord d; 1 by the paper.
     """
     if table.values.size == 0:
         raise FigureError(f"{table.listing.name}: no system of this sweep is done")
@@ -86,6 +87,9 @@ def sweep_points(table: PointTable) -> DataFrame:
     points["expected_diameter"] = [one.diameter for one in near]
     points["expected_ratio"] = [one.area_ratio for one in near]
     points["expected_kappa_att"] = [ExpectedContact(*one).kappa_att for one in effective]
+    points["expected_pressure_att"] = points.length / points["range"].where(points["range"] > 0, np.inf)
+    points["diameter_ratio"] = points.diameter / points.expected_diameter
+    points["disc_ratio"] = points.perimeter * points.chord / (np.pi * points.area_rep * points.area)
     return points
 
 
@@ -131,12 +135,21 @@ def adhesion_colour(length: float) -> str:
 
 
 def figure_table(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:
-    """The table of a figure: what its symbols stand for, and what it shows.  It is drawn from this alone."""
+    """The table of a figure: what its symbols stand for, and what it shows.  It is drawn from this alone.
+
+    A column is given as it is, as a formula in the columns of :func:`sweep_points`, or as a function of the points.
+    """
+
+    def column(given: Any) -> Any:
+        if callable(given):
+            return given(points)
+        return points.eval(given, engine="python") if isinstance(given, str) else given
+
     symbols = {
         _HURST: points.hurst, _SLOPE: points.slope, _CUT: points.lambda_s, LENGTH: points.length,
         "seed": points.seed, _VALID: points.valid,
     }  # fmt: skip
-    return DataFrame(symbols).assign(**columns)
+    return DataFrame(symbols).assign(**{name: column(given) for name, given in columns.items()})
 
 
 def adhesion_key(lengths: Any, line: str = "o") -> list[Artist]:

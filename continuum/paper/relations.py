@@ -32,14 +32,6 @@ _LINES = 12
 """Paths up to which their points are joined; of more, lines hide the points."""
 
 
-def area_against_load(points: DataFrame) -> DataFrame:
-    """Fig. 2: A_rep/A0 against N/(h' E* A0)."""
-    way = np.where(points.approach, "approach", "retraction")
-    return figure_table(
-        points, {"N/(h' E* A0)": points.load / points.rms_slope, "A_rep/A0": points.area_rep, "way": way}
-    )
-
-
 def draw_area_against_load(numbers: DataFrame) -> Figure:
     """Fig. 2: a curve for each surface and adhesion length, there and back."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.6)
@@ -79,18 +71,6 @@ _SIDES = {
     "h' A_rep/2 (A0)": (r"$h'_\mathrm{rms}A_\mathrm{rep}/(2A_0)$", r"$N_\mathrm{rep}/(E^*A_0)$"),
     "A_rep/A0": (r"$A_\mathrm{rep}/A_0$", r"$(P/A_0)\,(4h'_\mathrm{rms}/h''_\mathrm{rms})/\pi$"),
 }
-
-
-def loads(points: DataFrame) -> DataFrame:
-    """Fig. 3: N_att against A_att w/Δr; N_rep against h' A_rep; P against A_rep."""
-    return figure_table(points, {
-        "A_att w/range (E* A0)": points.area_att * (points.length / points["range"].where(points["range"] > 0, np.inf)),
-        "N_att (E* A0)": points.load_att,
-        "h' A_rep/2 (A0)": points.rms_slope * points.area_rep / 2,
-        "N_rep (E* A0)": points.load_rep,
-        "A_rep/A0": points.area_rep,
-        "P (4h'/h'')/(pi A0)": points.perimeter * points.expected_diameter / np.pi / points.area,
-    })  # fmt: skip
 
 
 def draw_loads(numbers: DataFrame) -> Figure:
@@ -200,12 +180,6 @@ def draw_kappas(numbers: DataFrame) -> Figure:
     return figure
 
 
-def perimeters(points: DataFrame) -> DataFrame:
-    """Fig. S-2: P d/(π A_rep) and the mean chord d."""
-    ratio = points.perimeter * points.chord / (np.pi * points.area_rep * points.area)
-    return figure_table(points, {"chord (a0)": points.chord, "P d/(pi A_rep)": ratio})
-
-
 def draw_perimeters(numbers: DataFrame) -> Figure:
     """Fig. S-2: P d/(π A_rep) against the mean chord d."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.4)
@@ -237,11 +211,6 @@ def largest_tension(points: DataFrame) -> DataFrame:
     return found.assign(ratio=ratio, tension=(-found.load).clip(lower=0) / limit)
 
 
-def tensions(points: DataFrame) -> DataFrame:
-    """Fig. S-3: h_rms/δ_c and the largest tension."""
-    return figure_table(points, {"h_rms/delta_c": points.ratio, "N_max/(N P_c)": points.tension})
-
-
 def draw_tensions(numbers: DataFrame) -> Figure:
     """Fig. S-3: the largest tension on approach against h_rms/δ_c, beside Fuller and Tabor."""
     pulls = numbers[numbers["N_max/(N P_c)"] > 0]
@@ -261,14 +230,6 @@ def long_paths(points: DataFrame) -> DataFrame:
     """The approaching points in contact of paths that have three of them at least."""
     touching = points.query("approach and area_rep > 0 and diameter > 0")
     return touching.groupby("system").filter(lambda path: len(path) > 2)
-
-
-def diameters(points: DataFrame) -> DataFrame:
-    """Mean diameter of the patches, and over 4h'/h''."""
-    return figure_table(points, {
-        "A_rep/A0": points.area_rep, "d_rep (a0)": points.diameter, "4h'/h'' (a0)": points.expected_diameter,
-        "ratio": points.diameter / points.expected_diameter,
-    })  # fmt: skip
 
 
 def draw_diameters(numbers: DataFrame) -> Figure:

@@ -120,8 +120,10 @@ def analyse_run(result: Result | str | Path) -> Analysis:
             "this run did not store: set fields = true in [output] of its input and run it again into the same folder"
         )
     curve = Curve.of([point for _, point in good])
-    stiffness, expected = normal_stiffness(curve).tolist(), _expected(result)
-    points = tuple(_measured(result, *each, k) for each, k in zip(good, stiffness, strict=True))
+    moments, wall = result.moments, result.wall
+    expected = ExpectedContact(moments.rms_slope, moments.rms_curvature, wall.range, wall.work_of_adhesion)
+    each = zip(good, normal_stiffness(curve).tolist(), strict=True)
+    points = tuple(_measured(result, step, point, stiffness) for (step, point), stiffness in each)
     return Analysis(result, expected, points, adhesion(curve) if good else None, tuple(notes))
 
 
@@ -132,17 +134,9 @@ def _measured(result: Result, step: int, point: Point, stiffness: float) -> Meas
     return MeasuredPoint(step, point, numbers, patches(result.grid, repulsive).areas, stiffness, found)
 
 
-def _expected(result: Result) -> ExpectedContact:
-    moments, wall = result.moments, result.wall
-    return ExpectedContact(moments.rms_slope, moments.rms_curvature, wall.range, wall.work_of_adhesion)
-
-
 def _fields(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, numbers: Measurement) -> FieldMeasurement:
-    # Twice the diameter shows the gap between patches; the map is held with a margin that wide, hence the limit.
-    edge = bool(np.isfinite(numbers.diameter))  # full contact has none
-    reach, slope = 2 * numbers.diameter if edge else 0.0, numbers.rms_slope
-    farthest = min(max(reach, 16 * grid.widest_step), grid.shortest_period / 8)
-    profile = gap_profile(grid, gap, repulsive, farthest, wall.zero_gap)
+    slope, edge = numbers.rms_slope, bool(np.isfinite(numbers.diameter))  # full contact has none
+    profile = profile_outside(grid, wall, gap, repulsive, numbers.diameter)
     return FieldMeasurement(
         areas(grid, wall, gap),
         profile,
@@ -152,6 +146,14 @@ def _fields(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, numbers: Measure
         gap_distribution(grid, gap),
         None if wall.law is None else pressure_distribution(grid, wall, gap),
     )
+
+
+def profile_outside(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, diameter: float) -> GapProfile:
+    """Mean gap above zero_gap outside a contact, up to twice its mean diameter."""
+    # So far it shows the gap between patches; the map is held with a margin that wide, hence the limit.
+    reach = 2 * diameter if np.isfinite(diameter) else 0.0
+    farthest = min(max(reach, 16 * grid.widest_step), grid.shortest_period / 8)
+    return gap_profile(grid, gap, repulsive, farthest, wall.zero_gap)
 
 
 def gap_ratio(

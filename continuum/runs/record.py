@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,33 @@ from continuum.files import store
 from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Event, EventKind, JumpSide, Outcome, PathState, gone, numbers
+from continuum.path.state import Branch, Event, JumpSide, Outcome, PathState, gone, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
 _OF_SOLUTION = ("residual", "duality_gap", "lowest_eigenvalue", "iterations", "fft_pairs", "sweeps")
+_OF_STATE = ("control", "target", "branch", "separation", "mean_gap")
+_OF_WORK: Mapping[str, tuple[type, str, str]] = {
+    "work/nx": (int, "1", "points along x"),
+    "work/ny": (int, "1", "points along y"),
+    "work/fft_pairs": (float, "1", "Fourier transforms of this grid, halved"),
+    "work/sweeps": (int, "1", "evaluations of the line search"),
+    "journal/fft_seconds": (float, "s", "wall time in Fourier transforms"),
+}
+"""Datasets of the work on each grid: type, unit, and what it is."""
+_SIDES = {"value": "", "separation": "a0", "mean_gap": "a0", "area_rep": "1", "area_att": "1", "load": "E*"}
+_OF_EVENT: Mapping[str, tuple[type, str, str]] = {
+    "events/step": (int, "1", "point on the way to which it was met"),
+    **{f"events/{name}": (str, "", f"{name} of the jump") for name in ("kind", "control", "branch")},
+    **{
+        f"events/{name}_{when}": (float, units, f"{name} {when} the jump")
+        for when in ("before", "after")
+        for name, units in _SIDES.items()
+    },
+}
+"""Datasets of the jumps, in the order of the fields of an event and of its sides."""
+EVENT_DATASETS = frozenset(_OF_EVENT)
+"""Names of the datasets that hold the jumps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +72,7 @@ class Point(Totals):
         solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
         return cls(
             **vars(state.totals),
-            **{name: getattr(state, name) for name in ("control", "target", "branch", "separation", "mean_gap")},
+            **{name: getattr(state, name) for name in _OF_STATE},
             **{name: getattr(solution, name) for name in _OF_SOLUTION},
             work_of_adhesion=problem.wall.work_of_adhesion,
             lowest_load=lowest[0],
@@ -145,7 +167,7 @@ class Record:
             kind = np.float64 if restart else np.float32
             datasets["imprint"] = Dataset(self.good[-1].imprint_left.astype(kind), ("x", "y"), "a0", what)
         if restart and self.good:
-            for name in ("control", "target", "branch", "separation", "mean_gap"):
+            for name in _OF_STATE:
                 values = np.array([getattr(state, name) for state in self.good])
                 datasets[f"restart/{name}"] = Dataset(values, ("restart_point",), "", f"{name} of the states")
             values = np.array([state.solution.residual for state in self.good])
@@ -160,39 +182,21 @@ class Record:
     def _work(self) -> dict[str, Dataset]:
         """Work on each grid, the finest first; zeros where a solve used fewer grids."""
         depth = max((len(work) for work in self.work), default=0)
-        rows = [[*work, *[Work((0, 0), 0.0, 0, 0.0)] * (depth - len(work))] for work in self.work]
-
-        def table(name: str, kind: type, what: str, units: str = "1") -> Dataset:
-            values = [[getattr(level, name) for level in row] for row in rows]
-            return Dataset(np.array(values, dtype=kind).reshape(len(rows), depth), ("step", "level"), units, what)
-
-        nx, ny = ([[level.shape[axis] for level in row] for row in rows] for axis in (0, 1))
+        empty = Work((0, 0), 0.0, 0, 0.0)
+        rows = [[(*shape, *rest) for shape, *rest in [*work, *[empty] * (depth - len(work))]] for work in self.work]
+        table = np.array(rows, dtype=float).reshape(len(rows), depth, len(_OF_WORK))
         return {
-            "work/nx": Dataset(
-                np.array(nx, dtype=int).reshape(len(rows), depth), ("step", "level"), "1", "points along x"
-            ),
-            "work/ny": Dataset(
-                np.array(ny, dtype=int).reshape(len(rows), depth), ("step", "level"), "1", "points along y"
-            ),
-            "work/fft_pairs": table("fft_pairs", float, "Fourier transforms of this grid, halved"),
-            "work/sweeps": table("sweeps", int, "evaluations of the line search"),
-            "journal/fft_seconds": table("fft_seconds", float, "wall time in Fourier transforms", "s"),
+            name: Dataset(table[..., i].astype(kind), ("step", "level"), units, what)
+            for i, (name, (kind, units, what)) in enumerate(_OF_WORK.items())
         }
 
     def _events(self) -> dict[str, Dataset]:
-        def column(values: list[Any], units: str, what: str, kind: type = str) -> Dataset:
-            return Dataset(np.array(values, dtype=kind), ("event",), units, what)
-
-        events = [passed.event for passed in self.events]
-        datasets = {
-            "events/step": column([p.step for p in self.events], "1", "point on the way to which it was met", int),
-            **{f"events/{n}": column([getattr(e, n) for e in events], "", f"{n} of the jump") for n in _EVENT_NAMES},
+        rows = [(step, e.kind, e.control, e.branch, *e.before, *e.after) for step, e in self.events]
+        columns = list(zip(*rows, strict=True)) or [()] * len(_OF_EVENT)
+        return {
+            name: Dataset(np.array(values, dtype=kind), ("event",), units, what)
+            for (name, (kind, units, what)), values in zip(_OF_EVENT.items(), columns, strict=True)
         }
-        for name, units in _SIDE_UNITS.items():
-            for when in ("before", "after"):
-                values = [getattr(getattr(event, when), name) for event in events]
-                datasets[f"events/{name}_{when}"] = column(values, units, f"{name} {when} the jump", float)
-        return datasets
 
     def attributes(self) -> dict[str, Attribute]:
         """The largest tension among the equilibria of the path and those beside its jumps."""
@@ -219,11 +223,11 @@ class Record:
             grown_from=str(file.attributes.get("journal/grown_from", "")),
         )
         if "restart/gap" in file.datasets:
-            names = ["control", "target", "branch", "separation", "mean_gap", "residual", "contact"]
-            rows = zip(*(file[f"restart/{name}"].tolist() for name in names), strict=True)
-            for control, target, branch, separation, mean_gap, residual, contact in rows:
+            rows = zip(*(file[f"restart/{name}"].tolist() for name in (*_OF_STATE, "residual", "contact")), strict=True)
+            for *of_state, residual, contact in rows:
                 solution = Solution(file["restart/gap"], Status.CONVERGED, residual, 0)
-                state = PathState(control, target, branch, separation, mean_gap, Totals(*contact), solution)
+                named = dict(zip(_OF_STATE, of_state, strict=True))
+                state = PathState(**named, totals=Totals(*contact), solution=solution)
                 record.good = [*map(numbers, record.good), state]
             if record.good and "imprint" in file.datasets:
                 # That after the last state, whose gap is as if it had been there before.
@@ -238,17 +242,6 @@ class Record:
 
 
 _ROWS = 256
-_EVENT_NAMES = ("kind", "control", "branch")
-_SIDE_UNITS: Mapping[str, str] = {
-    "value": "", "separation": "a0", "mean_gap": "a0", "area_rep": "1", "area_att": "1", "load": "E*"
-}  # fmt: skip
-
-
-EVENT_DATASETS = frozenset(
-    {"events/step", *(f"events/{name}" for name in _EVENT_NAMES)}
-    | {f"events/{name}_{when}" for name in _SIDE_UNITS for when in ("before", "after")}
-)
-"""Names of the datasets that hold the jumps."""
 
 
 def points_of(file: store.File) -> tuple[Point, ...]:
@@ -263,27 +256,17 @@ def points_of(file: store.File) -> tuple[Point, ...]:
 
 def events_of(file: store.File) -> tuple[PathEvent, ...]:
     """The jumps that a file holds."""
-    sides = [
-        [JumpSide(*row) for row in zip(*(file[f"events/{name}_{when}"].tolist() for name in _SIDE_UNITS), strict=True)]
-        for when in ("before", "after")
-    ]
-    words = zip(*(file[f"events/{name}"].tolist() for name in _EVENT_NAMES), strict=True)
-    events = [
-        Event(cast("EventKind", kind), control, branch, before, after)
-        for (kind, control, branch), before, after in zip(words, *sides, strict=True)
-    ]
-    return tuple(PathEvent(step, event) for step, event in zip(file["events/step"].tolist(), events, strict=True))
+    rows = zip(*(file[name].tolist() for name in _OF_EVENT), strict=True)
+    n = len(_SIDES)
+    return tuple(
+        PathEvent(step, Event(kind, control, branch, JumpSide(*sides[:n]), JumpSide(*sides[n:])))
+        for step, kind, control, branch, *sides in rows
+    )
 
 
 def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
-    names = ("work/nx", "work/ny", "work/fft_pairs", "work/sweeps", "journal/fft_seconds")
-    steps = zip(*(file[name].tolist() for name in names), strict=True)
-    return [
-        tuple(
-            Work((nx, ny), pairs, sweeps, seconds) for nx, ny, pairs, sweeps, seconds in zip(*step, strict=True) if nx
-        )
-        for step in steps
-    ]
+    steps = zip(*(file[name].tolist() for name in _OF_WORK), strict=True)
+    return [tuple(Work((nx, ny), *rest) for nx, ny, *rest in zip(*step, strict=True) if nx) for step in steps]
 
 
 def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -26,10 +26,11 @@ from continuum.sticky.verdict import (
     unmeasured,
 )
 
-_length = partial(units.readable, quantity="length", digits=3)
-_pressure = partial(units.readable, quantity="pressure", digits=3)
-_work = partial(units.readable, quantity="energy_per_area", digits=3)
-_force = partial(units.readable, quantity="force", digits=3)
+length = partial(units.readable, quantity="length", digits=3)
+pressure = partial(units.readable, quantity="pressure", digits=3)
+per_area = partial(units.readable, quantity="energy_per_area", digits=3)
+force = partial(units.readable, quantity="force", digits=3)
+"""Lengths, pressures, energies per area and forces as statements and tables have them."""
 NEAR, NEAR_COARSE = 1.5, 2.0
 """Factors of the turn within which a solved answer is called near it, where the pixels resolve the range and where not.
 With pixels four times finer the turns of eight surfaces moved by up to 1.3 and 1.8."""
@@ -82,8 +83,8 @@ def solving(prediction: Prediction, state: bool) -> str:
 def _seconds(prediction: Prediction, nx: int, ny: int) -> str:
     """Core-seconds of the turn, from the time of a transform here and now."""
     contact, side = prediction.contact, (nx * ny) ** 0.5
-    length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
-    resolved = contact.range >= shortest_range(prediction.facing, length)
+    adhesion_length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
+    resolved = contact.range >= shortest_range(prediction.facing, adhesion_length)
     pairs = PAIRS if resolved else max(PAIRS, PAIRS_PER_SIDE * side)
     return _times(max(BESIDE * pairs * pair_seconds(Grid((nx, ny), (float(nx), float(ny)))), 1.0))
 
@@ -126,8 +127,8 @@ def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
     if prediction.turn is not None and shift is not None:
         found = f"the turn of the theories moves by a factor of {_times(shift)}"
     return (
-        f"Undecided, though solved on the map: waves below {_length(waves.measured)} were not measured, and with the "
-        f"spectrum continued to {_length(waves.smallest)} {found}: measure below {_length(waves.measured)}"
+        f"Undecided, though solved on the map: waves below {length(waves.measured)} were not measured, and with the "
+        f"spectrum continued to {length(waves.smallest)} {found}: measure below {length(waves.measured)}"
     )
 
 
@@ -137,8 +138,8 @@ def _stays(prediction: Prediction) -> str:
     if beyond is None or waves is None or beyond.changes is not None:
         return ""
     return (
-        f"Waves below {_length(waves.measured)} were not measured: with the spectrum continued to "
-        f"{_length(waves.smallest)} it stays {beyond.verdict.answer}"
+        f"Waves below {length(waves.measured)} were not measured: with the spectrum continued to "
+        f"{length(waves.smallest)} it stays {beyond.verdict.answer}"
     )
 
 
@@ -153,9 +154,9 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
     w = prediction.contact.work_of_adhesion
     if solved == "undecided":
         yield (
-            f"Undecided, solved on the map: w = {_work(w)} lies between {_work(turn.work)}, where the load at "
+            f"Undecided, solved on the map: w = {per_area(w)} lies between {per_area(turn.work)}, where the load at "
             f"{100 * AREA:g} % repulsive area vanishes with the shortest range that the pixels resolve, and "
-            f"{_work(turn.most)}, where it would with the range given"
+            f"{per_area(turn.most)}, where it would with the range given"
         )
         return
     bound = turn.most if solved == "sticky" else turn.work
@@ -164,14 +165,14 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
     near = ", but near the turn" if max(ratio, 1 / ratio) < close else ""
     snaps = ", as the surface snaps" if turn.jumps else ""
     yield (
-        f"{_begun(solved)}{near}, solved on the map: w = {_work(w)} is {_times(ratio)} times the {_work(bound)} at "
-        f"which the load at {100 * AREA:g} % repulsive area changes its sign{snaps}"
+        f"{_begun(solved)}{near}, solved on the map: w = {per_area(w)} is {_times(ratio)} times the {per_area(bound)} "
+        f"at which the load at {100 * AREA:g} % repulsive area changes its sign{snaps}"
     )
-    modulus = _pressure(prediction.contact.contact_modulus * ratio)
+    modulus = pressure(prediction.contact.contact_modulus * ratio)
     other = (
-        f"It would not be with w below {_work(bound)}, with E* above {modulus}"
+        f"It would not be with w below {per_area(bound)}, with E* above {modulus}"
         if solved == "sticky"
-        else f"It would be with w above {_work(bound)}, with E* below {modulus}"
+        else f"It would be with w above {per_area(bound)}, with E* below {modulus}"
     )
     yield f"{other}, or with {_heights(ratio)}{_range_of(turn)}"
 
@@ -185,8 +186,8 @@ def _range_of(turn: SolvedTurn) -> str:
     if not turn.coarse:
         return ""
     return (
-        f" (the pixels resolve ranges down to {_length(turn.range)} only: by the law of the turn it lies between "
-        f"{_work(turn.work)} and {_work(turn.most)})"
+        f" (the pixels resolve ranges down to {length(turn.range)} only: by the law of the turn it lies between "
+        f"{per_area(turn.work)} and {per_area(turn.most)})"
     )
 
 
@@ -194,7 +195,7 @@ def _turning(prediction: Prediction, work: float) -> str:
     contact = prediction.contact
     ratio = contact.work_of_adhesion / work
     return (
-        f"w = {_work(work)}, at E* = {_pressure(contact.contact_modulus * ratio)}, or with {_heights(ratio)}: "
+        f"w = {per_area(work)}, at E* = {pressure(contact.contact_modulus * ratio)}, or with {_heights(ratio)}: "
         f"w is {_times(ratio)} times that of the turn"
     )
 
@@ -222,32 +223,32 @@ def _full_contact(prediction: Prediction) -> str:
     energy, w = contact.conformal_energy, contact.work_of_adhesion
     if energy is None:
         return ""
-    cost = f"U = {_work(energy)}, {_times(energy / w)} times w = {_work(w)}"
+    cost = f"U = {per_area(energy)}, {_times(energy / w)} times w = {per_area(w)}"
     if energy <= CONFORMS * w:
         return f"Full contact costs little, {cost}: the surface conforms to the roughness that the map shows"
     if energy < w:
-        return f"Full contact costs {cost}: it pays, and once it is reached w - U = {_work(w - energy)} are left"
+        return f"Full contact costs {cost}: it pays, and once it is reached w - U = {per_area(w - energy)} are left"
     return f"Full contact would cost {cost}: it does not pay, and only parts of the surface touch"
 
 
 def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
     """The pull-off force of the probe, in the words that what was shown allows."""
     w = prediction.contact.work_of_adhesion
-    start = f"Pull-off force of a probe of radius {_length(probe.radius)}: "
+    start = f"Pull-off force of a probe of radius {length(probe.radius)}: "
     kind = f"Maugis' parameter {_times(probe.maugis)}"
     if prediction.excluding and prediction.solved_answer is None:
         return f"{start}no number, as nothing was shown of this map"
     if probe.least is not None and probe.apparent is not None:
-        interval = " to ".join(dict.fromkeys((_force(probe.least), _force(probe.most))))
+        interval = " to ".join(dict.fromkeys((force(probe.least), force(probe.most))))
         text = (
-            f"{start}{interval}, with an apparent work of adhesion between w - U = {_work(probe.apparent)} and "
-            f"w = {_work(w)} ({kind})"
+            f"{start}{interval}, with an apparent work of adhesion between w - U = {per_area(probe.apparent)} and "
+            f"w = {per_area(w)} ({kind})"
         )
-        return text + ("" if probe.rim is None else f"; on approach, before full contact, below {_force(probe.rim)}")
+        return text + ("" if probe.rim is None else f"; on approach, before full contact, below {force(probe.rim)}")
     if probe.rim is not None:
-        return f"{start}not sticky; that of the bare rough surface is below {_force(probe.rim)} ({kind})"
+        return f"{start}not sticky; that of the bare rough surface is below {force(probe.rim)} ({kind})"
     return (
-        f"{start}no more than the {_force(probe.most)} of all of w ({kind}); U exceeds w, so that w - U gives no "
+        f"{start}no more than the {force(probe.most)} of all of w ({kind}); U exceeds w, so that w - U gives no "
         "apparent work of adhesion, and no lower bound"
     )
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from continuum import units
 from continuum.model.surface import Moments
 from continuum.show import plot
-from continuum.show.answer import percent, statements
+from continuum.show.answer import force, length, per_area, percent, pressure, statements
 from continuum.show.page import Page
 from continuum.show.prediction_data import ranges
 from continuum.show.prediction_figures import contact_figure, fault_figure, overview
@@ -23,10 +21,6 @@ from continuum.sticky.verdict import votes
 from continuum.theory import paper
 from continuum.topography.map import Topography
 from continuum.topography.roughness import spectrum
-
-_length = partial(units.readable, quantity="length", digits=3)
-_pressure = partial(units.readable, quantity="pressure", digits=3)
-_work = partial(units.readable, quantity="energy_per_area", digits=3)
 
 
 def prediction_sentence(prediction: Prediction) -> str:
@@ -55,9 +49,9 @@ def _surfaces(prediction: Prediction) -> Sheet:
         size, pixel = topography.lengths, topography.grid.spacing
         rows += [
             ("map", topography.source),
-            ("size", f"{_length(size[0])} x {_length(size[1])}"),
+            ("size", f"{length(size[0])} x {length(size[1])}"),
             ("points", f"{topography.heights.shape[0]} x {topography.heights.shape[1]}"),
-            ("pixel", f"{_length(pixel[0])} x {_length(pixel[1])}"),
+            ("pixel", f"{length(pixel[0])} x {length(pixel[1])}"),
             ("edges", "periodic" if topography.periodic else "not periodic"),
             ("done to it", "; ".join(topography.steps) or "nothing"),
             ("heights, SHA-256", topography.digest[:16]),
@@ -79,9 +73,9 @@ def _surfaces(prediction: Prediction) -> Sheet:
             continue
         rows += [
             ("Hurst exponent", f"{fit.hurst:.2f} ± {fit.hurst_error:.2f} (of the fit)"),
-            ("roll-off λ_L", "none seen" if fit.roll_off is None else _length(fit.roll_off)),
-            ("cut-off λ_s", "none seen" if fit.cut_off is None else _length(fit.cut_off)),
-            ("noise at wavelengths below", "none seen" if fit.floor is None else _length(fit.floor)),
+            ("roll-off λ_L", "none seen" if fit.roll_off is None else length(fit.roll_off)),
+            ("cut-off λ_s", "none seen" if fit.cut_off is None else length(fit.cut_off)),
+            ("noise at wavelengths below", "none seen" if fit.floor is None else length(fit.floor)),
         ]
     rows.append(("waves not measured", _unmeasured(prediction)))
     return pairs("Surface", rows)
@@ -95,7 +89,7 @@ def _unmeasured(prediction: Prediction) -> str:
     exponents = " and ".join(f"{hurst:.2g}" for hurst in waves.hursts)
     contact = waves.contact(prediction.contact)
     return (
-        f"below {_length(waves.measured)}; continued with H = {exponents} to {_length(waves.smallest)}: rms slope "
+        f"below {length(waves.measured)}; continued with H = {exponents} to {length(waves.smallest)}: rms slope "
         f"{contact.rms_slope:.3g}, rms curvature {contact.rms_curvature * 1e-6:.3g} 1/µm"
     )
 
@@ -104,8 +98,8 @@ def _moments(prediction: Prediction) -> Sheet:
     roughness = prediction.roughness
 
     def row(name: str, of: Moments) -> tuple[str, ...]:
-        radius = _length(paper.asperity_radius(of.rms_curvature))
-        return name, _length(of.rms_height), f"{of.rms_slope:.4g}", f"{of.rms_curvature * 1e-6:.4g}", radius
+        radius = length(paper.asperity_radius(of.rms_curvature))
+        return name, length(of.rms_height), f"{of.rms_slope:.4g}", f"{of.rms_curvature * 1e-6:.4g}", radius
 
     return Sheet.of(
         "Roughness",
@@ -121,13 +115,13 @@ def _moments(prediction: Prediction) -> Sheet:
 def _contact(prediction: Prediction) -> Sheet:
     contact = prediction.contact
     rows: list[tuple[str, Entry]] = [
-        ("contact modulus E*", _pressure(contact.contact_modulus)),
-        ("work of adhesion w", _work(contact.work_of_adhesion)),
-        ("range Δr", _length(contact.range)),
-        ("adhesion length l_a = w/E*", _length(contact.adhesion_length)),
+        ("contact modulus E*", pressure(contact.contact_modulus)),
+        ("work of adhesion w", per_area(contact.work_of_adhesion)),
+        ("range Δr", length(contact.range)),
+        ("adhesion length l_a = w/E*", length(contact.adhesion_length)),
     ]
     if contact.spacing is not None:
-        rows.append(("spacing of the atoms a0", _length(contact.spacing)))
+        rows.append(("spacing of the atoms a0", length(contact.spacing)))
     rows += [("source", line) for line in prediction.interface.origin]
     return pairs("Contact", rows)
 
@@ -153,8 +147,8 @@ def _verdicts(prediction: Prediction) -> Sheet:
                 "-" if prediction.excluding else _necessary(estimate) if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
                 record,
-                _pressure(modulus),
-                _work(work),
+                pressure(modulus),
+                per_area(work),
                 inside[estimate.key],
             )
         )
@@ -170,7 +164,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
 
 
 def _numbers(prediction: Prediction) -> Sheet:
-    shown: dict[str, Callable[[float], str]] = {"": "{:.4g}".format, "length": _length, "pressure": _pressure}
+    shown: dict[str, Callable[[float], str]] = {"": "{:.4g}".format, "length": length, "pressure": pressure}
     rows = []
     for estimate in prediction.estimates:
         if estimate.margin is None:
@@ -181,7 +175,7 @@ def _numbers(prediction: Prediction) -> Sheet:
     rows += [
         ("kappa", "κ", f"{prediction.kappa:.4g}", "paper, Eq. (3); negative: sticky", paper),
         (
-            "load at 1 % repulsive area", "N/A0", _pressure(prediction.load),
+            "load at 1 % repulsive area", "N/A0", pressure(prediction.load),
             "paper, Eqs. (1), (3); negative: borne tension, which the pull-off force exceeds", paper,
         ),
     ]  # fmt: skip
@@ -193,10 +187,10 @@ def _cuts(prediction: Prediction) -> Sheet:
     # Two per octave are enough to read; the figure has all.
     rows = tuple(
         (
-            _length(cut.wavelength),
+            length(cut.wavelength),
             f"{cut.moments.rms_slope:.4g}",
             f"{cut.moments.rms_curvature * 1e-6:.4g}",
-            _length(paper.contact_diameter(cut.moments.rms_slope, cut.moments.rms_curvature)),
+            length(paper.contact_diameter(cut.moments.rms_slope, cut.moments.rms_curvature)),
             *(f"{verdicts[i].margin:.3g}" for i in chosen),
         )
         for cut, verdicts in cuts[::2]
@@ -209,7 +203,7 @@ def _cuts(prediction: Prediction) -> Sheet:
 def _density(topography: Topography) -> Sheet:
     q, c = spectrum(topography)
     chosen = np.unique(np.geomspace(1, q.size, 12).round().astype(int)) - 1
-    rows = tuple((_length(2 * np.pi / q[i]), f"{q[i]:.4g}", f"{c[i]:.4g}") for i in chosen)
+    rows = tuple((length(2 * np.pi / q[i]), f"{q[i]:.4g}", f"{c[i]:.4g}") for i in chosen)
     head = ("wavelength", "q, 1/m", "C(q), m⁴")
     return Sheet.of(f"Power spectral density, radial average, h_rms² = ∫ C d²q: {topography.source}", head, rows)
 
@@ -220,11 +214,11 @@ def _solved(prediction: Prediction) -> Sheet:
     turn, simulation, contact = prediction.turn, prediction.simulation, prediction.contact
     if turn is not None:
         by_paper = prediction.paper.turning_work(contact) or 0.0
-        most = "" if turn.most == turn.work else f", with the range given up to {_work(turn.most)}"
+        most = "" if turn.most == turn.work else f", with the range given up to {per_area(turn.most)}"
         rows += [
-            ("w at the turn", _work(by_paper), _work(turn.work) + most),
-            ("bracket of the turn", "-", f"{_work(turn.low)} to {_work(turn.high)}"),
-            ("range of attraction", _length(contact.range), _length(turn.range)),
+            ("w at the turn", per_area(by_paper), per_area(turn.work) + most),
+            ("bracket of the turn", "-", f"{per_area(turn.low)} to {per_area(turn.high)}"),
+            ("range of attraction", length(contact.range), length(turn.range)),
             ("attracted area at the turn", "-", f"{100 * turn.area_att:.3g} %"),
         ]
     if simulation is not None:
@@ -235,7 +229,7 @@ def _solved(prediction: Prediction) -> Sheet:
         rows += [
             ("verdict at the given w", by_record, ANSWERS[simulation.sticky]),
             ("repulsive area", "1 %", area),
-            ("load per area N/A0", _pressure(prediction.load), _pressure(simulation.load)),
+            ("load per area N/A0", pressure(prediction.load), pressure(simulation.load)),
             ("κ", f"{prediction.kappa:.4g}", f"{simulation.kappa:.4g}"),
             ("A_rep/A_att", f"{ratio:.4g}", f"{simulation.area_ratio:.4g}"),
         ]
@@ -243,14 +237,16 @@ def _solved(prediction: Prediction) -> Sheet:
 
 
 def _probe(probe: ProbePullOff) -> Sheet:
-    force = partial(units.readable, quantity="force", digits=3)
     rows: list[tuple[str, Entry]] = [
-        ("radius R", _length(probe.radius)),
+        ("radius R", length(probe.radius)),
         ("a smooth sphere: pull-off force, (3/2) to 2 π w R by Maugis", force(probe.smooth)),
-        ("a smooth sphere: contact radius without load, (9π w R²/(2 E*))^(1/3)", _length(probe.contact_radius)),
+        ("a smooth sphere: contact radius without load, (9π w R²/(2 E*))^(1/3)", length(probe.contact_radius)),
         ("Maugis' parameter λ: JKR above 5, DMT below 0.1", f"{probe.maugis:.3g}"),
         ("Tabor's parameter μ", f"{probe.tabor:.3g}"),
-        ("apparent work of adhesion w - U", "none: U exceeds w" if probe.apparent is None else _work(probe.apparent)),
+        (
+            "apparent work of adhesion w - U",
+            "none: U exceeds w" if probe.apparent is None else per_area(probe.apparent),
+        ),
         ("pull-off force with w - U", "-" if probe.least is None else force(probe.least)),
         ("pull-off force with w, over Δr + h_rms", force(probe.most)),
     ]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import verdicts
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.verdict import flattened, judge, unmeasured, votes
@@ -77,11 +76,7 @@ def remedy_options(fault: MapFault) -> str:
 def as_csv(rows: Sequence[Mapping[str, str | float | None]]) -> str:
     """Rows as comma-separated values, numbers with all their digits; columns in the order of their first appearance."""
     columns = list(dict.fromkeys(name for one in rows for name in one))
-    out = io.StringIO()
-    writer = csv.DictWriter(out, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return out.getvalue()
+    return Sheet.of("", columns, [[one.get(name) for name in columns] for one in rows]).csv()
 
 
 def as_json(prediction: Prediction) -> str:

@@ -100,6 +100,11 @@ class PointTable:
                 found |= {f"{table}.{name}": value for name, value in values.items()}
         return found
 
+    @property
+    def made(self) -> str:
+        """What the points were computed with, in words."""
+        return "; ".join(f"{text} ({count} systems)" for text, count in self.provenance.items())
+
     def __repr__(self) -> str:
         there = f"{len(self.system)} points of {len(self.keys)} systems"
         return f"PointTable({self.listing.name!r}, {there}, {self.missing} systems missing)"

@@ -11,19 +11,15 @@ import numpy as np
 
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
-from continuum.files.store import Dataset, File
-from continuum.files.tables import restored
+from continuum.files.store import Dataset
 from continuum.measure.contact import MEASURED, measure
 from continuum.measure.curve import Curve, normal_stiffness
 from continuum.measure.outline import patches
-from continuum.measure.profile import gap_profile
 from continuum.model.fourier import Real
-from continuum.model.grid import Grid
-from continuum.model.surface import Moments
-from continuum.model.walls import Wall
+from continuum.runs.analysis import profile_outside
 from continuum.runs.config import RunConfig
-from continuum.runs.record import Point, points_of
-from continuum.runs.result import stored_wall
+from continuum.runs.record import Point
+from continuum.runs.result import Result
 from continuum.solve.tangent import tangent_stiffness
 
 _SYSTEM = {
@@ -54,7 +50,7 @@ def add_measurements(path: Path) -> None:
     datasets = {
         **file.datasets,
         "quantity": Dataset(np.array(list(COLUMNS)), ("quantity",), "", "columns of the table of numbers"),
-        _NAME: Dataset(_table(path, file), ("step", "quantity"), "", "numbers of each point: tables are made of them"),
+        _NAME: Dataset(_table(path), ("step", "quantity"), "", "numbers of each point: tables are made of them"),
     }
     seconds = float(file["journal/seconds"].sum())
     store.write(path, datasets, {**file.attributes, "journal/total_seconds": seconds})
@@ -100,19 +96,21 @@ def numbers_of(path: Path, key: str | None = None) -> SystemTable:
     return SystemTable(table, float(found.get("journal/total_seconds", np.nan)), made)
 
 
-def _table(path: Path, file: File) -> Real:
+def _table(path: Path) -> Real:
     """One row for each point, one column for each of :data:`COLUMNS`."""
-    config = restored(RunConfig, str(file.attributes["config_resolved"]))
-    grid, wall, points = config.grid.build(), stored_wall(path, config, file), points_of(file)
-    system: dict[str, float] = {
-        **{name: float(file.attributes[f"realised_{name}"]) for name in Moments._fields},
+    result = Result.read(path)
+    config, grid, wall, moments = result.config, result.grid, result.wall, result.moments
+    system = {
+        **moments._asdict(),
         "range": wall.range,
         "effective_range": wall.effective_range if wall.work_of_adhesion > 0 else 0.0,
     }
-    stiffness, linear = _stiffness(points), config.substrate.repeats and "gap" in file.datasets
-    response = config.substrate.build().stiffness(grid) if linear else None
-    table = np.full((len(points), len(COLUMNS)), np.nan)
-    for step, point in enumerate(points):
+    good = [step for step, point in enumerate(result.points) if point.converged]
+    curve = Curve.of([result.points[step] for step in good])
+    stiffness = dict(zip(good, normal_stiffness(curve).tolist(), strict=True))
+    response = config.substrate.build().stiffness(grid) if config.substrate.repeats and config.output.fields else None
+    table = np.full((len(result.points), len(COLUMNS)), np.nan)
+    for step, point in enumerate(result.points):
         if config.loading.turn is not None:
             wall = config.wall.at_work(point.work_of_adhesion)
             system |= {"range": wall.range, "effective_range": wall.effective_range}
@@ -122,31 +120,14 @@ def _table(path: Path, file: File) -> Real:
             "step": step,
             "converged": point.converged,
             "retracting": point.branch == "retract",
-            "stiffness": stiffness[step],
         }
         if point.converged:
-            row |= _geometry(grid, wall, file, step, point, system["rms_slope"])
-            if response is not None and wall.law is not None:
-                gap = file["gap"][step].astype(np.float64)
+            inside, gap = result.repulsive(step), result.gap(step)
+            numbers = measure(grid, point, inside, moments.rms_slope)
+            row |= {**numbers.numbers(), "stiffness": stiffness[step], "patches": patches(grid, inside).areas.size}
+            if gap is not None and wall.range > 0 and inside.any():
+                row["width"] = profile_outside(grid, wall, gap, inside, numbers.diameter).width(wall.range)
+            if gap is not None and response is not None and wall.law is not None:
                 row["tangent_stiffness"] = tangent_stiffness(grid, response, wall.law, gap, config.solver.shift)
         table[step] = [row.get(name, np.nan) for name in COLUMNS]
     return table
-
-
-def _stiffness(points: tuple[Point, ...]) -> Real:
-    good = [i for i, point in enumerate(points) if point.converged]
-    values = np.full(len(points), np.nan)
-    if good:
-        values[good] = normal_stiffness(Curve.of([points[i] for i in good]))
-    return values
-
-
-def _geometry(grid: Grid, wall: Wall, file: File, step: int, point: Point, rms_slope: float) -> dict[str, float]:
-    inside = store.unpack(file["repulsive"][step], grid.shape[1])
-    numbers = measure(grid, point, inside, rms_slope)
-    found = {**numbers.numbers(), "patches": float(patches(grid, inside).areas.size)}
-    if "gap" in file.datasets and wall.range > 0 and inside.any():
-        farthest = min(max(2 * numbers.diameter, 16 * grid.widest_step), grid.shortest_period / 8)
-        gap = file["gap"][step].astype(np.float64)
-        found["width"] = gap_profile(grid, gap, inside, farthest, wall.zero_gap).width(wall.range)
-    return found
