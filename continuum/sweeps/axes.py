@@ -291,7 +291,7 @@ class Sweep:
         ]
         if faults:
             raise ConfigError(source, [replace(fault, key=("sweep",)) for fault in faults])
-        on_axes = {key for axis in axes for key in axis.keys} | ({bisection.key} if bisection else set())
+        on_axes = [*(key for axis in axes for key in axis.keys), *([bisection.key] if bisection else [])]
         plain = {key: value for key, value in changes.items() if key not in on_axes}
         for key, axis in itertools.product(plain, on_axes):
             if _overlap(key, axis):  # it would be set, and then replaced
