@@ -197,30 +197,3 @@ class _Mixed:
         for weight, state in zip(weights[:-1], self._next[:-1], strict=True):
             mean += weight * state
         return mean
-
-
-def apply_wall(session: Session, wall: Wall, heights: Real, separation: float) -> None:
-    """Let any wall law act on the surface atoms of a session, evaluated in Python at each step.
-
-    Parameters
-    ----------
-    session : LAMMPS on the atoms.
-    wall : the law.
-    heights : of the wall, shape (nx, ny), in a0.
-    separation : in a0.
-
-    Raises
-    ------
-    ValueError
-        If the heights do not fit the slab.
-    """
-    if heights.shape != session.slab.shape:
-        msg = f"heights of shape {heights.shape} do not fit a slab of {session.slab.shape} atoms"
-        raise ValueError(msg)
-
-    def force(z: Real) -> tuple[Real, float]:
-        law = wall.evaluate(separation + heights - z)
-        # A surface atom stands for the area a0².
-        return -law.traction, float(np.sum(law.energy))
-
-    session.apply(force)
