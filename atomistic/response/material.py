@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from operator import attrgetter
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -66,6 +67,11 @@ class Crystal:
     """Energy per atom of other structures at their best volume."""
 
 
+def _of_potential(name: str) -> Any:
+    """A member of a model that its potential has."""
+    return property(attrgetter(f"potential.{name}"))
+
+
 @dataclass(frozen=True)
 class CrystalModel:
     """A potential and its crystal, in units of a0 and E*: a :class:`~atomistic.crystal.interatomic.Model`."""
@@ -74,57 +80,22 @@ class CrystalModel:
     crystal: Crystal
     harmonic: Literal[False] = field(default=False, init=False)
 
-    @property
-    def units(self) -> Literal["lj", "metal"]:
-        return self.potential.units
-
-    @property
-    def atom_style(self) -> Literal["atomic", "bond"]:
-        return self.potential.atom_style
-
-    @property
-    def mass(self) -> float:
-        """Mass of an atom, in LAMMPS' unit."""
-        return self.potential.mass
-
-    @property
-    def element(self) -> str:
-        return self.potential.element
-
-    @property
-    def cutoff(self) -> float:
-        """Cutoff of the formulas, in LAMMPS' unit."""
-        return self.potential.cutoff
-
-    @property
-    def force_range(self) -> float:
-        """Range of the forces, in LAMMPS' unit."""
-        return self.potential.force_range
+    units = _of_potential("units")
+    atom_style = _of_potential("atom_style")
+    mass = _of_potential("mass")
+    element = _of_potential("element")
+    cutoff = _of_potential("cutoff")
+    force_range = _of_potential("force_range")
+    files = _of_potential("files")
+    identity = _of_potential("identity")
+    reference = _of_potential("reference")
+    settings = _of_potential("settings")
+    interactions = _of_potential("interactions")
 
     @property
     def guess(self) -> float:
         """Volume per atom, in LAMMPS' unit."""
         return self.crystal.lattice_constant**3 / 4
-
-    @property
-    def files(self) -> Mapping[str, bytes]:
-        return self.potential.files
-
-    @property
-    def identity(self) -> Mapping[str, str | float]:
-        return self.potential.identity
-
-    @property
-    def reference(self) -> str:
-        return self.potential.reference
-
-    def settings(self) -> str:
-        """LAMMPS commands that come before the atoms are read."""
-        return self.potential.settings()
-
-    def interactions(self) -> str:
-        """LAMMPS commands that define the forces."""
-        return self.potential.interactions()
 
     @property
     def lattice_constant(self) -> float:
