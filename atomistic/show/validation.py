@@ -10,7 +10,6 @@ import numpy as np
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
-from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import GEOMETRY, STEPS
 from atomistic.ladder.ensemble import untested
 from atomistic.ladder.validate import Validation
@@ -25,16 +24,6 @@ def validation_sheets(validation: Validation) -> list[Sheet]:
     stored = validation.stored
     sheets = (budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
     return [sheet for sheet in sheets if sheet.rows]
-
-
-def validation_sentence(verdicts: Sequence[BoundVerdict]) -> str:
-    """How many of the bounds hold, in a sentence, and in which state each of the others is broken most."""
-    failed = [verdict for verdict in verdicts if not verdict.holds]
-    said = f"{len(verdicts) - len(failed)} of {len(verdicts)} bounds hold"
-    if not failed:
-        return said
-    where = "; ".join(f"{v.case}, {v.quantity}, at {v.state or 'no state'}" for v in failed)
-    return f"{said}, {len(failed)} FAIL: {where}"
 
 
 def budget_sheet(archive: Archive) -> Sheet:
@@ -174,7 +163,7 @@ def validation_page(validation: Validation, figures: Sequence[Path]) -> Page:
     ]
     return Page(
         f"{validation.path.stem}: Green's functions against atoms",
-        f"{validation_sentence(validation.verdicts)}.  Lengths are in a0, pressures in E*, unless said otherwise.",
+        f"{validation.sentence}.  Lengths are in a0, pressures in E*, unless said otherwise.",
         figures=[(figure, figure.stem) for figure in figures],
         sheets=[_substrate(stored, config), *validation_sheets(validation), pairs("Made with", made)],
         listing=("Input", config.source.text) if config.source else None,
