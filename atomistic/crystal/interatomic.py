@@ -109,7 +109,7 @@ class Model(Potential, Protocol):
         """Size of a0 and E*; None for a crystal of no size."""
 
 
-class Unbonded:
+class BondlessPotential:
     """What all potentials have alike that join any two atoms which come close."""
 
     atom_style: Literal["atomic"] = "atomic"
@@ -127,10 +127,7 @@ class Unbonded:
 def check_potential(name: str, value: Any) -> Potential:
     """An argument that is to be an interatomic model, measured or not.
 
-    Raises
-    ------
-    ArgumentError
-        If it is none.
+    Raises ArgumentError if it is none.
     """
     if isinstance(value, type) or not isinstance(value, Potential):
         models = "Springs(), LennardJones(), EmbeddedAtom.read(...), PairStyle(...)"
@@ -141,10 +138,7 @@ def check_potential(name: str, value: Any) -> Potential:
 def check_model(name: str, value: Any) -> Model:
     """An argument that is to be an interatomic model with its crystal, in units of a0 and E*.
 
-    Raises
-    ------
-    ArgumentError
-        If it is none.
+    Raises ArgumentError if it is none.
     """
     if isinstance(value, type) or not isinstance(value, Model):
         raise ArgumentError(name, value, "a model whose crystal is known: Springs(), or elastic(...).model")
@@ -249,7 +243,7 @@ class Springs:
 
 
 @dataclass(frozen=True)
-class LennardJones(Unbonded):
+class LennardJones(BondlessPotential):
     """V(r) = 4 ε ((σ/r)¹² - (σ/r)⁶), cut so that force and energy go to zero continuously, in units of ε and σ.
 
     A plain cut leaves a jump in the force, which pairs that cross it turn into kinks and into energy that is not

@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from atomistic.crystal.interatomic import Unbonded
+from atomistic.crystal.interatomic import BondlessPotential
 from atomistic.crystal.potentials import content_of
 from continuum.arguments import ArgumentError, file_name, flag, number
 
@@ -26,7 +26,7 @@ _ELEMENT = re.compile(r"[A-Z][a-z]?")
 
 
 @dataclass(frozen=True)
-class PairStyle(Unbonded):
+class PairStyle(BondlessPotential):
     """One element in any ``pair_style``, in LAMMPS' units ``metal``: eV and Å.
 
     Parameters

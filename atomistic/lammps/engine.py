@@ -28,14 +28,7 @@ from typing import Any
 
 from atomistic.lammps.earlier import finished_steps, remove_outputs
 from atomistic.lammps.lock import hold
-from atomistic.lammps.result import (
-    DeckDescription,
-    DeckResult,
-    LammpsError,
-    read_description,
-    read_result,
-    tail,
-)
+from atomistic.lammps.result import DeckDescription, DeckResult, LammpsError, read_description, read_result, tail
 from continuum.arguments import ArgumentError, instance
 
 Progress = Callable[[int, int], None]

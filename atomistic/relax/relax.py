@@ -34,19 +34,7 @@ _PATIENCE = 10
 
 
 def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
-    """Displacements of the slab at an equilibrium of the lattice response, given its gap.
-
-    Parameters
-    ----------
-    response : of the slab.
-    wall : the law.
-    gap : at each surface atom, shape (nx, ny), in a0.
-
-    Returns
-    -------
-    Real
-        Shape (layers, nx, ny, 3), in a0.
-    """
+    """Displacements of a slab, shape (layers, nx, ny, 3), in a0, at the equilibrium of its response with this gap."""
     return response.displacements_of_surface_force(-wall.evaluate(gap).traction)
 
 
@@ -72,10 +60,7 @@ def relax(
     DeckResult
         The last state, an equilibrium or not: look at its status, or ask ``require()``.
 
-    Raises
-    ------
-    LammpsError
-        If LAMMPS fails.
+    Raises LammpsError if LAMMPS fails.
     """
     write_deck(directory, deck, force=True)
     if response is None:

@@ -127,29 +127,6 @@ class ForceConstants:
         return float(b[0, 0, 0, 0]), float(2 * b[0, 1, 0, 1] - b[0, 0, 1, 1]), float(b[0, 0, 1, 1])
 
 
-@singledispatch
-def force_constants(model: Model, mobile: int) -> ForceConstants:
-    """Force constants of a slab of any model: exact for springs, else measured in LAMMPS.
-
-    Parameters
-    ----------
-    model : of the atoms.
-    mobile : number of layers that move.
-
-    Raises
-    ------
-    PotentialError
-        If the surface does not relax, or what is measured is no harmonic crystal.
-    """
-    return measure_force_constants(model, mobile)
-
-
-@force_constants.register
-def _(model: Springs, mobile: int) -> ForceConstants:
-    del mobile
-    return spring_force_constants(model)
-
-
 def spring_force_constants(springs: Springs) -> ForceConstants:
     """Force constants of springs at rest: -k_s n n^T between neighbours."""
     bulk = np.zeros((2, 3, 3, 3, 3))
@@ -172,10 +149,7 @@ def spring_force_constants(springs: Springs) -> ForceConstants:
 def relaxation(model: Model, mobile: int) -> Real:
     """Rise of the layers of a slab without load, shape (mobile,), in a0, on a base at its lattice sites.
 
-    Raises
-    ------
-    PotentialError
-        If the surface relaxation does not converge.
+    Raises PotentialError if the surface relaxation does not converge.
     """
     layers = min(mobile, _RELAXING)
     if model.harmonic:
@@ -200,17 +174,9 @@ def relaxation(model: Model, mobile: int) -> Real:
 
 
 def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
-    """Force constants of a relaxed slab from the forces in LAMMPS, by central differences.
+    """Force constants of a relaxed slab of so many mobile layers, from forces in LAMMPS, by central differences.
 
-    Parameters
-    ----------
-    model : of the atoms.
-    mobile : number of layers that move.
-
-    Raises
-    ------
-    PotentialError
-        If the surface does not relax, or what is measured is no harmonic crystal.
+    Raises PotentialError if the surface does not relax, or what is measured is no harmonic crystal.
     """
     reach = model.coupled_layers
     rise = relaxation(model, mobile)
@@ -256,6 +222,11 @@ def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
         )
         table[0, half, half] = -(others + others.T) / 2
     return ForceConstants(np.array(tables[:-1]), tables[-1], rise[:depth], checks)
+
+
+force_constants = singledispatch(measure_force_constants)
+"""Force constants of a slab of any model: measured, but for springs, whose are exact."""
+force_constants.register(Springs, lambda springs, mobile: spring_force_constants(springs))
 
 
 def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | None) -> tuple[list[Real], float]:

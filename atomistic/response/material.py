@@ -94,17 +94,14 @@ class CrystalModel:
 
     @property
     def guess(self) -> float:
-        """Volume per atom, in LAMMPS' unit."""
         return self.crystal.lattice_constant**3 / 4
 
     @property
     def lattice_constant(self) -> float:
-        """√2, in a0."""
         return float(np.sqrt(2))
 
     @property
     def length(self) -> float:
-        """a0, the distance of nearest neighbours, in LAMMPS' unit."""
         return self.crystal.lattice_constant / float(np.sqrt(2))
 
     @cached_property
@@ -114,17 +111,14 @@ class CrystalModel:
 
     @property
     def energy(self) -> float:
-        """E* a0³ in LAMMPS' unit."""
         return self.contact_modulus * self.length**3
 
     @property
     def elastic_constants(self) -> CubicConstants:
-        """C11, C12, C44, in E*."""
         return CubicConstants(*(c / self.contact_modulus for c in self.crystal.constants))
 
     @property
     def coupled_layers(self) -> int:
-        """Number of (100) layers that forces reach."""
         # A layer exactly at the range, where forces are zero, does not count.
         return max(1, int(np.ceil(self.force_range / self.length / LAYER_SPACING - 1e-9)) - 1)
 
@@ -147,12 +141,7 @@ class CrystalModel:
 def model_of(potential: Potential) -> Model:
     """Any potential as a model; springs, and what was measured before, are one by themselves.
 
-    Raises
-    ------
-    PotentialError
-        If its crystal is not a stable fcc one.
-    LammpsError
-        If LAMMPS fails.
+    Raises PotentialError if its crystal is not a stable fcc one; LammpsError if LAMMPS fails.
     """
     return potential if isinstance(potential, Model) else CrystalModel(potential, measure_crystal(potential))
 
@@ -160,12 +149,8 @@ def model_of(potential: Potential) -> Model:
 def measure_crystal(potential: Potential) -> Crystal:
     """The fcc crystal of a potential of pairs or embedded atoms.
 
-    Raises
-    ------
-    PotentialError
-        If there is no fcc crystal at zero pressure, it is not stable, or another structure lies lower.
-    LammpsError
-        If LAMMPS fails.
+    Raises PotentialError if there is no fcc crystal at zero pressure, it is not stable, or another structure lies
+    lower; LammpsError if LAMMPS fails.
     """
     if potential.atom_style != "atomic":
         msg = f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}"
