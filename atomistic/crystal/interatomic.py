@@ -125,10 +125,7 @@ class BondlessPotential:
 
 
 def check_potential(name: str, value: Any) -> Potential:
-    """An argument that is to be an interatomic model, measured or not.
-
-    Raises ArgumentError if it is none.
-    """
+    """An argument that is to be an interatomic model, measured or not; raises ArgumentError if it is none."""
     if isinstance(value, type) or not isinstance(value, Potential):
         models = "Springs(), LennardJones(), EmbeddedAtom.read(...), PairStyle(...)"
         raise ArgumentError(name, value, f"an interatomic model: {models}")
@@ -136,10 +133,7 @@ def check_potential(name: str, value: Any) -> Potential:
 
 
 def check_model(name: str, value: Any) -> Model:
-    """An argument that is to be an interatomic model with its crystal, in units of a0 and E*.
-
-    Raises ArgumentError if it is none.
-    """
+    """An argument that is to be an interatomic model with its crystal; raises ArgumentError if it is none."""
     if isinstance(value, type) or not isinstance(value, Model):
         raise ArgumentError(name, value, "a model whose crystal is known: Springs(), or elastic(...).model")
     return value

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property, singledispatch
+from functools import singledispatch
 
 import numpy as np
 from scipy.optimize import root
@@ -102,29 +102,12 @@ class ForceConstants:
 
     def blocks(self, layer: int, down: int, qx: Real, qy: Real) -> Complex:
         """Σ_r Φ exp(iq.r) at wavevectors qx, qy, shape (n,) each; shape (n, 3, 3)."""
-        x = _places(self.bulk.shape[1], down)
+        x = places(self.bulk.shape[1], down)
         waves = np.exp(1j * np.outer(qx, x)), np.exp(1j * np.outer(qy, x))
         phi = self.between(layer, down).reshape(x.size, -1)
         along = (waves[0] @ phi).reshape(-1, x.size, 9)
         summed: Complex = np.einsum("qj,qjc->qc", waves[1], along)
         return summed.reshape(-1, 3, 3)
-
-    @cached_property
-    def elastic_constants(self) -> tuple[float, float, float]:
-        """C11, C12, C44 of the bulk in E*, from the long waves (Born and Huang, 1954, section 26).
-
-        With C_[ab,cd] = -(1/2V) Σ Φ_ab r_c r_d, at zero stress: C_acbd + C_adbc = 2 [ab,cd].
-        """
-        brackets = np.zeros((3, 3, 3, 3))
-        for down in range(self.coupled_layers + 1):
-            x = _places(self.bulk.shape[1], down)
-            r = np.stack(np.broadcast_arrays(x[:, None], x[None, :], -down * LAYER_SPACING), axis=-1)
-            # Each pair of layers counts from both sides.
-            twice = 1 if down == 0 else 2
-            brackets -= twice * np.sqrt(2) / 2 * np.einsum("ijab,ijc,ijd->abcd", self.bulk[down], r, r)
-        turn = np.array([[1, 1, 0], [-1, 1, 0], [0, 0, np.sqrt(2)]]) / np.sqrt(2)
-        b = np.einsum("ai,bj,ck,dl,abcd->ijkl", turn, turn, turn, turn, brackets)
-        return float(b[0, 0, 0, 0]), float(2 * b[0, 1, 0, 1] - b[0, 0, 1, 1]), float(b[0, 0, 1, 1])
 
 
 def spring_force_constants(springs: Springs) -> ForceConstants:
@@ -268,7 +251,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
                 other = (layer + down) % layers
                 if raised is not None and other != layer + down:
                     continue
-                x = _places(2 * half + 1, down)
+                x = places(2 * half + 1, down)
                 # The displaced atom stands at the origin of an even layer, or at (1/2, 1/2) of an odd one.
                 index = np.rint(x + (0.5 if layer % 2 else 0.0) - (0.5 if other % 2 else 0.0)).astype(int)
                 near = np.abs(x) <= radius
@@ -285,7 +268,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
     return rows, far
 
 
-def _places(count: int, down: int) -> Real:
+def places(count: int, down: int) -> Real:
     """Positions in the plane, along x or y, of the entries of a table between layers."""
     return np.arange(count, dtype=np.float64) - count // 2 + (0.5 if down % 2 else 0.0)
 
@@ -304,7 +287,7 @@ def _torque(row: Real, rise: Real) -> float:
     reach = row.shape[0] // 2
     moments = np.zeros((3, 3, 3))
     for i, down in enumerate(range(-reach, reach + 1)):
-        x = _places(row.shape[1], down)
+        x = places(row.shape[1], down)
         r = np.stack(np.broadcast_arrays(x[:, None], x[None, :], -down * LAYER_SPACING + rise[i]), axis=-1)
         moments += np.einsum("xyab,xyc->abc", row[i], r)
     return float(np.abs(moments - moments.swapaxes(1, 2)).max())

@@ -12,6 +12,7 @@ from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.comparison import GEOMETRY, STEPS
 from atomistic.ladder.ensemble import untested
+from atomistic.ladder.rungs import WORDS
 from atomistic.ladder.validate import Validation
 from atomistic.show.figures import draw_all
 from continuum.show.page import Page
@@ -48,9 +49,7 @@ def budget_sheet(archive: Archive) -> Sheet:
     notes = [
         f"Read: with lambda_s = {first.lambda_s:g} a0 and h'rms = {first.rms_slope:g} ({first.case}) the load of the "
         f"half-space, which production runs use, is right to {100 * first.load['total']:.1f} % of N_rep.",
-        "depth: half-space against layer.  anisotropy: layer against cubic layer.  discreteness: cubic layer against "
-        "lattice Green's function.  nonlinearity: lattice Green's function against atoms.  total: half-space against "
-        "atoms.",
+        "  ".join(f"{step}: {WORDS[coarse]} against {WORDS[fine]}." for step, (coarse, fine) in STEPS.items()),
     ]
     if "geometry" in measured:
         notes.append(
