@@ -32,7 +32,7 @@ from atomistic.lammps.result import DeckDescription, DeckResult, LammpsError, re
 from continuum.arguments import ArgumentError, instance
 
 Progress = Callable[[int, int], None]
-"""Called with how many steps are finished and how many there are."""
+"""Called with how many steps, or runs, are finished and how many there are."""
 _LOOK = 0.5
 """Seconds between two looks at what a process has finished."""
 _COMMAND = "how your site starts LAMMPS, as 'srun lmp'"

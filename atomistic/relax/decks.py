@@ -19,6 +19,7 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
+from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
 from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
 from atomistic.lammps.neighbours import distortion
@@ -30,7 +31,7 @@ from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
 from atomistic.response.material import CrystalModel, model_of
-from atomistic.response.thermal import Progress, warm_crystal
+from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError
@@ -95,8 +96,8 @@ def parts_of(config: DeckConfig) -> DeckParts:
 def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     """The deck of an input, starting from the lattice solution.
 
-    Raises NotConvergedError if the lattice model has no equilibrium at its first step, or at one
-    of its pressures; ConfigError, PotentialError or LammpsError: see :func:`parts_of`.
+    Raises NotConvergedError if the lattice model has no equilibrium at its first step, or at one of its pressures;
+    ConfigError, PotentialError or LammpsError as :func:`parts_of`.
     """
     parts = parts_of(config)
     shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)

@@ -44,21 +44,15 @@ def relax(
     response: LatticeResponse | None = None,
     run: Callable[[Path], DeckResult] = run_in_process,
 ) -> DeckResult:
-    """Equilibrium of a deck, which is written to a directory and run there.
+    """Equilibrium of a deck, written to a directory and run there: the last state, whose ``require()`` is to be asked.
 
     Parameters
     ----------
     deck : what to relax; ``deck.displacements`` is where to start.
     directory : of the deck; see :func:`atomistic.lammps.directory.write_deck`.
-    response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the
-        deck.
+    response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the deck.
     run : how to run it: :func:`~atomistic.lammps.engine.run_in_process`, or
         ``lambda directory: run_command(directory, ranks=4)``.
-
-    Returns
-    -------
-    DeckResult
-        The last state, an equilibrium or not: look at its status, or ask ``require()``.
 
     Raises LammpsError if LAMMPS fails.
     """

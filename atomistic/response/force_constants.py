@@ -215,15 +215,13 @@ force_constants.register(Springs, lambda springs, mobile: spring_force_constants
 def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | None) -> tuple[list[Real], float]:
     """Force constants of an atom in each of some layers with all atoms around it, and the largest beyond reach.
 
+    Each is of shape (2 reach + 1, 2h + 1, 2h + 1, 3, 3), from the layers above to those below.
+
     Parameters
     ----------
     layers : of the cell; periodic if there is no surface.
     displaced : layers of which an atom is displaced.
     raised : rise of each layer when the surface has relaxed; None for the bulk.
-
-    Returns
-    -------
-    list of shape (2 reach + 1, 2h + 1, 2h + 1, 3, 3), from the layers above to those below, and a number
     """
     reach, radius = model.coupled_layers, model.force_range / model.length
     # Forces on an atom and on its next image do not overlap.

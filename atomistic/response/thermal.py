@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -17,6 +16,7 @@ import numpy as np
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.lammps.cell import Cell
+from atomistic.lammps.engine import Progress
 from atomistic.lammps.motion import BOLTZMANN, time_unit, vibration_timestep
 from atomistic.response.material import CrystalModel
 from continuum.errors import OutputError
@@ -38,8 +38,6 @@ _LAYERS = 16
 _WIDTH = 8
 """Surface atoms of the slab along x and y, at least."""
 _SEED = 12345
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
