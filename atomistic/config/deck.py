@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from atomistic.config.crystal import Interatomic
-from atomistic.config.motion import LARGEST_PRESSURE, ProtocolTable, Steps
+from atomistic.config.motion import ProtocolTable, Steps, beyond_strength
 from atomistic.config.slab import DeckSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files import kinds as kinds  # known to an input when it is defined
@@ -109,9 +109,7 @@ class MeanPressuresTable(ProtocolTable):
 
     @constraint
     def _within_the_strength(self) -> Iterator[Fault]:
-        if max(map(abs, self.pressures)) > LARGEST_PRESSURE:
-            allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*: no crystal holds beyond"
-            yield Fault(("pressures",), allowed, "a pressure in other units: E* of copper is 135 GPa")
+        yield from beyond_strength("pressures", *self.pressures)
         if 0 in self.pressures:
             yield Fault(("pressures",), "other than zero: a pressure is met to a fraction of itself")
 

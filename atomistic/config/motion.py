@@ -28,28 +28,17 @@ FASTEST = 0.3
 
 
 class TimeWindows(NamedTuple):
-    """What the wall does in the time windows of a run, and how warm the atoms are."""
+    """What the wall does in the time windows of a run."""
 
+    table: MotionTable
+    """That says so."""
     separations: tuple[float, ...]
     """At the beginning of the first window and at the end of each, in a0."""
     offsets: tuple[float, ...]
     """Displacements of the wall along ``along``, likewise."""
-    along: Literal["x", "y"]
     duration: tuple[float, ...]
     """Length of each window, in a0 (m/(E* a0³))^(1/2)."""
-    temperature: float | str
-    """k_B T in E* a0³, or kelvin."""
-    thermostat_layers: int
-    """Above the frozen base."""
-    damping: float
-    """Time constant of the thermostat, in the unit of the duration."""
-    seed: int
-    velocity: float
-    """Velocity of the wall, in (E* a0³/m)^(1/2)."""
-    hold: int
-    """First windows, in which the slab comes to rest."""
-    dwell: int
-    """Windows after these, before the wall moves."""
+    along: Literal["x", "y"] = "x"
     pressure: float | None = None
     """Mean pressure that the wall keeps, in E*, so that its height follows; None if it keeps to ``separations``."""
 
@@ -84,6 +73,13 @@ class ProtocolTable(TableFamily):
         """What the slab cannot do; of a crystal that has a size it is asked in its units when it has been measured."""
         del mobile_layers, has_size
         yield from ()
+
+
+def beyond_strength(key: str, *pressures: float) -> Iterator[Fault]:
+    """Mean pressures that no crystal stands, under a key of [protocol]."""
+    if not max(map(abs, pressures)) <= LARGEST_PRESSURE:
+        allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*: no crystal holds beyond"
+        yield Fault((key,), allowed, "a pressure in other units: E* of copper is 135 GPa")
 
 
 def beyond_physics(temperature: float | str, velocity: float, scale: Units | None) -> Iterator[Fault]:
@@ -140,7 +136,7 @@ def kelvin(text: str) -> float:
     return value
 
 
-class _MotionTable(ProtocolTable):
+class MotionTable(ProtocolTable):
     """A wall that moves at constant velocity above atoms at a temperature."""
 
     temperature: float | str
@@ -183,23 +179,20 @@ class _MotionTable(ProtocolTable):
         windows = self.windows()
         return Steps("separation", windows.separations, windows=windows)
 
-    def _windows(self, turns: list[tuple[float, float]], velocity: float, along: Literal["x", "y"]) -> TimeWindows:
+    def _windows(self, turns: list[tuple[float, float]]) -> TimeWindows:
         """Legs between points (separation, offset), each in whole windows of about the duration wanted."""
         rest = self.hold + self.dwell
         places, duration = [turns[0]] * (rest + 1), [self.window] * rest
         for (d0, o0), (d1, o1) in pairwise(turns):
-            time = float(np.hypot(d1 - d0, o1 - o0)) / velocity
+            time = float(np.hypot(d1 - d0, o1 - o0)) / self.velocity
             count = max(1, round(time / self.window))
             places += [(d0 + (d1 - d0) * i / count, o0 + (o1 - o0) * i / count) for i in range(1, count + 1)]
             duration += [time / count] * count
         separations, offsets = zip(*places, strict=True)
-        return TimeWindows(
-            separations, offsets, along, tuple(duration), self.temperature, self.thermostat_layers, self.damping,
-            self.seed, velocity, self.hold, self.dwell,
-        )  # fmt: skip
+        return TimeWindows(self, separations, offsets, tuple(duration))
 
 
-class VelocityTable(_MotionTable):
+class VelocityTable(MotionTable):
     """[protocol] of kind "velocity": approach and retraction at constant velocity, at a temperature."""
 
     kind: Literal["velocity"]
@@ -224,10 +217,10 @@ class VelocityTable(_MotionTable):
             yield Fault(("separations",), f"apart by at least velocity x {SHORTEST:g}, the shortest window")
 
     def windows(self) -> TimeWindows:
-        return self._windows([(d, 0.0) for d in self.separations], self.velocity, "x")
+        return self._windows([(d, 0.0) for d in self.separations])
 
 
-class SlidingTable(_MotionTable):
+class SlidingTable(MotionTable):
     """[protocol] of kind "sliding": the wall slides at constant velocity; it must follow the atoms."""
 
     kind: Literal["sliding"]
@@ -255,14 +248,13 @@ class SlidingTable(_MotionTable):
         if (self.separation is None) == (self.pressure is None):
             cause = "neither is given" if self.pressure is None else "both are given: a load finds its own height"
             yield Fault(("separation",), "exactly one of separation and pressure", cause)
-        if self.pressure is not None and not abs(self.pressure) <= LARGEST_PRESSURE:
-            allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*: no crystal holds beyond"
-            yield Fault(("pressure",), allowed, "a pressure in other units: E* of copper is 135 GPa")
+        if self.pressure is not None:
+            yield from beyond_strength("pressure", self.pressure)
 
     def windows(self) -> TimeWindows:
         height = self.separation or 0.0  # of a wall that keeps a pressure the lattice solution finds it
-        found = self._windows([(height, 0.0), (height, self.distance)], self.velocity, self.along)
-        return found._replace(pressure=self.pressure)
+        found = self._windows([(height, 0.0), (height, self.distance)])
+        return found._replace(along=self.along, pressure=self.pressure)
 
     def steps(self) -> Steps:
         if self.pressure is None:

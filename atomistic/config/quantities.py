@@ -72,8 +72,10 @@ def in_reduced(data: Mapping[str, Any], units: Units | None) -> tuple[dict[str, 
     return found, faults
 
 
-def in_both(data: Mapping[str, Any], units: Units) -> Iterator[tuple[str, str]]:
-    """Quantities of an input in reduced units beside real ones: their dotted keys and texts."""
+def in_both(data: Mapping[str, Any], units: Units | None) -> Iterator[tuple[str, str]]:
+    """Quantities of an input in reduced units beside real ones, where its crystal has a size: dotted keys and texts."""
+    if units is None:
+        return
     for key, value in _quantities(in_reduced(data, units)[0]):
         quantity, name = QUANTITIES[str(key[-1])], ".".join(map(str, key))
         if isinstance(value, str):  # a temperature

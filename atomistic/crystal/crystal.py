@@ -164,10 +164,7 @@ class Slab:
 def chemical_symbol(number: int) -> str:
     """Symbol of the element of an atomic number.
 
-    Raises
-    ------
-    ValueError
-        If there is none.
+    Raises ValueError if there is none.
     """
     import ase.data
 

@@ -27,10 +27,7 @@ class ContactModulus:
     def of(cls, constants: CubicConstants) -> ContactModulus:
         """Contact modulus from elastic constants.
 
-        Raises
-        ------
-        ValueError
-            If the crystal is not stable.
+        Raises ValueError if the crystal is not stable.
         """
         angles = np.arange(_DIRECTIONS + 1, dtype=np.float64) * (np.pi / 2 / _DIRECTIONS)
         values = directional_contact_modulus(constants, angles)

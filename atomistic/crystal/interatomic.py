@@ -109,14 +109,23 @@ class Model(Potential, Protocol):
         """Size of a0 and E*; None for a crystal of no size."""
 
 
-def check_potential(name: str, value: Any) -> Potential:
-    """An argument that is to be an interatomic model, measured or not.
+class BondlessPotential:
+    """What all potentials have alike that join any two atoms which come close."""
 
-    Raises
-    ------
-    ArgumentError
-        If it is none.
-    """
+    atom_style: Literal["atomic"] = "atomic"
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """Files that their commands read."""
+        return {}
+
+    def settings(self) -> str:
+        """LAMMPS commands that come before the atoms are read."""
+        return f"atom_style      {self.atom_style}"
+
+
+def check_potential(name: str, value: Any) -> Potential:
+    """An argument that is to be an interatomic model, measured or not; raises ArgumentError if it is none."""
     if isinstance(value, type) or not isinstance(value, Potential):
         models = "Springs(), LennardJones(), EmbeddedAtom.read(...), PairStyle(...)"
         raise ArgumentError(name, value, f"an interatomic model: {models}")
@@ -124,13 +133,7 @@ def check_potential(name: str, value: Any) -> Potential:
 
 
 def check_model(name: str, value: Any) -> Model:
-    """An argument that is to be an interatomic model with its crystal, in units of a0 and E*.
-
-    Raises
-    ------
-    ArgumentError
-        If it is none.
-    """
+    """An argument that is to be an interatomic model with its crystal; raises ArgumentError if it is none."""
     if isinstance(value, type) or not isinstance(value, Model):
         raise ArgumentError(name, value, "a model whose crystal is known: Springs(), or elastic(...).model")
     return value
@@ -234,7 +237,7 @@ class Springs:
 
 
 @dataclass(frozen=True)
-class LennardJones:
+class LennardJones(BondlessPotential):
     """V(r) = 4 ε ((σ/r)¹² - (σ/r)⁶), cut so that force and energy go to zero continuously, in units of ε and σ.
 
     A plain cut leaves a jump in the force, which pairs that cross it turn into kinks and into energy that is not
@@ -253,7 +256,6 @@ class LennardJones:
     inner: float | None = None
 
     units: Literal["lj"] = field(default="lj", init=False)
-    atom_style: Literal["atomic"] = field(default="atomic", init=False)
     mass: float = field(default=1.0, init=False)
     element: str = field(default="X", init=False)
     guess: float = field(default=0.92, init=False)
@@ -273,10 +275,6 @@ class LennardJones:
         return self.cutoff
 
     @property
-    def files(self) -> Mapping[str, bytes]:
-        return {}
-
-    @property
     def identity(self) -> Mapping[str, str | float]:
         inner = {} if self.inner is None else {"inner": self.inner}
         return {"kind": "lennard-jones", "truncation": self.truncation, "cutoff": self.cutoff, **inner}
@@ -285,10 +283,6 @@ class LennardJones:
     def reference(self) -> str:
         inner = "" if self.inner is None else f", from {self.inner:g} σ on"
         return f"Lennard-Jones 12-6, pair_style lj/{self.truncation}, cut at {self.cutoff:g} σ{inner}"
-
-    def settings(self) -> str:
-        """LAMMPS commands that come before the atoms are read."""
-        return "atom_style      atomic"
 
     def interactions(self) -> str:
         """LAMMPS commands that define the forces."""

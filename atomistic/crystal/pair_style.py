@@ -14,6 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
+from atomistic.crystal.interatomic import BondlessPotential
 from atomistic.crystal.potentials import content_of
 from continuum.arguments import ArgumentError, file_name, flag, number
 
@@ -25,7 +26,7 @@ _ELEMENT = re.compile(r"[A-Z][a-z]?")
 
 
 @dataclass(frozen=True)
-class PairStyle:
+class PairStyle(BondlessPotential):
     """One element in any ``pair_style``, in LAMMPS' units ``metal``: eV and Å.
 
     Parameters
@@ -58,7 +59,6 @@ class PairStyle:
     many_body: bool = True
 
     units: Literal["metal"] = field(default="metal", init=False)
-    atom_style: Literal["atomic"] = field(default="atomic", init=False)
 
     def __post_init__(self) -> None:
         style = self.style
@@ -144,10 +144,6 @@ class PairStyle:
             for name, content in self.contents.items()
         )
         return f"{self.element}, pair_style {self.style}{f', {files}' if files else ''}"
-
-    def settings(self) -> str:
-        """LAMMPS commands that come before the atoms are read."""
-        return "atom_style      atomic"
 
     def interactions(self) -> str:
         """LAMMPS commands that define the forces."""

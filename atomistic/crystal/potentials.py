@@ -19,6 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from atomistic.crystal.crystal import chemical_symbol
+from atomistic.crystal.interatomic import BondlessPotential
 from continuum.arguments import ArgumentError, choice, file_name, instance, number
 from continuum.errors import InputError
 from continuum.files.toml import nearest
@@ -38,10 +39,7 @@ class PotentialError(InputError, ValueError):
 def content_of(path: Path) -> bytes:
     """What is in a file of a potential.
 
-    Raises
-    ------
-    PotentialError
-        If it cannot be read, or is too large to be one.
+    Raises PotentialError if it cannot be read, or is too large to be one.
     """
     try:
         if path.stat().st_size > _LARGEST:
@@ -92,7 +90,7 @@ def _shipped() -> Iterator[Path]:
 
 
 @dataclass(frozen=True)
-class EmbeddedAtom:
+class EmbeddedAtom(BondlessPotential):
     """One element of an embedded-atom potential: E = Σ F(ρ_i) + Σ φ(r_ij), ρ_i = Σ ρ(r_ij), in eV and Å.
 
     :meth:`read` makes one from a file.  Forces reach twice the cut-off: an atom feels a change in the density at its
@@ -125,7 +123,6 @@ class EmbeddedAtom:
     content: bytes = field(repr=False)
 
     units: Literal["metal"] = field(default="metal", init=False)
-    atom_style: Literal["atomic"] = field(default="atomic", init=False)
 
     def __post_init__(self) -> None:
         choice("style", self.style, ("eam", "eam/alloy", "eam/fs"))
@@ -198,10 +195,6 @@ class EmbeddedAtom:
             f"embedded atom, {self.element}, pair_style {self.style}, {self.name} "
             f"(sha256 {self.identity['sha256'][:12]}): {self.comment}"
         )
-
-    def settings(self) -> str:
-        """LAMMPS commands that come before the atoms are read."""
-        return "atom_style      atomic"
 
     def interactions(self) -> str:
         """LAMMPS commands that define the forces."""

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from atomistic.config.crystal import ElasticConfig
+from atomistic.config.quantities import in_both
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
 from atomistic.relax.decks import parts_of
-from atomistic.relax.inputs import deck_input, told_in_both
+from atomistic.relax.inputs import deck_input
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
@@ -111,7 +112,7 @@ def check(file: str | Path) -> Sheet:
         cost, kind = cost_of_validation(load(file, ValidateConfig)), "atomistic validate"
     elif "wall" in tables or "surface" in tables:
         config = deck_input(file)
-        both = told_in_both(config, parts_of(config).model)
+        both = list(in_both(tables, parts_of(config).model.real_units))
         cost, kind = cost_of_deck(config), "atomistic deck"
     else:
         load(file, ElasticConfig)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from atomistic.config.deck import MOST_STEPS, DeckConfig, steps_of
 from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.slab import DEEPEST, SHALLOWEST
 from atomistic.crystal.interatomic import Potential, Springs, check_potential
-from atomistic.lammps.deck import Deck
+from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.deckrun import DeckRun, read_run
@@ -31,7 +31,7 @@ def deck(
     protocol: Mapping[str, Any] | None = None,
     depth: float | None = None,
     follows: Literal["site", "atom"] | Shape | None = None,
-    wall_force: Literal["formulas", "plugin", "atoms"] | None = None,
+    wall_force: WallForce | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
     """A LAMMPS deck: of a contact of your own, or of an input file, which says all else itself.
@@ -82,7 +82,7 @@ def deck(
     elif follows is not None:
         shape = check_shape("follows", follows)
     if wall_force is not None:
-        choice("wall_force", wall_force, ("formulas", "plugin", "atoms"))
+        choice("wall_force", wall_force, get_args(WallForce))
     done = _steps(**steps_in_units(steps, model or Springs()))
     return deck_under(contact.problem, model, done, depth, shape, progress, wall_force or "formulas")
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -64,35 +65,17 @@ def _column(values: Iterable[object], units: str, long_name: str) -> Dataset:
 
 
 def _about_states(states: States) -> dict[str, Dataset]:
-    of_path = {
-        "case": ("", "case of the input"),
-        "adhesion_length": ("a0", "l_a = w/E*"),
-        "lambda_s": ("a0", "shortest wavelength of the wall"),
-        "lambda_L": ("a0", "roll-off wavelength of the wall"),
-        "rms_slope": ("1", "h'_rms of the wall"),
-        "seed": ("1", "seed of the surface"),
+    paths, found = zip(*states, strict=True)
+    about = {
+        column.name: _column((getattr(of, column.name) for of in each), **column.metadata)
+        for kind, each in ((PathPlan, [result.path for result in paths]), (ValidatedState, found))
+        for column in fields(kind)
+        if column.metadata
     }
-    of_state = {
-        "place": ("place", "", "why the state was taken: an area, or beside a jump"),
-        "area": ("target_area", "1", "repulsive area asked for, A_rep/A0; found, beside a jump"),
-        "branch": ("branch", "", "branch of the loading path"),
-        "load_ratio": (
-            "load_ratio_at_equal_separation",
-            "1",
-            "load of the half-space over that of the lattice response, at equal separation",
-        ),
-        "largest_force": ("largest_force", "E* a0²", "left on a mobile atom"),
-        "evaluations": ("evaluations", "1", "force evaluations in LAMMPS"),
-        "journal/seconds": ("seconds", "s", "wall time of the relaxation"),
-    }
-    return {
-        **{name: _column((getattr(r.path, name) for r, _ in states), *about) for name, about in of_path.items()},
-        **{
-            name: _column((getattr(s, key) for _, s in states), unit, what)
-            for name, (key, unit, what) in of_state.items()
-        },
-        "mean_stiffness": _column((r.mean_stiffness for r, _ in states), "E*/a0", "K_0 of the slab"),
-        "points": _column((s.rungs["atoms"].gap.size for _, s in states), "1", "surface atoms"),
+    return about | {
+        "mean_stiffness": _column((result.mean_stiffness for result in paths), "E*/a0", "K_0 of the slab"),
+        "points": _column((state.rungs["atoms"].gap.size for state in found), "1", "surface atoms"),
+        "journal/seconds": _column((state.seconds for state in found), "s", "wall time of the relaxation"),
     }
 
 

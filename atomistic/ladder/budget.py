@@ -95,23 +95,23 @@ class Exponent(NamedTuple):
 def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
     """A row of the budget for each case and slope, in the order of the input."""
     points = columns["points"][0]
-    for case in dict.fromkeys(columns["case"].tolist()):
-        for slope in dict.fromkeys(columns["rms_slope"][columns["case"] == case].tolist()):
-            mine = (columns["case"] == case) & (columns["rms_slope"] == slope)
-            ratio = columns["load_ratio"][mine]
-            # States that touch on neither rung have no N_rep to compare with.
-            load = {step: float(np.fmax.reduce(np.abs(columns[f"{step}_load"][mine]))) for step in steps}
-            if "geometry" in steps:
-                rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
-                load["anharmonicity"] = float(np.fmax.reduce(np.abs(rest)))
-            yield BudgetLine(
-                case,
-                float(columns["lambda_s"][mine][0]),
-                slope,
-                load,
-                {step: float(columns[f"{step}_pixels"][mine].max() / points) for step in steps},
-                (float(ratio.min()), float(ratio.max())),
-            )
+    for (case, slope), mine in _alike(columns, "case", "rms_slope"):
+        ratio = columns["load_ratio"][mine]
+        # States that touch on neither rung have no N_rep to compare with.
+        load = {step: float(np.fmax.reduce(np.abs(columns[f"{step}_load"][mine]))) for step in steps}
+        if "geometry" in steps:
+            rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
+            load["anharmonicity"] = float(np.fmax.reduce(np.abs(rest)))
+        contact = {step: float(columns[f"{step}_pixels"][mine].max() / points) for step in steps}
+        shortest, ratios = float(columns["lambda_s"][mine][0]), (float(ratio.min()), float(ratio.max()))
+        yield BudgetLine(case, shortest, slope, load, contact, ratios)
+
+
+def _alike(columns: Columns, *names: str) -> Iterator[tuple[tuple[Any, ...], NDArray[np.bool_]]]:
+    """The values that columns have together, in the order of the states, and which states have them."""
+    keys = list(zip(*(columns[name].tolist() for name in names), strict=True))
+    for key in dict.fromkeys(keys):
+        yield key, np.array([each == key for each in keys])
 
 
 def closed(columns: Columns, steps: Mapping[str, tuple[str, str]]) -> Iterator[ClosedLine]:
@@ -127,15 +127,13 @@ def closed(columns: Columns, steps: Mapping[str, tuple[str, str]]) -> Iterator[C
     parts = {step: loads[coarse] - loads[fine] for step, (coarse, fine) in steps.items()}
     *single, total = parts.values()
     rest = total - np.sum(single, axis=0)
-    asked = columns["place"] == "area"
-    keys = list(zip(*(columns[name].tolist() for name in ("case", "rms_slope", "area", "branch")), strict=True))
-    for key in dict.fromkeys(key for key, wanted in zip(keys, asked, strict=True) if wanted):
-        mine = asked & np.array([each == key for each in keys])
+    for (place, case, slope, area, branch), mine in _alike(columns, "place", "case", "rms_slope", "area", "branch"):
+        if place != "area":
+            continue
         there = mine & np.isfinite(rest)
         many = int(np.count_nonzero(there))
         found = {step: _mean(part[there]) for step, part in parts.items()}
         worst = float(np.abs(rest[there]).max()) if many else np.nan
-        case, slope, area, branch = key
         yield ClosedLine(case, slope, area, branch, many, int(np.count_nonzero(mine)), found, worst)
 
 
@@ -247,11 +245,8 @@ def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iter
 
     Over the given slopes, all if None; surfaces that have fewer than two of them are left out.
     """
-    keys = list(zip(columns["case"], columns["seed"], columns["area"], columns["branch"], strict=True))
-    for key in dict.fromkeys(keys):
-        mine = np.array([k == key for k in keys])
-        if slopes is not None:
-            mine &= np.isin(columns["rms_slope"], slopes)
+    for (case, seed, area, _), states in _alike(columns, "case", "seed", "area", "branch"):
+        mine = states if slopes is None else states & np.isin(columns["rms_slope"], slopes)
         if np.count_nonzero(mine) < max(2, len(slopes or ())):
             continue
         order = np.argsort(-columns["rms_slope"][mine])
@@ -262,11 +257,11 @@ def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iter
                 continue
             local = np.diff(np.log(d)) / np.diff(np.log(h))
             yield Exponent(
-                str(key[0]),
+                case,
                 float(columns["adhesion_length"][mine][0]),
                 quantity,
-                int(key[1]),
-                float(key[2]),
+                seed,
+                area,
                 tuple(h.tolist()),
                 float(np.polyfit(np.log(h), np.log(d), 1)[0]),
                 tuple(local.tolist()),

@@ -34,7 +34,7 @@ from atomistic.lammps.engine import runner
 from atomistic.lammps.result import DeckResult
 from atomistic.relax.relax import lattice_start, relax
 from atomistic.relax.specimen import Specimen, specimen_of
-from continuum.measure.contact import totals_of
+from continuum.measure.contact import quantity, totals_of
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -56,21 +56,22 @@ GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-latt
 """The part of the nonlinearity that is geometry, for crystals other than springs."""
 
 
-class PathPlan(NamedTuple):
+@dataclass(frozen=True)
+class PathPlan:
     """One wall, pressed along one path: what a process takes."""
 
-    case: str
-    adhesion_length: float
-    lambda_s: float
-    lambda_L: float
-    rms_slope: float
-    seed: int
     areas: tuple[float, ...]
     branches: tuple[Branch, ...]
     jump: bool
     """Whether to take the states beside the jump-in."""
     curves: bool
     """Whether to keep area and load along the path."""
+    case: str = quantity("", "case of the input")
+    adhesion_length: float = quantity("a0", "l_a = w/E*")
+    lambda_s: float = quantity("a0", "shortest wavelength of the wall")
+    lambda_L: float = quantity("a0", "roll-off wavelength of the wall")
+    rms_slope: float = quantity("1", "h'_rms of the wall")
+    seed: int = quantity("1", "seed of the surface")
 
     @property
     def label(self) -> str:
@@ -79,26 +80,24 @@ class PathPlan(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ValidatedState:
-    """One state on all rungs."""
+    """One state on all rungs.
 
-    place: str
-    """Why it was taken: ``area``, or its place beside the jump-in (:func:`~atomistic.ladder.rungs.beside_jump`)."""
-    target_area: float
-    """Repulsive area asked for; beside a jump, that of the lattice."""
-    branch: Branch
+    Its ``place`` is ``area``, or that beside the jump-in (:func:`~atomistic.ladder.rungs.beside_jump`).
+    """
+
     rungs: dict[RungName, Rung]
     differences: dict[StepName, Difference]
     loads_at_area: dict[RungName, float]
     """N/A0 of the rungs of the crystal at the repulsive area of the lattice; NaN where one jumps over it."""
-    load_ratio_at_equal_separation: float
-    """N of the half-space over N of the lattice, both at the lattice's separation: what ignoring the mean
-    compliance would do."""
-    largest_force: float
-    """Left on a mobile atom, under the native wall, in E* a0²."""
-    evaluations: int
-    """Evaluations of the forces in LAMMPS."""
     seconds: float
-    """Seconds of the relaxation."""
+    """Wall time of the relaxation, in s."""
+    place: str = quantity("", "why the state was taken: an area, or beside a jump")
+    area: float = quantity("1", "repulsive area asked for, A_rep/A0; found, beside a jump")
+    branch: str = quantity("", "branch of the loading path")
+    load_ratio: float = quantity("1", "load of the half-space over that of the lattice response, at equal separation")
+    """What ignoring the mean compliance would do."""
+    largest_force: float = quantity("E* a0²", "left on a mobile atom")
+    evaluations: int = quantity("1", "force evaluations in LAMMPS")
 
 
 class RungCurve(NamedTuple):
@@ -126,15 +125,15 @@ def paths_of(config: ValidateConfig) -> tuple[PathPlan, ...]:
     """The paths that an input asks for.  Curves belong to the first surface at the steepest slope of each case."""
     return tuple(
         PathPlan(
+            case.areas,
+            case.branches,
+            case.jump,
+            seed == config.surface.seeds[0] and slope == max(case.rms_slopes),
             case.name,
             case.adhesion_length,
             *config.wavelengths(case),
             slope,
             seed,
-            case.areas,
-            case.branches,
-            case.jump,
-            curves=seed == config.surface.seeds[0] and slope == max(case.rms_slopes),
         )
         for case in config.case
         for slope in case.rms_slopes
@@ -277,7 +276,7 @@ class _Comparison:
         load = rung_of(half_space, "half-space", rigid).totals.load
         ratio = load / reference.totals.load
         return ValidatedState(
-            place, area, branch, rungs, differences, loads, ratio, found.largest_force, found.evaluations, seconds
+            rungs, differences, loads, seconds, place, area, branch, ratio, found.largest_force, found.evaluations
         )
 
     def curves(self, states: list[PathState]) -> tuple[RungCurve, ...]:

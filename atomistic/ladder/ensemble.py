@@ -14,7 +14,6 @@ What is judged is never in its own bound: its crystal is left out, or of springs
 
 from __future__ import annotations
 
-import csv
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -70,17 +69,10 @@ class PredictionLimit(NamedTuple):
 @cache
 def rows() -> tuple[Row, ...]:
     """The states of the ensemble."""
-    text = (resources.files("atomistic.ladder") / "ensemble.csv").read_text(encoding="utf-8")
-    return tuple(
-        Row(
-            r["crystal"],
-            float(r["depth"]),
-            float(r["adhesion_length"]),
-            int(r["seed"]),
-            *(float(r[name]) for name in Row._fields[4:]),
-        )
-        for r in csv.DictReader(text.splitlines())
-    )
+    file = resources.files("atomistic.ladder") / "ensemble.csv"
+    with file.open(encoding="utf-8") as lines:
+        table = np.genfromtxt(lines, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    return tuple(Row(*row) for row in table[list(Row._fields)].tolist())
 
 
 def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> PredictionLimit:

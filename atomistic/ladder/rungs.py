@@ -39,6 +39,14 @@ from continuum.path.state import Branch, PathState
 from continuum.solve.solution import Settings
 
 RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms", "spring-lattice", "spring-atoms"]
+WORDS: dict[RungName, str] = {
+    "half-space": "half-space",
+    "layer": "layer",
+    "crystal": "cubic layer",
+    "lattice": "lattice Green's function",
+    "atoms": "atoms",
+}
+"""Rungs of every crystal, as tables and figures call them."""
 CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "lattice")
 RUNGS: tuple[RungName, ...] = (*CONTINUUM_RUNGS, "atoms", "spring-lattice", "spring-atoms")
 

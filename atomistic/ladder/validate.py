@@ -67,10 +67,13 @@ class Validation:
 
     @property
     def sentence(self) -> str:
-        """How many of the bounds hold, in a sentence."""
-        from atomistic.show.validation import validation_sentence
-
-        return validation_sentence(self.verdicts)
+        """How many of the bounds hold, in a sentence, and in which state each of the others is broken most."""
+        failed = [verdict for verdict in self.verdicts if not verdict.holds]
+        said = f"{len(self.verdicts) - len(failed)} of {len(self.verdicts)} bounds hold"
+        if not failed:
+            return said
+        where = "; ".join(f"{v.case}, {v.quantity}, at {v.state or 'no state'}" for v in failed)
+        return f"{said}, {len(failed)} FAIL: {where}"
 
     def write(self) -> list[Path]:
         """Draw the figures and write the page, beside the file; returns the page and the PNG files."""

@@ -73,10 +73,7 @@ def flat_halves() -> tuple[float, float]:
 def crystal_wall(wall: Wall, shape: Shape, size: tuple[int, int]) -> CrystalWall:
     """The crystal above a period of so many sites: all sites whose plane is not below the heights, to half a plane.
 
-    Raises
-    ------
-    ArgumentError
-        If the law of the wall has no work of adhesion: a pair law that attracts has one.
+    Raises ArgumentError if the law of the wall has no work of adhesion: a pair law that attracts has one.
     """
     work = float(wall.work_of_adhesion)
     if not (np.isfinite(work) and work > 0):

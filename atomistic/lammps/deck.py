@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -126,7 +126,7 @@ class Deck:
         number("separation", self.separation)
         number("tolerance", self.tolerance, above=0)
         count("evaluations", self.evaluations)
-        choice("wall_force", self.wall_force, ("formulas", "plugin", "atoms"))
+        choice("wall_force", self.wall_force, get_args(WallForce))
         if self.wall_force == "atoms":
             if self.shape is None:
                 allowed = (

@@ -33,7 +33,7 @@ from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.motion import time_unit
-from atomistic.lammps.plugin import CRYSTAL, CRYSTAL_LIBRARY, CRYSTAL_SOURCE, LIBRARY, MAP, SOURCE, build_plugin
+from atomistic.lammps.plugin import PLUGINS
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import MARK, folder, save, whole
@@ -46,7 +46,7 @@ FORMAT = "stickiness deck 4"
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
 INPUTS = (
     *SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy",
-    "input.toml", SOURCE, LIBRARY, MAP, CRYSTAL_SOURCE, CRYSTAL_LIBRARY, CRYSTAL,
+    "input.toml", *(name for plugin in PLUGINS.values() for name in (plugin.source, plugin.library, plugin.data)),
 )  # fmt: skip
 """Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
@@ -208,9 +208,9 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
                 np.save(file, deck.stiffness)
         if deck.source:
             save(directory / "input.toml", deck.source, own=True)
-        for name in {SOURCE, CRYSTAL_SOURCE}.intersection(texts):
-            save(directory / name, texts[name], own=True)
-            build_plugin(directory, name)
+        if plugin := PLUGINS.get(deck.wall_force):
+            save(directory / plugin.source, texts[plugin.source], own=True)
+            plugin.build(directory)
         for name in reversed(texts):  # in.contact last
             save(directory / name, texts[name], own=True)
     return directory

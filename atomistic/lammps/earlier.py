@@ -48,10 +48,7 @@ def finished_steps(directory: Path) -> tuple[int, ...]:
 def steps_to_keep(directory: Path, keys: list[str], *, force: bool) -> int:
     """Number of first steps whose results a deck with these keys may keep.
 
-    Raises
-    ------
-    OutputError
-        If finished steps would be removed, and not ``force``.
+    Raises OutputError if finished steps would be removed, and not ``force``.
     """
     try:
         there = json.loads((directory / "deck.json").read_text(encoding="utf-8"))["step_keys"]

@@ -28,18 +28,11 @@ from typing import Any
 
 from atomistic.lammps.earlier import finished_steps, remove_outputs
 from atomistic.lammps.lock import hold
-from atomistic.lammps.result import (
-    DeckDescription,
-    DeckResult,
-    LammpsError,
-    read_description,
-    read_result,
-    tail,
-)
+from atomistic.lammps.result import DeckDescription, DeckResult, LammpsError, read_description, read_result, tail
 from continuum.arguments import ArgumentError, instance
 
 Progress = Callable[[int, int], None]
-"""Called with how many steps are finished and how many there are."""
+"""Called with how many steps, or runs, are finished and how many there are."""
 _LOOK = 0.5
 """Seconds between two looks at what a process has finished."""
 _COMMAND = "how your site starts LAMMPS, as 'srun lmp'"

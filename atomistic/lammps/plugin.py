@@ -1,9 +1,8 @@
 """``fix wall/heightmap``: the wall of a deck by a plugin of LAMMPS, faster than formulas, of any heights and any law.
 
 The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``, which says what it does, as ``crystal.cpp`` is one of
-a wall of atoms.  A deck that asks for it
-brings this source and what the compiler here made of it for the LAMMPS that is installed; for another LAMMPS the same
-command builds it with that one's headers.
+a wall of atoms.  A deck that asks for it brings this source and what the compiler here made of it for the LAMMPS that
+is installed; for another LAMMPS the same command builds it with that one's headers.
 """
 
 from __future__ import annotations
@@ -14,8 +13,10 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy.interpolate import PPoly
@@ -26,14 +27,13 @@ from continuum.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 
-SOURCE, LIBRARY, MAP = "heightmap.cpp", "heightmap.so", "wall.map"
-CRYSTAL_SOURCE, CRYSTAL_LIBRARY, CRYSTAL = "crystal.cpp", "crystal.so", "wall.crystal"
 FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
 PRECISION = 1e-12
 """Error that tractions in ``wall.map`` may have, over the largest tension, or over the traction itself if larger."""
 _MOST_PIECES = 100_000
 _FINEST = 1e-9
 """Shortest piece of a law, in a0."""
+_WITHOUT = 'wall_force = "formulas"'
 _POINTS_PER_SPACING = 4
 """Points to each a0 of the surface in the map of a wall that has a formula."""
 
@@ -42,28 +42,54 @@ class PluginError(InputError):
     """The plugin cannot be built here: the message says what is missing, and what needs none."""
 
 
-def source(name: str = SOURCE) -> str:
-    """The text of a plugin, by the name of its file."""
-    return (files("atomistic") / "plugin" / name).read_text(encoding="utf-8")
+@dataclass(frozen=True)
+class Plugin:
+    """A plugin that makes the force of a wall, and what a deck has of it."""
+
+    name: str
+    """Its source is NAME.cpp, and NAME.so what a compiler makes of that."""
+    data: str
+    """File that it reads."""
+    holds: str
+    """What stands there."""
+    pushed: Literal["surface", "mobile"]
+    """On which atoms it acts."""
+
+    @property
+    def source(self) -> str:
+        return f"{self.name}.cpp"
+
+    @property
+    def library(self) -> str:
+        return f"{self.name}.so"
+
+    def text(self) -> str:
+        """The source."""
+        return (files("atomistic") / "plugin" / self.source).read_text(encoding="utf-8")
+
+    def build(self, folder: Path) -> Path:
+        """Build it for the installed LAMMPS in a folder that holds the source; returns the library.
+
+        Raises PluginError if there is no compiler, or no headers of LAMMPS and MPI, or it fails.
+        """
+        compiler = os.environ.get("CXX") or next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), "")
+        if not compiler:
+            raise PluginError(f"there is no C++ compiler (c++, g++, CXX) for the plugin: {_WITHOUT} needs none")
+        words = [compiler, *FLAGS, *(f"-I{place}" for place in _headers()), self.source, "-o", self.library]
+        try:
+            done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+        except OSError as error:
+            raise PluginError(f"cannot start {compiler}: {error}") from error
+        if done.returncode:
+            said = "\n".join(done.stderr.strip().splitlines()[:5])
+            raise PluginError(f"{' '.join(words)} failed; {_WITHOUT} needs no plugin\n{said}")
+        return folder / self.library
 
 
-def build_plugin(folder: Path, name: str = SOURCE) -> Path:
-    """Build a plugin for the installed LAMMPS in a folder that holds its source of this name; returns the library.
-
-    Raises PluginError if there is no compiler, or no headers of LAMMPS and MPI, or it fails.
-    """
-    words = [os.environ.get("CXX") or next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), "")]
-    if not words[0]:
-        raise PluginError('there is no C++ compiler (c++, g++, CXX) for the plugin: wall_force = "formulas" needs none')
-    words += [*FLAGS, *(f"-I{place}" for place in _headers()), name, "-o", f"{Path(name).stem}.so"]
-    try:
-        done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
-    except OSError as error:
-        raise PluginError(f"cannot start {words[0]}: {error}") from error
-    if done.returncode:
-        said = "\n".join(done.stderr.strip().splitlines()[:5])
-        raise PluginError(f'{" ".join(words)} failed; wall_force = "formulas" needs no plugin\n{said}')
-    return folder / f"{Path(name).stem}.so"
+HEIGHTMAP = Plugin("heightmap", "wall.map", "heights and law of the wall", "surface")
+CRYSTAL = Plugin("crystal", "wall.crystal", "atoms of the wall and their pair law", "mobile")
+PLUGINS = {"plugin": HEIGHTMAP, "atoms": CRYSTAL}
+"""The plugin of each force of a wall but the formulas."""
 
 
 def _headers() -> list[Path]:
@@ -78,7 +104,7 @@ def _headers() -> list[Path]:
     mpi = next((path.parent for path in [*brought, Path(sys.prefix) / "include/mpi.h"] if path.is_file()), None)
     if lammps is None or mpi is None:
         missing = "LAMMPS (lammps/include)" if lammps is None else "MPI (mpi.h)"
-        raise PluginError(f'there are no headers of {missing} for the plugin: wall_force = "formulas" needs none')
+        raise PluginError(f"there are no headers of {missing} for the plugin: {_WITHOUT} needs none")
     return [lammps, mpi.resolve()]
 
 

@@ -25,6 +25,8 @@ from continuum.model.fourier import Real
 from continuum.solve.solution import NotConvergedError
 from continuum.units import Units
 
+FORCES = {"load": "force", "target_load": "target_force"}
+"""Names in ``result.json`` of what is a force here: a load is one per area."""
 LARGEST_DISTORTION = 0.5
 """Beyond which neighbours have moved apart or past one another, in a0."""
 
@@ -113,6 +115,16 @@ class DeckResult:
     ``load`` is ``force``, ``load_rep`` the part of it that pushes, the others as above, ``temperature`` k_B T of all
     mobile atoms in E* a0³.
     """
+
+    @property
+    def load_rep(self) -> float:
+        """Force of the atoms that the wall pushes, in E* a0²."""
+        return float(self.traction[self.traction > 0].sum())
+
+    @property
+    def mean_gap(self) -> float:
+        """Mean gap, in a0."""
+        return float(self.gap.mean())
 
     @cached_property
     def distortion(self) -> float:
@@ -241,10 +253,6 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
         raise DeckError(msg) from error
 
 
-_FORCES = {"load": "force", "target_load": "target_force"}
-"""Names in ``result.json`` of what is a force here: a load is one per area."""
-
-
 def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
@@ -260,7 +268,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
     sites = (slab.layers, *slab.shape, 3)
     length, force = numbers["length_unit"], numbers["force_unit"]
     vectors = [np.stack([state[name] for name in names], axis=-1) for names in (_DISPLACEMENT, ("fx", "fy", "fz"))]
-    own = {column.name: column.name for column in fields(DeckResult)} | _FORCES
+    own = {column.name: column.name for column in fields(DeckResult)} | FORCES
     return DeckResult(
         slab=slab,
         step=int(numbers.pop("step")),

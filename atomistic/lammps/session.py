@@ -1,16 +1,14 @@
-"""LAMMPS open in this process on the atoms of a deck: forces at any displacements, walls evaluated in Python."""
+"""LAMMPS open in this process on the atoms of a deck: forces at any displacements."""
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import guard, open_library
@@ -58,7 +56,6 @@ class Session(LammpsHandle):
 
     def __init__(self, directory: Path) -> None:
         self.slab = read_slab(Path(directory) / "slab.data")
-        self._failure: BaseException | None = None
         super().__init__(Path(directory))
         try:
             self.run("in.slab")
@@ -72,44 +69,10 @@ class Session(LammpsHandle):
         """Run a script of the deck."""
         with contextlib.chdir(self.directory):
             guard(partial(self._lammps.file, script), self.directory)
-        self._raise_failure()
-
-    def command(self, *lines: str) -> None:
-        for line in lines:
-            super().command(line)
-            self._raise_failure()
 
     def variable(self, name: str) -> float:
         """Value of an equal-style variable."""
         return float(self._lammps.extract_variable(name))
-
-    def apply(self, forces: Callable[[Real], tuple[Real, float]]) -> None:
-        """Let vertical forces act on the surface atoms, in every evaluation from now on.
-
-        Parameters
-        ----------
-        forces : given the height of each surface atom above the surface at rest, shape (nx, ny), in a0, the force on
-            it, positive upwards, same shape, in E* a0², and the energy of all, in E* a0³.
-        """
-        shape = self.slab.shape
-        count = shape[0] * shape[1]
-
-        def callback(_: Any, step: int, local: int, tag: NDArray[np.int64], x: Real, f: Real) -> None:
-            try:
-                mine = np.flatnonzero(tag <= count)
-                site = tag[mine] - 1
-                z = np.empty(count)
-                z[site] = x[mine, 2] / self.length
-                force, energy = forces(z.reshape(shape) - self._rest[0, ..., 2])
-                f[...] = 0.0
-                f[mine, 2] = force.reshape(-1)[site] * (self.energy / self.length)
-                self._lammps.fix_external_set_energy_global("applied", energy * self.energy)
-            except BaseException as error:
-                self._failure = error
-
-        self.command("fix applied surface external pf/callback 1 1")
-        self.command("fix_modify applied energy yes")
-        self._lammps.set_fix_external_callback("applied", callback, None)
 
     def evaluate(self, displacements: Real) -> tuple[float, Real]:
         """Energy, in E* a0³, and forces, in E* a0², of atoms displaced from where the slab is at rest, in a0.
@@ -121,14 +84,6 @@ class Session(LammpsHandle):
             energy *= self.slab.size
         return energy / self.energy, forces / (self.energy / self.length)
 
-    def displacements(self) -> Real:
-        """Displacements of the atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
-        moved = self._positions() - self._rest
-        # Atoms that crossed the border of the box have come back on the other side.
-        period = np.array(self.slab.shape, dtype=np.float64)
-        moved[..., :2] -= period * np.rint(moved[..., :2] / period)
-        return moved
-
     def _where_at_rest(self) -> Real:
         """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""
         start = [np.array(self._lammps.gather(f"d_u{axis}", 1, 1), dtype=np.float64) for axis in "xyz"]
@@ -139,8 +94,3 @@ class Session(LammpsHandle):
 
     def _positions(self) -> Real:
         return self._gathered("x").reshape(*self.slab.ids.shape, 3) / self.length
-
-    def _raise_failure(self) -> None:
-        failure, self._failure = self._failure, None
-        if failure is not None:
-            raise failure

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import read_heights, read_wall
 from atomistic.lammps.earlier import finished_steps
+from atomistic.lammps.motion import AVERAGES
 from atomistic.lammps.result import (
+    FORCES,
     DeckDescription,
     DeckError,
     DeckResult,
@@ -82,28 +84,13 @@ class DeckStep:
     @classmethod
     def of(cls, result: DeckResult) -> DeckStep:
         """The numbers of a state, or of a window."""
-        pressure, atoms, averages = result.traction, result.traction.size, result.averages
-        at_end = {
-            "separation": result.separation,
-            "offset_x": result.offset_x,
-            "offset_y": result.offset_y,
-            "load": result.force,
-            "load_rep": float(pressure[pressure > 0].sum()),
-            "lateral_x": result.lateral_x,
-            "lateral_y": result.lateral_y,
-            "wall_energy": result.wall_energy,
-            "total_energy": result.total_energy,
-            "area_rep": result.area_rep,
-            "area_att": result.area_att,
-            "mean_gap": float(result.gap.mean()),
-            "temperature": 0.0,
-        }
         totals = ("load", "load_rep", "lateral_x", "lateral_y", "wall_energy", "total_energy")
-        found, errors = {}, {}
-        for name, value in at_end.items():
-            mean, error = averages.get(name, (value, 0.0))
-            size = atoms if name in totals else 1
-            found[name], errors[f"{name}_error"] = mean / size, error / size
+        found = dict[str, float]()
+        for name in AVERAGES:
+            at_end = getattr(result, FORCES.get(name, name), 0.0)  # an equilibrium has no temperature
+            mean, error = result.averages.get(name, (at_end, 0.0))
+            size = result.gap.size if name in totals else 1
+            found |= {name: mean / size, f"{name}_error": error / size}
         return cls(
             load_att=found["load_rep"] - found["load"],
             smallest_gap=result.smallest_gap,
@@ -111,8 +98,7 @@ class DeckStep:
             evaluations=result.evaluations,
             slipped=int(np.count_nonzero(result.slipped)),
             status=result.status.name,
-            **found,
-            **{name: error for name, error in errors.items() if name in cls.__dataclass_fields__},
+            **{name: value for name, value in found.items() if name in cls.__dataclass_fields__},
         )
 
 
@@ -315,10 +301,7 @@ class DeckRun:
 def read_run(directory: Path) -> DeckRun:
     """Every finished step of a run.
 
-    Raises
-    ------
-    DeckError
-        If there is none, or one is damaged.
+    Raises DeckError if there is none, or one is damaged.
     """
     directory = Path(directory)
     description = read_description(directory)
@@ -335,10 +318,10 @@ def read_run(directory: Path) -> DeckRun:
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         msg = f"the wall of {directory} cannot be read: {error}; write the deck anew"
         raise DeckError(msg) from error
+    stiffness = _stiffness(directory, last.slab)
     return DeckRun(
-        directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips),
-        _stiffness(directory, last.slab),
-    )  # fmt: skip
+        directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness
+    )
 
 
 def _stiffness(directory: Path, slab: Slab) -> Real | None:

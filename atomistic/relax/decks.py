@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import singledispatch
 from math import ceil
@@ -17,19 +19,19 @@ from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
+from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
 from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
 from atomistic.lammps.neighbours import distortion
 from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
-from atomistic.relax.description import described
 from atomistic.relax.limits import require_apart, require_steps, require_strength
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
 from atomistic.response.material import CrystalModel, model_of
-from atomistic.response.thermal import Progress, warm_crystal
+from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
 from continuum.files.toml import ConfigError
@@ -41,7 +43,7 @@ from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import Wall
 from continuum.path import loading
 from continuum.solve.solution import NotConvergedError
-from continuum.tables import Fault
+from continuum.tables import Fault, Table
 from continuum.units import parse
 
 
@@ -60,15 +62,9 @@ class DeckParts(NamedTuple):
 def parts_of(config: DeckConfig) -> DeckParts:
     """What an input describes, its crystal measured.
 
-    Raises
-    ------
-    ConfigError
-        If its parts do not fit one another, a file does not hold what it should, or its numbers are not those of a
-        crystal under a wall.
-    PotentialError
-        If the crystal of the potential is not a stable fcc one.
-    LammpsError
-        If LAMMPS fails.
+    Raises ConfigError if its parts do not fit one another, a file does not hold what it should, or its numbers are not
+    those of a crystal under a wall; PotentialError if the crystal of the potential is not a stable fcc one; LammpsError
+    if LAMMPS fails.
     """
     model, faults = model_of(config.interatomic.potential()), list[Fault]()
     slab = slab_of(config, model)
@@ -100,12 +96,8 @@ def parts_of(config: DeckConfig) -> DeckParts:
 def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     """The deck of an input, starting from the lattice solution.
 
-    Raises
-    ------
-    continuum.solve.smooth.NotConvergedError
-        If the lattice model has no equilibrium at its first step, or at one of its pressures.
-    ConfigError, PotentialError, LammpsError
-        See :func:`parts_of`.
+    Raises NotConvergedError if the lattice model has no equilibrium at its first step, or at one of its pressures;
+    ConfigError, PotentialError or LammpsError as :func:`parts_of`.
     """
     parts = parts_of(config)
     shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)
@@ -115,6 +107,51 @@ def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
     notes += parts.notes + shape_notes(shape) + made.notes
     source = "" if config.source is None else config.source.text
     return _acting(replace(made, notes=notes, source=source), config.wall_force)
+
+
+def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights: Real) -> tuple[str, ...]:
+    """Lines of a README: what of an input makes its deck, with sizes in real units where the crystal has a size."""
+    real = model.real_units
+
+    def nanometres(value: float) -> str:
+        return f"{value:.4g} a0" + ("" if real is None else f" ({real.to_si(value, 'length') / 1e-9:.4g} nm)")
+
+    found, digest = moments(slab.grid, heights), hashlib.sha256(np.ascontiguousarray(heights).tobytes()).hexdigest()
+    work = float(wall.work_of_adhesion)
+    lines = [
+        f"Surface: {_values(config.surface)}",
+        f"  heights from {nanometres(float(heights.min()))} to {nanometres(float(heights.max()))}, rms height "
+        f"{nanometres(found.rms_height)}, rms slope {found.rms_slope:.4g}; SHA-256 {digest[:16]}",
+        f"Wall: {_values(config.wall)}",
+        f"  work of adhesion {work:.4g} E* a0"
+        + ("" if real is None else f" ({real.to_si(work, 'energy_per_area') * 1e3:.4g} mJ/m²)")
+        + f", attraction over {nanometres(float(wall.range))}",
+        f"Slab: {slab.shape[0]} x {slab.shape[1]} atoms, {nanometres(slab.depth)} deep"
+        + (
+            "" if real is None else f"; a0 = {real.a0 / 1e-10:.5g} Å, E* = {real.contact_modulus / 1e9:.4g} GPa at rest"
+        ),
+    ]
+    windows = config.steps().windows
+    return (*lines, *([] if windows is None else _in_si(windows, model)))
+
+
+def _in_si(windows: TimeWindows, model: Model) -> Iterator[str]:
+    """Velocity and times of a motion in m/s and ps."""
+    real = model.real_units
+    if real is None:
+        return
+    velocity, longest = windows.table.velocity, max(windows.duration)
+    yield (
+        f"Motion: {velocity:.4g} (E* a0³/m)^(1/2) are {real.to_si(velocity, 'velocity'):.4g} m/s; "
+        f"{len(windows.duration)} windows, the longest of {longest:.4g} a0 (m/(E* a0³))^(1/2), "
+        f"{real.to_si(longest, 'time') / 1e-12:.4g} ps"
+    )
+
+
+def _values(table: Table) -> str:
+    """Keys and values of a table of an input, without those that were left out."""
+    given = table.model_dump(exclude_unset=True, mode="json")
+    return ", ".join(f"{key} = {value}" for key, value in given.items())
 
 
 def _acting(deck: Deck, wall_force: WallForce) -> Deck:
@@ -224,7 +261,7 @@ def _started(
 
 def _thermal_energy(windows: TimeWindows, model: Model) -> float:
     """k_B T, in E* a0³ of a model."""
-    given = windows.temperature
+    given = windows.table.temperature
     return thermal_energy(kelvin(given), model.real_units) if isinstance(given, str) else given
 
 
@@ -266,11 +303,11 @@ def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
 
 def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
     """The motion of atoms of a model, which at rest is another."""
-    temperature = _thermal_energy(windows, rest) * rest.energy / model.energy
+    temperature, table = _thermal_energy(windows, rest) * rest.energy / model.energy, windows.table
     return Motion(
-        windows.separations, windows.offsets, windows.duration, temperature, windows.thermostat_layers,
-        windows.damping, windows.seed, largest_timestep(model, wall), windows.along, windows.hold,
-        max(windows.damping, 1 / (2 * swing(model, slab.depth))),  # no other damps the slab's swing more
+        windows.separations, windows.offsets, windows.duration, temperature, table.thermostat_layers, table.damping,
+        table.seed, largest_timestep(model, wall), windows.along, table.hold,
+        max(table.damping, 1 / (2 * swing(model, slab.depth))),  # no other damps the slab's swing more
         windows.pressure,
     )  # fmt: skip
 
@@ -286,23 +323,12 @@ def deck_under(
 ) -> Deck:
     """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
 
-    Parameters
-    ----------
-    contact : on a grid with one point for each surface atom; its substrate is replaced by the atoms.
-    model : what holds these together; springs if None.
-    steps : what is done.
-    depth : of the slab, in a0; as deep as it is wide if None.
-    shape : the wall as a function of the position; of the site if None.
-    progress : called as a crystal is measured at a temperature, with how many runs are done and how many there are.
-    wall_force : by what the wall acts, as of a :class:`Deck`.
+    The arguments are those of :func:`atomistic.deck`, checked; ``shape`` is the wall as a function of the position,
+    or None if it is one of the site.
 
-    Raises
-    ------
-    ArgumentError, ConfigError, TypeError
-        If the grid has not one point for each atom, the deck has no formula for the law, or the steps are not those of
-        a crystal under this wall.
-    NotConvergedError, PotentialError, LammpsError
-        As :func:`deck_of`.
+    Raises ArgumentError, ConfigError or TypeError if the grid has not one point for each atom, the deck has no formula
+    for the law, or the steps are not those of a crystal under this wall; NotConvergedError, PotentialError or
+    LammpsError as :func:`deck_of`.
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
     native_law(wall)  # refused before anything is measured

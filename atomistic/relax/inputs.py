@@ -8,8 +8,8 @@ from typing import Any
 
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
-from atomistic.config.quantities import in_both, in_reduced, with_units
-from atomistic.crystal.interatomic import Model, Potential
+from atomistic.config.quantities import in_reduced, with_units
+from atomistic.crystal.interatomic import Potential
 from atomistic.response.material import model_of
 from continuum.files.inputs import parsed
 from continuum.files.toml import ConfigError, Source, find
@@ -18,12 +18,8 @@ from continuum.files.toml import ConfigError, Source, find
 def deck_input(path: str | Path) -> DeckConfig:
     """Read the input of a deck, in reduced units where it has others.
 
-    Raises
-    ------
-    ConfigError
-        With all faults of the file.
-    PotentialError, LammpsError
-        If a number has a unit, and the crystal is no stable fcc one, or LAMMPS fails.
+    Raises ConfigError with all faults of the file; PotentialError or LammpsError if a number has a unit, and the
+    crystal is no stable fcc one, or LAMMPS fails.
     """
     source = Source.read(find(path))
     if not with_units(source.data):
@@ -44,10 +40,7 @@ def deck_input(path: str | Path) -> DeckConfig:
 def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
     """What is done, as arguments of a call, in reduced units where it has others.
 
-    Raises
-    ------
-    ConfigError, PotentialError, LammpsError
-        As :func:`deck_input`.
+    Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
     """
     if not with_units(given):
         return given
@@ -55,9 +48,3 @@ def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, A
     if faults:
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
     return values
-
-
-def told_in_both(config: DeckConfig, model: Model) -> list[tuple[str, str]]:
-    """The quantities of an input of a crystal, in reduced units and in real ones; none if it has no size."""
-    units = model.real_units
-    return [] if units is None or config.source is None else list(in_both(config.source.data, units))

@@ -41,10 +41,7 @@ def require_steps(
     ----------
     config : that the steps are of; None if they are arguments of a call.
 
-    Raises
-    ------
-    ConfigError
-        With all faults.
+    Raises ConfigError with all faults.
     """
     faults = list(_beside_the_slab(steps, slab, heights))
     if steps.windows is not None:
@@ -55,17 +52,14 @@ def require_steps(
     if faults:
         given = {"separation": steps.values[0], "separations": list(steps.values)}
         if steps.windows is not None:
-            given |= steps.windows._asdict() | {"window": max(steps.windows.duration)}
+            given |= dict(steps.windows.table) | {"window": max(steps.windows.duration)}
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
 
 
 def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, slab: Slab) -> None:
     """Refuse an input whose wall of atoms overlaps the surface at rest at its first separation.
 
-    Raises
-    ------
-    ConfigError
-        If it does, with the smallest separation to begin at; or if the law has no work of adhesion.
+    Raises ConfigError if it does, with the smallest separation to begin at; or if the law has no work of adhesion.
     """
     try:
         touch = first_touch(crystal_wall(wall, shape, slab.shape))
@@ -92,10 +86,7 @@ def require_strength(problem: ContactProblem, states: Sequence[PathState], setti
     states : on the lattice, at one mean pressure after the other.
     settings : of their minimisation.
 
-    Raises
-    ------
-    NotConvergedError
-        With the largest tension that is held from the state before on, to a hundredth of it.
+    Raises NotConvergedError with the largest tension that is held from the state before on, to a hundredth of it.
     """
     lost = next((i for i, state in enumerate(states) if state.outcome is Outcome.PULLED_OFF), None)
     if lost is None:
@@ -121,8 +112,8 @@ def require_strength(problem: ContactProblem, states: Sequence[PathState], setti
 
 def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
     """What of a motion the atoms do not stand, or LAMMPS does not count."""
-    yield from beyond_physics(windows.temperature, windows.velocity, model.real_units)
-    if not windows.thermostat_layers < slab.mobile:
+    yield from beyond_physics(windows.table.temperature, windows.table.velocity, model.real_units)
+    if not windows.table.thermostat_layers < slab.mobile:
         yield Fault(("thermostat_layers",), f"fewer than the layers that move, {slab.mobile} at this depth")
     timestep = largest_timestep(model, wall)
     if max(windows.duration) > _MOST_TIMESTEPS * timestep:

@@ -34,19 +34,7 @@ _PATIENCE = 10
 
 
 def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
-    """Displacements of the slab at an equilibrium of the lattice response, given its gap.
-
-    Parameters
-    ----------
-    response : of the slab.
-    wall : the law.
-    gap : at each surface atom, shape (nx, ny), in a0.
-
-    Returns
-    -------
-    Real
-        Shape (layers, nx, ny, 3), in a0.
-    """
+    """Displacements of a slab, shape (layers, nx, ny, 3), in a0, at the equilibrium of its response with this gap."""
     return response.displacements_of_surface_force(-wall.evaluate(gap).traction)
 
 
@@ -56,26 +44,17 @@ def relax(
     response: LatticeResponse | None = None,
     run: Callable[[Path], DeckResult] = run_in_process,
 ) -> DeckResult:
-    """Equilibrium of a deck, which is written to a directory and run there.
+    """Equilibrium of a deck, written to a directory and run there: the last state, whose ``require()`` is to be asked.
 
     Parameters
     ----------
     deck : what to relax; ``deck.displacements`` is where to start.
     directory : of the deck; see :func:`atomistic.lammps.directory.write_deck`.
-    response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the
-        deck.
+    response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the deck.
     run : how to run it: :func:`~atomistic.lammps.engine.run_in_process`, or
         ``lambda directory: run_command(directory, ranks=4)``.
 
-    Returns
-    -------
-    DeckResult
-        The last state, an equilibrium or not: look at its status, or ask ``require()``.
-
-    Raises
-    ------
-    LammpsError
-        If LAMMPS fails.
+    Raises LammpsError if LAMMPS fails.
     """
     write_deck(directory, deck, force=True)
     if response is None:
@@ -197,30 +176,3 @@ class _Mixed:
         for weight, state in zip(weights[:-1], self._next[:-1], strict=True):
             mean += weight * state
         return mean
-
-
-def apply_wall(session: Session, wall: Wall, heights: Real, separation: float) -> None:
-    """Let any wall law act on the surface atoms of a session, evaluated in Python at each step.
-
-    Parameters
-    ----------
-    session : LAMMPS on the atoms.
-    wall : the law.
-    heights : of the wall, shape (nx, ny), in a0.
-    separation : in a0.
-
-    Raises
-    ------
-    ValueError
-        If the heights do not fit the slab.
-    """
-    if heights.shape != session.slab.shape:
-        msg = f"heights of shape {heights.shape} do not fit a slab of {session.slab.shape} atoms"
-        raise ValueError(msg)
-
-    def force(z: Real) -> tuple[Real, float]:
-        law = wall.evaluate(separation + heights - z)
-        # A surface atom stands for the area a0².
-        return -law.traction, float(np.sum(law.energy))
-
-    session.apply(force)

@@ -74,10 +74,8 @@ class Specimen:
 def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
     """The slab under a grid, on a base as thick as forces reach.
 
-    Raises
-    ------
-    ArgumentError
-        If the spacing of the grid is not a0, forces reach further than the slab, or it does not fit into memory.
+    Raises ArgumentError if the spacing of the grid is not a0, forces reach further than the slab, or it does not fit
+    into memory.
     """
     slab = Slab.of_depth(grid, depth, model.coupled_layers)
     require_room(slab, model)
@@ -91,10 +89,7 @@ def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
 def slab_of(config: ValidateConfig | DeckConfig, model: Model) -> Slab:
     """The slab of an input, of a crystal that has been measured.
 
-    Raises
-    ------
-    ConfigError
-        If it is not one, as :func:`slab_under` says.
+    Raises ConfigError if it is not one, as :func:`slab_under` says.
     """
     try:
         return slab_under(model, Grid.square(config.slab.n), config.slab.depth)
@@ -108,14 +103,8 @@ def slab_of(config: ValidateConfig | DeckConfig, model: Model) -> Slab:
 def specimen_of(config: ValidateConfig) -> Specimen:
     """The substrate of an input.
 
-    Raises
-    ------
-    ConfigError
-        If forces reach further than its slab, or it does not fit into memory.
-    PotentialError
-        If the crystal of the potential is not a stable fcc one.
-    LammpsError
-        If LAMMPS fails.
+    Raises ConfigError if forces reach further than its slab, or it does not fit into memory; PotentialError if the
+    crystal of the potential is not a stable fcc one; LammpsError if LAMMPS fails.
     """
     model = model_of(config.interatomic.potential())
     return Specimen.of_slab(slab_of(config, model), model)

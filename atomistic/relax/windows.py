@@ -69,10 +69,8 @@ class WindowMean:
         ----------
         over, over_errors, under, under_errors : mean of each window and its standard error, shape (windows,).
 
-        Raises
-        ------
-        ValueError
-            If the mean of ``under`` is within three standard errors of zero: the first order says nothing there.
+        Raises ValueError if the mean of ``under`` is within three standard errors of zero: the first order says nothing
+        there.
         """
         below = cls.of(under, under_errors)
         if not abs(below.mean) > 3 * below.error:

@@ -59,12 +59,8 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
     slab, model : the atoms.
     folder : of the files; made if needed, done without if it cannot be.
 
-    Raises
-    ------
-    ValueError
-        If forces reach further than the slab, or what is measured is no harmonic crystal.
-    LammpsError
-        If LAMMPS fails.
+    Raises ValueError if forces reach further than the slab, or what is measured is no harmonic crystal; LammpsError if
+    LAMMPS fails.
     """
     key = response_key(slab, model)
     path = response_path(slab, model, folder)
@@ -83,10 +79,7 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
 def slab_response(model: Model, n: int) -> LatticeResponse:
     """The response of a slab of n x n surface atoms, n a0 deep, from the folder of this user or measured.
 
-    Raises
-    ------
-    ValueError, LammpsError
-        See :func:`stored_response`.
+    Raises ValueError or LammpsError: see :func:`stored_response`.
     """
     return stored_response(Slab.of_depth(Grid.square(n), float(n), model.coupled_layers), model, default_folder())
 

@@ -35,10 +35,7 @@ class Discreteness:
     def worst(self, wavelength: float) -> float:
         """Largest difference, with its sign, over the directions of waves of about this length.
 
-        Raises
-        ------
-        ValueError
-            If there is no such wave.
+        Raises ValueError if there is no such wave.
         """
         near = self.difference[np.abs(self.wavelength / wavelength - 1) < _ALIKE]
         if near.size == 0:
@@ -50,10 +47,7 @@ class Discreteness:
 def discreteness(response: LatticeResponse, constants: CubicConstants) -> Discreteness:
     """Compare a lattice with the cubic layer of its depth and elastic constants, in E*.
 
-    Raises
-    ------
-    ValueError
-        If the grid is too small for the long waves that the limit is read from.
+    Raises ValueError if the grid is too small for the long waves that the limit is read from.
     """
     grid, depth = response.slab.grid, response.slab.depth
     layer = CubicLayer(depth, constants, constants.c11 / depth).stiffness(grid)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property, singledispatch
+from functools import singledispatch
 
 import numpy as np
 from scipy.optimize import root
@@ -102,52 +102,12 @@ class ForceConstants:
 
     def blocks(self, layer: int, down: int, qx: Real, qy: Real) -> Complex:
         """Σ_r Φ exp(iq.r) at wavevectors qx, qy, shape (n,) each; shape (n, 3, 3)."""
-        x = _places(self.bulk.shape[1], down)
+        x = places(self.bulk.shape[1], down)
         waves = np.exp(1j * np.outer(qx, x)), np.exp(1j * np.outer(qy, x))
         phi = self.between(layer, down).reshape(x.size, -1)
         along = (waves[0] @ phi).reshape(-1, x.size, 9)
         summed: Complex = np.einsum("qj,qjc->qc", waves[1], along)
         return summed.reshape(-1, 3, 3)
-
-    @cached_property
-    def elastic_constants(self) -> tuple[float, float, float]:
-        """C11, C12, C44 of the bulk in E*, from the long waves (Born and Huang, 1954, section 26).
-
-        With C_[ab,cd] = -(1/2V) Σ Φ_ab r_c r_d, at zero stress: C_acbd + C_adbc = 2 [ab,cd].
-        """
-        brackets = np.zeros((3, 3, 3, 3))
-        for down in range(self.coupled_layers + 1):
-            x = _places(self.bulk.shape[1], down)
-            r = np.stack(np.broadcast_arrays(x[:, None], x[None, :], -down * LAYER_SPACING), axis=-1)
-            # Each pair of layers counts from both sides.
-            twice = 1 if down == 0 else 2
-            brackets -= twice * np.sqrt(2) / 2 * np.einsum("ijab,ijc,ijd->abcd", self.bulk[down], r, r)
-        turn = np.array([[1, 1, 0], [-1, 1, 0], [0, 0, np.sqrt(2)]]) / np.sqrt(2)
-        b = np.einsum("ai,bj,ck,dl,abcd->ijkl", turn, turn, turn, turn, brackets)
-        return float(b[0, 0, 0, 0]), float(2 * b[0, 1, 0, 1] - b[0, 0, 1, 1]), float(b[0, 0, 1, 1])
-
-
-@singledispatch
-def force_constants(model: Model, mobile: int) -> ForceConstants:
-    """Force constants of a slab of any model: exact for springs, else measured in LAMMPS.
-
-    Parameters
-    ----------
-    model : of the atoms.
-    mobile : number of layers that move.
-
-    Raises
-    ------
-    PotentialError
-        If the surface does not relax, or what is measured is no harmonic crystal.
-    """
-    return measure_force_constants(model, mobile)
-
-
-@force_constants.register
-def _(model: Springs, mobile: int) -> ForceConstants:
-    del mobile
-    return spring_force_constants(model)
 
 
 def spring_force_constants(springs: Springs) -> ForceConstants:
@@ -172,10 +132,7 @@ def spring_force_constants(springs: Springs) -> ForceConstants:
 def relaxation(model: Model, mobile: int) -> Real:
     """Rise of the layers of a slab without load, shape (mobile,), in a0, on a base at its lattice sites.
 
-    Raises
-    ------
-    PotentialError
-        If the surface relaxation does not converge.
+    Raises PotentialError if the surface relaxation does not converge.
     """
     layers = min(mobile, _RELAXING)
     if model.harmonic:
@@ -200,17 +157,9 @@ def relaxation(model: Model, mobile: int) -> Real:
 
 
 def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
-    """Force constants of a relaxed slab from the forces in LAMMPS, by central differences.
+    """Force constants of a relaxed slab of so many mobile layers, from forces in LAMMPS, by central differences.
 
-    Parameters
-    ----------
-    model : of the atoms.
-    mobile : number of layers that move.
-
-    Raises
-    ------
-    PotentialError
-        If the surface does not relax, or what is measured is no harmonic crystal.
+    Raises PotentialError if the surface does not relax, or what is measured is no harmonic crystal.
     """
     reach = model.coupled_layers
     rise = relaxation(model, mobile)
@@ -258,18 +207,21 @@ def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
     return ForceConstants(np.array(tables[:-1]), tables[-1], rise[:depth], checks)
 
 
+force_constants = singledispatch(measure_force_constants)
+"""Force constants of a slab of any model: measured, but for springs, whose are exact."""
+force_constants.register(Springs, lambda springs, mobile: spring_force_constants(springs))
+
+
 def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | None) -> tuple[list[Real], float]:
     """Force constants of an atom in each of some layers with all atoms around it, and the largest beyond reach.
+
+    Each is of shape (2 reach + 1, 2h + 1, 2h + 1, 3, 3), from the layers above to those below.
 
     Parameters
     ----------
     layers : of the cell; periodic if there is no surface.
     displaced : layers of which an atom is displaced.
     raised : rise of each layer when the surface has relaxed; None for the bulk.
-
-    Returns
-    -------
-    list of shape (2 reach + 1, 2h + 1, 2h + 1, 3, 3), from the layers above to those below, and a number
     """
     reach, radius = model.coupled_layers, model.force_range / model.length
     # Forces on an atom and on its next image do not overlap.
@@ -297,7 +249,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
                 other = (layer + down) % layers
                 if raised is not None and other != layer + down:
                     continue
-                x = _places(2 * half + 1, down)
+                x = places(2 * half + 1, down)
                 # The displaced atom stands at the origin of an even layer, or at (1/2, 1/2) of an odd one.
                 index = np.rint(x + (0.5 if layer % 2 else 0.0) - (0.5 if other % 2 else 0.0)).astype(int)
                 near = np.abs(x) <= radius
@@ -314,7 +266,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
     return rows, far
 
 
-def _places(count: int, down: int) -> Real:
+def places(count: int, down: int) -> Real:
     """Positions in the plane, along x or y, of the entries of a table between layers."""
     return np.arange(count, dtype=np.float64) - count // 2 + (0.5 if down % 2 else 0.0)
 
@@ -333,7 +285,7 @@ def _torque(row: Real, rise: Real) -> float:
     reach = row.shape[0] // 2
     moments = np.zeros((3, 3, 3))
     for i, down in enumerate(range(-reach, reach + 1)):
-        x = _places(row.shape[1], down)
+        x = places(row.shape[1], down)
         r = np.stack(np.broadcast_arrays(x[:, None], x[None, :], -down * LAYER_SPACING + rise[i]), axis=-1)
         moments += np.einsum("xyab,xyc->abc", row[i], r)
     return float(np.abs(moments - moments.swapaxes(1, 2)).max())

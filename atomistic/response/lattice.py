@@ -346,10 +346,7 @@ class LatticeResponse:
 def require_room(slab: Slab, model: Model) -> None:
     """Refuse a slab that the forces of a model reach across.
 
-    Raises
-    ------
-    ArgumentError
-        If its base is thinner than forces reach, or an atom would feel its own image.
+    Raises ArgumentError if its base is thinner than forces reach, or an atom would feel its own image.
     """
     width, layers = int(2 * model.force_range / model.length) + 1, model.coupled_layers
     if slab.frozen < layers or slab.mobile < layers:

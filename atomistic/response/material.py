@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from operator import attrgetter
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -66,6 +67,11 @@ class Crystal:
     """Energy per atom of other structures at their best volume."""
 
 
+def _of_potential(name: str) -> Any:
+    """A member of a model that its potential has."""
+    return property(attrgetter(f"potential.{name}"))
+
+
 @dataclass(frozen=True)
 class CrystalModel:
     """A potential and its crystal, in units of a0 and E*: a :class:`~atomistic.crystal.interatomic.Model`."""
@@ -74,66 +80,28 @@ class CrystalModel:
     crystal: Crystal
     harmonic: Literal[False] = field(default=False, init=False)
 
-    @property
-    def units(self) -> Literal["lj", "metal"]:
-        return self.potential.units
-
-    @property
-    def atom_style(self) -> Literal["atomic", "bond"]:
-        return self.potential.atom_style
-
-    @property
-    def mass(self) -> float:
-        """Mass of an atom, in LAMMPS' unit."""
-        return self.potential.mass
-
-    @property
-    def element(self) -> str:
-        return self.potential.element
-
-    @property
-    def cutoff(self) -> float:
-        """Cutoff of the formulas, in LAMMPS' unit."""
-        return self.potential.cutoff
-
-    @property
-    def force_range(self) -> float:
-        """Range of the forces, in LAMMPS' unit."""
-        return self.potential.force_range
+    units = _of_potential("units")
+    atom_style = _of_potential("atom_style")
+    mass = _of_potential("mass")
+    element = _of_potential("element")
+    cutoff = _of_potential("cutoff")
+    force_range = _of_potential("force_range")
+    files = _of_potential("files")
+    identity = _of_potential("identity")
+    reference = _of_potential("reference")
+    settings = _of_potential("settings")
+    interactions = _of_potential("interactions")
 
     @property
     def guess(self) -> float:
-        """Volume per atom, in LAMMPS' unit."""
         return self.crystal.lattice_constant**3 / 4
 
     @property
-    def files(self) -> Mapping[str, bytes]:
-        return self.potential.files
-
-    @property
-    def identity(self) -> Mapping[str, str | float]:
-        return self.potential.identity
-
-    @property
-    def reference(self) -> str:
-        return self.potential.reference
-
-    def settings(self) -> str:
-        """LAMMPS commands that come before the atoms are read."""
-        return self.potential.settings()
-
-    def interactions(self) -> str:
-        """LAMMPS commands that define the forces."""
-        return self.potential.interactions()
-
-    @property
     def lattice_constant(self) -> float:
-        """√2, in a0."""
         return float(np.sqrt(2))
 
     @property
     def length(self) -> float:
-        """a0, the distance of nearest neighbours, in LAMMPS' unit."""
         return self.crystal.lattice_constant / float(np.sqrt(2))
 
     @cached_property
@@ -143,17 +111,14 @@ class CrystalModel:
 
     @property
     def energy(self) -> float:
-        """E* a0³ in LAMMPS' unit."""
         return self.contact_modulus * self.length**3
 
     @property
     def elastic_constants(self) -> CubicConstants:
-        """C11, C12, C44, in E*."""
         return CubicConstants(*(c / self.contact_modulus for c in self.crystal.constants))
 
     @property
     def coupled_layers(self) -> int:
-        """Number of (100) layers that forces reach."""
         # A layer exactly at the range, where forces are zero, does not count.
         return max(1, int(np.ceil(self.force_range / self.length / LAYER_SPACING - 1e-9)) - 1)
 
@@ -176,12 +141,7 @@ class CrystalModel:
 def model_of(potential: Potential) -> Model:
     """Any potential as a model; springs, and what was measured before, are one by themselves.
 
-    Raises
-    ------
-    PotentialError
-        If its crystal is not a stable fcc one.
-    LammpsError
-        If LAMMPS fails.
+    Raises PotentialError if its crystal is not a stable fcc one; LammpsError if LAMMPS fails.
     """
     return potential if isinstance(potential, Model) else CrystalModel(potential, measure_crystal(potential))
 
@@ -189,12 +149,8 @@ def model_of(potential: Potential) -> Model:
 def measure_crystal(potential: Potential) -> Crystal:
     """The fcc crystal of a potential of pairs or embedded atoms.
 
-    Raises
-    ------
-    PotentialError
-        If there is no fcc crystal at zero pressure, it is not stable, or another structure lies lower.
-    LammpsError
-        If LAMMPS fails.
+    Raises PotentialError if there is no fcc crystal at zero pressure, it is not stable, or another structure lies
+    lower; LammpsError if LAMMPS fails.
     """
     if potential.atom_style != "atomic":
         msg = f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -17,6 +16,7 @@ import numpy as np
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model
 from atomistic.lammps.cell import Cell
+from atomistic.lammps.engine import Progress
 from atomistic.lammps.motion import BOLTZMANN, time_unit, vibration_timestep
 from atomistic.response.material import CrystalModel
 from continuum.errors import OutputError
@@ -38,8 +38,6 @@ _LAYERS = 16
 _WIDTH = 8
 """Surface atoms of the slab along x and y, at least."""
 _SEED = 12345
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -83,10 +81,7 @@ def warm_crystal(
     folder : of the files; made if needed, done without if it cannot be.
     progress : called after each run of a measurement with how many are done and how many there are.
 
-    Raises
-    ------
-    LammpsError
-        If LAMMPS fails.
+    Raises LammpsError if LAMMPS fails.
     """
     layers = min(mobile, _LAYERS)
     content = {
@@ -117,19 +112,8 @@ def measure_warm_crystal(
     """Lattice constant of a periodic crystal under no pressure, then the layers of a slab of it on a frozen base.
 
     The lattice constant is found by three runs, the secant of the first two, and what pressure the last one has left.
-    The pressure is that of the virial and of an ideal gas, N k_B T/V, whose mean is exact.
-
-    Parameters
-    ----------
-    model : the crystal at rest.
-    temperature : k_B T, in its E* a0³.
-    layers : number of layers that move of the slab.
-    progress : called after each of the four runs with how many are done and how many there are.
-
-    Raises
-    ------
-    LammpsError
-        If LAMMPS fails.
+    The pressure is that of the virial and of an ideal gas, N k_B T/V, whose mean is exact.  The arguments are those of
+    :func:`warm_crystal`; ``layers`` of the slab move.
     """
     c11, c12, _ = model.elastic_constants
     stretch, stiffness = 1.0, c11 + 2 * c12  # -dp/d ln(a), at rest
@@ -166,7 +150,7 @@ def _pressure(model: CrystalModel, temperature: float, stretch: float, blocks: i
     with Cell(model, positions, np.full(3, edge * _CELLS)) as cell:
         _warm_up(cell, model, temperature, "all")
         cell.command(
-            f"fix mean all ave/time 10 {_BULK_STEPS // 10} {_BULK_STEPS} c_pressure[1] c_pressure[2] c_pressure[3]",
+            f"fix mean all ave/time 10 {_BULK_STEPS // 10} {_BULK_STEPS} c_pressure[1] c_pressure[2] c_pressure[3]"
         )
         found = []
         for _ in range(blocks):

@@ -16,16 +16,7 @@ from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
 from continuum.measure.contact import contact_map
-from continuum.show.plot import (
-    PAGE,
-    SERIES,
-    contact_image,
-    legend_under,
-    letter_panels,
-    new_axes,
-    save_figure,
-    styled,
-)
+from continuum.show.plot import PAGE, SERIES, contact_image, legend_under, letter_panels, new_axes, save_figure, styled
 from continuum.show.runs import words
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import readable
@@ -168,9 +159,9 @@ def _last(run: DeckRun) -> Sheet:
     atoms = last.gap.size
     rows: list[tuple[str, Entry]] = [
         ("separation", f"{last.separation:.10g} a0"),
-        ("mean gap", f"{last.gap.mean():.10g} a0"),
+        ("mean gap", f"{last.mean_gap:.10g} a0"),
         ("normal force N", f"{last.force:.10g} E* a0²"),
-        ("repulsive force N_rep", f"{last.traction[last.traction > 0].sum():.10g} E* a0²"),
+        ("repulsive force N_rep", f"{last.load_rep:.10g} E* a0²"),
         ("A_rep/A0", f"{last.area_rep:.6g}"),
         ("A_att/A0", f"{last.area_att:.6g}"),
         ("total energy", f"{last.total_energy:.10g} E* a0³"),

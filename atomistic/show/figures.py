@@ -14,17 +14,11 @@ from numpy.typing import NDArray
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
-from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS
+from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS, WORDS
 from atomistic.response.discreteness import Discreteness
 from continuum.show import plot
 
-LABELS = {
-    "half-space": "half-space, ν = 1/2",
-    "layer": "layer, ν = 1/2",
-    "crystal": "cubic layer",
-    "lattice": "lattice Green's function",
-    "atoms": "atoms (LAMMPS)",
-}
+LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
 _WIDE = 3
 """Panels beside one another up to which a title has room for wall and slope in one line."""
 _COLOURS = dict(zip(RUNGS, plot.SERIES, strict=False))
@@ -63,7 +57,7 @@ def rung_contact_maps(archive: Archive) -> Figure:
         area = rf"$A_\mathrm{{rep}}/A_0$ = {columns['area_rep'][j, state]:.3f}"
         differ = int(np.count_nonzero(a != b))
         row[0].set_ylabel(f"{columns['case'][state]}\n{_wall_and_slope(archive, state)}\ny ($a_0$)")
-        titles += ["lattice Green's function", f"atoms (LAMMPS)\n{area}", f"{differ} of {a.size} atoms differ"]
+        titles += [LABELS["lattice"], f"{LABELS['atoms']}\n{area}", f"{differ} of {a.size} atoms differ"]
     for axis in axes[-1]:
         axis.set_xlabel("x ($a_0$)")
     plot.letter_panels(axes.flat, titles)

@@ -10,9 +10,9 @@ import numpy as np
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
-from atomistic.ladder.budget import BoundVerdict
 from atomistic.ladder.comparison import GEOMETRY, STEPS
 from atomistic.ladder.ensemble import untested
+from atomistic.ladder.rungs import WORDS
 from atomistic.ladder.validate import Validation
 from atomistic.show.figures import draw_all
 from continuum.show.page import Page
@@ -25,16 +25,6 @@ def validation_sheets(validation: Validation) -> list[Sheet]:
     stored = validation.stored
     sheets = (budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
     return [sheet for sheet in sheets if sheet.rows]
-
-
-def validation_sentence(verdicts: Sequence[BoundVerdict]) -> str:
-    """How many of the bounds hold, in a sentence, and in which state each of the others is broken most."""
-    failed = [verdict for verdict in verdicts if not verdict.holds]
-    said = f"{len(verdicts) - len(failed)} of {len(verdicts)} bounds hold"
-    if not failed:
-        return said
-    where = "; ".join(f"{v.case}, {v.quantity}, at {v.state or 'no state'}" for v in failed)
-    return f"{said}, {len(failed)} FAIL: {where}"
 
 
 def budget_sheet(archive: Archive) -> Sheet:
@@ -59,9 +49,7 @@ def budget_sheet(archive: Archive) -> Sheet:
     notes = [
         f"Read: with lambda_s = {first.lambda_s:g} a0 and h'rms = {first.rms_slope:g} ({first.case}) the load of the "
         f"half-space, which production runs use, is right to {100 * first.load['total']:.1f} % of N_rep.",
-        "depth: half-space against layer.  anisotropy: layer against cubic layer.  discreteness: cubic layer against "
-        "lattice Green's function.  nonlinearity: lattice Green's function against atoms.  total: half-space against "
-        "atoms.",
+        "  ".join(f"{step}: {WORDS[coarse]} against {WORDS[fine]}." for step, (coarse, fine) in STEPS.items()),
     ]
     if "geometry" in measured:
         notes.append(
@@ -174,7 +162,7 @@ def validation_page(validation: Validation, figures: Sequence[Path]) -> Page:
     ]
     return Page(
         f"{validation.path.stem}: Green's functions against atoms",
-        f"{validation_sentence(validation.verdicts)}.  Lengths are in a0, pressures in E*, unless said otherwise.",
+        f"{validation.sentence}.  Lengths are in a0, pressures in E*, unless said otherwise.",
         figures=[(figure, figure.stem) for figure in figures],
         sheets=[_substrate(stored, config), *validation_sheets(validation), pairs("Made with", made)],
         listing=("Input", config.source.text) if config.source else None,

@@ -18,9 +18,8 @@ from atomistic.crystal.interatomic import LennardJones, Potential, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
-from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, Round
-from atomistic.relax.relax import apply_wall, lattice_start, relax
+from atomistic.relax.relax import lattice_start, relax
 from atomistic.relax.specimen import Specimen
 from atomistic.response.material import model_of
 from continuum.measure.contact import totals_of
@@ -32,6 +31,7 @@ from continuum.model.walls import InversePowers, LennardJonesSpline, Wall
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.path.loading import solve
 from continuum.solve.solution import Settings
+from tests.python_walls import WallSession
 
 __all__ = ["CRYSTALS", "WALLS", "equilibrium", "wall"]
 
@@ -113,9 +113,9 @@ def wall(n: int, kind: str, evaluations: int = 50, runs: int = 6) -> dict[str, A
     shape = shapes.get(kind)
     by: Literal["formulas", "plugin"] = "plugin" if kind.endswith("plugin") else "formulas"
     deck = Deck(slab, Springs(), law, heights, separation, shape=shape, wall_force=by)
-    with tempfile.TemporaryDirectory() as folder, Session(write_deck(Path(folder), deck)) as session:
+    with tempfile.TemporaryDirectory() as folder, WallSession(write_deck(Path(folder), deck)) as session:
         if kind == "spline, in Python":
-            apply_wall(session, law, heights, separation)
+            session.apply_wall(law, heights, separation)
         elif kind != "none":
             session.command(f"variable separation equal {separation}")
             session.run("in.wall")

@@ -14,7 +14,6 @@ import continuum as c
 from atomistic.cli import main
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps import directory
 from atomistic.lammps.crystal_wall import (
     CUTOFF,
     SIGMA,
@@ -27,7 +26,7 @@ from atomistic.lammps.crystal_wall import (
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
-from atomistic.lammps.plugin import CRYSTAL_SOURCE, build_plugin, source
+from atomistic.lammps.plugin import CRYSTAL, Plugin
 from atomistic.lammps.shape import HeightSpline
 from continuum.arguments import ArgumentError
 from continuum.errors import InputError
@@ -43,14 +42,14 @@ ROUGH = HeightSpline(0.5 * np.random.default_rng(4).standard_normal(SHAPE))
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The plugin, built once."""
     folder = tmp_path_factory.mktemp("plugin")
-    (folder / CRYSTAL_SOURCE).write_text(source(CRYSTAL_SOURCE), encoding="utf-8")
-    return build_plugin(folder, CRYSTAL_SOURCE)
+    (folder / CRYSTAL.source).write_text(CRYSTAL.text(), encoding="utf-8")
+    return CRYSTAL.build(folder)
 
 
 @pytest.fixture
 def built(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Decks that take the plugin as it was built."""
-    monkeypatch.setattr(directory, "build_plugin", lambda folder, _: shutil.copy(library, folder))
+    monkeypatch.setattr(Plugin, "build", lambda _, folder: shutil.copy(library, folder))
 
 
 def deck(shape: HeightSpline, separation: float, scatter: float = 0.0) -> Deck:

@@ -15,9 +15,9 @@ from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
-from atomistic.relax.relax import apply_wall
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve.solution import NotConvergedError
+from tests.python_walls import WallSession
 
 SPRINGS = Springs()
 WALLS = {
@@ -122,8 +122,8 @@ def test_the_table_in_process_agrees_within_its_own_error(tmp_path, name):
     native = run_in_process(write_deck(tmp_path, deck))
     table = read_wall_table(tmp_path / "wall.table")
     stated = float((tmp_path / "wall.table").read_text().split("errs by at most ")[1].split()[0])
-    with Session(tmp_path) as session:
-        apply_wall(session, table, deck.heights, deck.separation)
+    with WallSession(tmp_path) as session:
+        session.apply_wall(table, deck.heights, deck.separation)
         energy, forces = session.evaluate(deck.start)
     difference = forces - native.forces
     assert 0 < np.abs(difference[0, ..., 2]).max() < 1.5 * stated
@@ -134,8 +134,8 @@ def test_the_table_in_process_agrees_within_its_own_error(tmp_path, name):
 def test_the_law_itself_in_process_is_the_native_wall(tmp_path):
     deck = displaced(WALLS["adhesive"])
     native = run_in_process(write_deck(tmp_path, deck))
-    with Session(tmp_path) as session:
-        apply_wall(session, deck.wall, deck.heights, deck.separation)
+    with WallSession(tmp_path) as session:
+        session.apply_wall(deck.wall, deck.heights, deck.separation)
         energy, forces = session.evaluate(deck.start)
         assert np.allclose(session.displacements(), deck.start, rtol=0, atol=1e-14)
     assert np.allclose(forces, native.forces, rtol=0, atol=1e-12 * np.abs(native.traction).max())
@@ -144,7 +144,7 @@ def test_the_law_itself_in_process_is_the_native_wall(tmp_path):
 
 def test_an_error_in_a_wall_law_is_not_lost_in_lammps(tmp_path):
     deck = displaced(WALLS["adhesive"])
-    with Session(write_deck(tmp_path, deck)) as session:
+    with WallSession(write_deck(tmp_path, deck)) as session:
 
         def broken(z):
             msg = "no such law"

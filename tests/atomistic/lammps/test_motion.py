@@ -320,4 +320,4 @@ def test_no_text_of_a_user_reaches_a_motion(temperature, along, velocity):
     except InputError:
         return
     assert windows.along in ("x", "y")
-    assert kelvin(windows.temperature) >= 0
+    assert kelvin(windows.table.temperature) >= 0

@@ -13,11 +13,10 @@ import atomistic as a
 import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps import directory
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
-from atomistic.lammps.plugin import SOURCE, PluginError, build_plugin, map_of, pieces_of_law, source
+from atomistic.lammps.plugin import HEIGHTMAP, Plugin, PluginError, map_of, pieces_of_law
 from atomistic.lammps.shape import HeightSpline, Waves
 from continuum.model.walls import Wall
 from tests.atomistic.lammps.test_law import WALLS, spread
@@ -30,14 +29,14 @@ SHAPE = (5, 7)
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The plugin, built once."""
     folder = tmp_path_factory.mktemp("plugin")
-    (folder / SOURCE).write_text(source(), encoding="utf-8")
-    return build_plugin(folder)
+    (folder / HEIGHTMAP.source).write_text(HEIGHTMAP.text(), encoding="utf-8")
+    return HEIGHTMAP.build(folder)
 
 
 @pytest.fixture
 def built(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Decks that take the plugin as it was built."""
-    monkeypatch.setattr(directory, "build_plugin", lambda folder, _: shutil.copy(library, folder))
+    monkeypatch.setattr(Plugin, "build", lambda _, folder: shutil.copy(library, folder))
 
 
 def displaced(wall: Wall, shape: HeightSpline | Waves) -> Deck:
@@ -155,7 +154,7 @@ def test_without_a_compiler_the_formulas_are_named(tmp_path, monkeypatch):
     monkeypatch.delenv("CXX", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(PluginError, match=r'no C\+\+ compiler .*wall_force = "formulas" needs none'):
-        build_plugin(tmp_path)
+        HEIGHTMAP.build(tmp_path)
     monkeypatch.setenv("CXX", str(tmp_path / "nothing"))
     with pytest.raises(PluginError, match="cannot start"):
-        build_plugin(tmp_path)
+        HEIGHTMAP.build(tmp_path)

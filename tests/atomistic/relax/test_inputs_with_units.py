@@ -89,7 +89,7 @@ def test_an_input_with_units_is_the_one_without(tmp_path: Path, silver: Units) -
     found, expected = config.steps().windows, plain.steps().windows
     assert found.separations == pytest.approx(expected.separations, rel=1e-9)
     assert found.duration == pytest.approx(expected.duration, rel=1e-9)
-    assert found.velocity == pytest.approx(expected.velocity, rel=1e-9)
+    assert found.table.velocity == pytest.approx(expected.table.velocity, rel=1e-9)
     assert config.source.text == (tmp_path / "units.toml").read_text(encoding="utf-8")  # travels with the deck
 
 

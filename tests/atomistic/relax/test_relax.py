@@ -16,11 +16,12 @@ from atomistic.lammps.engine import run_command
 from atomistic.lammps.engine import script as find
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.session import Session
-from atomistic.relax.relax import apply_wall, iterate, relax
+from atomistic.relax.relax import iterate, relax
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.grid import Grid
 from continuum.model.walls import LennardJonesSpline
 from tests.problems import crystal, lattice, on_atoms
+from tests.python_walls import WallSession
 
 SPRINGS = Springs()
 
@@ -35,7 +36,7 @@ def test_the_response_of_the_atoms_is_that_of_the_lattice(tmp_path):
 
     def answer(amplitude: float) -> np.ndarray:
         force = amplitude * point
-        with Session(tmp_path) as session:
+        with WallSession(tmp_path) as session:
             session.command("variable tolerance delete")
             session.command("variable tolerance index 1e-12")
             session.command("variable evaluations index 5000")
@@ -110,8 +111,8 @@ def test_a_wall_given_as_a_table_relaxes_in_process(tmp_path):
     _, _, deck = on_atoms(slope=0.05, adhesion_length=0.005)
     native = relax(deck, tmp_path).require()
     table = read_wall_table(tmp_path / "wall.table")
-    with Session(tmp_path) as session:
-        apply_wall(session, table, deck.heights, deck.separation)
+    with WallSession(tmp_path) as session:
+        session.apply_wall(table, deck.heights, deck.separation)
         session.command("variable tolerance delete")
         session.command("variable tolerance index 1e-11")
         session.command("variable evaluations index 5000")
@@ -190,7 +191,7 @@ def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
     u = np.zeros((slab.layers, 8, 8, 3))
     u[:6] = np.random.default_rng(2).uniform(-0.02, 0.02, (6, 8, 8, 3))
     deck = Deck(slab, model, LennardJonesSpline(0.0), np.zeros(slab.shape), 3.0, u, rise=np.zeros(slab.layers))
-    with Session(write_deck(tmp_path, deck)) as session:
+    with WallSession(write_deck(tmp_path, deck)) as session:
         energy, forces = session.evaluate(u)
         assert np.allclose(session.displacements(), u, rtol=0, atol=1e-13)
     at = (deck.rest + u).reshape(-1, 3) * model.length
@@ -235,8 +236,8 @@ def test_ranks_share_the_atoms_of_the_iteration(tmp_path):
 
 def test_heights_of_another_surface_are_refused(tmp_path):
     _, _, deck = on_atoms()
-    with Session(write_deck(tmp_path, deck)) as session, pytest.raises(ValueError, match="do not fit"):
-        apply_wall(session, deck.wall, np.zeros((4, 4)), 1.0)
+    with WallSession(write_deck(tmp_path, deck)) as session, pytest.raises(ValueError, match="do not fit"):
+        session.apply_wall(deck.wall, np.zeros((4, 4)), 1.0)
 
 
 @pytest.mark.long
