@@ -120,7 +120,7 @@ def _fill(
 
 
 def _attach(owner: h5py.Group | h5py.Dataset, name: str, value: NDArray[Any]) -> None:
-    """Give a new object an attribute: as ``owner.attrs[name] = value``, in a third of the time.
+    """Give a new object an attribute: as ``owner.attrs[name] = value``, in less time.
 
     A small run has 200 of them, and is written after each of its points.
     """
@@ -231,7 +231,7 @@ def _load(name: str, item: h5py.Dataset, places: Mapping[int, str]) -> Dataset:
 def _dimension(item: h5py.Dataset, number: int, places: Mapping[int, str]) -> str:
     """Name of the dataset that is the scale of a dimension, found by its place in the file; empty if it has none.
 
-    HDF5 looks for the name of an open dataset by going through the file, which takes longer than to read it.
+    To ask HDF5 for its name takes much longer: it looks for it in the file.
     """
     scales: list[Any] = []
     if h5ds.get_num_scales(item.id, number) > 0:
