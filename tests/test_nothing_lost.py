@@ -301,10 +301,14 @@ def test_a_long_name_is_shortened_in_the_line_of_each_point(tmp_path: Path, caps
     assert lines[5] == f"result   {path.with_suffix('.h5')}", "whole, for use"
 
 
-@pytest.mark.parametrize("program", ["continuum", "atomistic"])
 @pytest.mark.parametrize(
-    ("name", "value"),
-    [("NUMBA_NUM_THREADS", "0"), ("NUMBA_NUM_THREADS", "-1"), ("OMP_NUM_THREADS", "4,2"), ("DUCC0_NUM_THREADS", "x")],
+    ("program", "name", "value"),
+    [
+        ("continuum", "NUMBA_NUM_THREADS", "0"),
+        ("continuum", "NUMBA_NUM_THREADS", "-1"),
+        ("continuum", "OMP_NUM_THREADS", "4,2"),
+        ("atomistic", "DUCC0_NUM_THREADS", "x"),  # both programs begin with the same check
+    ],
 )
 def test_a_number_of_threads_that_no_library_takes_is_one_message(
     program: str, name: str, value: str, tmp_path: Path

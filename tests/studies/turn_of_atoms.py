@@ -98,7 +98,7 @@ def turns(specimen: Specimen, heights: Real) -> Iterator[tuple[str, float, float
     yield "atoms", work / energy_of_contact, area
 
 
-def _constants(specimen: Specimen):  # type: ignore[no-untyped-def]
+def _constants(specimen: Specimen):
     return specimen.model.elastic_constants
 
 

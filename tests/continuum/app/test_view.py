@@ -210,7 +210,7 @@ def test_what_is_wrong_is_said_as_the_command_says_it(client: Client, map_file: 
         (FORM | {"output": "/etc"}, "output"),
         (FORM | {"size": 3}, "size"),
     ):
-        said = client("POST", "/predict", form)  # type: ignore[arg-type]
+        said = client("POST", "/predict", form)
         assert said.status == 422
         assert words in said.json["error"]
         assert str(client.view.folder) not in said.json["error"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -37,12 +38,16 @@ def _pictures(folder: Path) -> object:
         return save_figure(new_figure(1, 1), folder / "figure")
 
 
-def _prediction(folder: Path) -> object:
+@cache
+def _predicted() -> c.Prediction:
     grid = Grid.square(32)
     heights = 1e-9 * SelfAffine(0.8, 0.1, 4.0, 16.0).synthesise(grid, np.random.default_rng(1))
-    found = c.predict(heights, size="32nm", unit="m", material="silicon", solve=False)
+    return c.predict(heights, size="32nm", unit="m", material="silicon", solve=False)
+
+
+def _prediction(folder: Path) -> object:
     with written_as(["png"]):
-        return found.write(folder, "prediction")
+        return _predicted().write(folder, "prediction")
 
 
 def _figure(folder: Path) -> object:

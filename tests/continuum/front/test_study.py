@@ -184,7 +184,7 @@ def test_arguments_of_a_study_are_named() -> None:
     with pytest.raises(InputError, match="there is no such folder"):
         c.study("no such folder")
     with pytest.raises(ArgumentError, match=r"^pattern = 3: "):
-        c.study(Path(__file__).parent, material="mica", pattern=3)  # type: ignore[arg-type]
+        c.study(Path(__file__).parent, material="mica", pattern=3)
 
 
 def test_what_a_folder_cannot_be_used_with_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

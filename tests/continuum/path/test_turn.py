@@ -24,7 +24,7 @@ def heights(seed: int = 1, height: float = 0.5) -> np.ndarray:
 
 def law(range: float, shape: str = "spline", core: float = 5.0) -> WallOfWork:
     def of(work: float) -> Wall:
-        return c.attraction_on_core(shape, work, range, core)  # type: ignore[arg-type]
+        return c.attraction_on_core(shape, work, range, core)
 
     return of
 
@@ -94,7 +94,7 @@ def test_what_is_no_law_of_a_work_is_refused() -> None:
         contact.turn(lambda work: c.HardWall(), area=0.04)
 
 
-def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsys) -> None:  # type: ignore[no-untyped-def]
+def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsys) -> None:
     from continuum.cli import main
 
     monkeypatch.chdir(tmp_path)

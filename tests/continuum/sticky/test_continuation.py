@@ -207,6 +207,6 @@ def test_arguments_are_named() -> None:
     with pytest.raises(TopographyError, match="`tip` '3': a unit of length"):
         c.predict(heights, **known, tip="3")
     with pytest.raises(ValueError, match="smallest = 3: "):
-        c.predict(heights, **known, smallest=3)  # type: ignore[arg-type]
+        c.predict(heights, **known, smallest=3)
     with pytest.raises(ValueError, match="tip = -1"):
         prediction_of([overview(whole(0.8))], Interface(1.0, 0.01, 0.35, None), tip=-1.0)

@@ -88,7 +88,7 @@ def test_a_task_that_a_process_cannot_read_has_failed_with_the_reason(tmp_path: 
     (tmp_path / "gone.py").write_text("def work(task): raise RuntimeError('never')")
     sys.path.insert(0, str(tmp_path))
     try:
-        from gone import work as gone  # type: ignore[import-not-found]
+        from gone import work as gone
     finally:
         sys.path.remove(str(tmp_path))
     (ended,) = run_tasks([Task(tmp_path / "a", "good")], gone, exists)

@@ -34,9 +34,18 @@ LONG = LONG.replace("fields = true", "fields = false") + '[sweep.axes]\n"surface
 """A path of seconds: less than between two writings of a sweep."""
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The path of SMALL that nothing has stopped."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "small.toml").write_text(SMALL)
+    follow_run(load(folder / "small.toml", RunConfig), folder / "whole.h5")
+    return folder / "whole.h5"
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, RuntimeError])
 def test_a_path_that_is_stopped_between_two_writings_stores_its_points(
-    error: type[BaseException], small: Path, monkeypatch: pytest.MonkeyPatch
+    error: type[BaseException], small: Path, whole: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config, path = load(small, RunConfig), small.with_name("stopped.h5")
     solved, calls = continuum.path.equilibrium.equilibrium, iter(range(100))
@@ -44,7 +53,7 @@ def test_a_path_that_is_stopped_between_two_writings_stores_its_points(
     def stopped(*given: object, **more: object) -> object:
         if next(calls) == 3:  # while the fourth point is solved
             raise error
-        return solved(*given, **more)  # type: ignore[arg-type]
+        return solved(*given, **more)
 
     with monkeypatch.context() as patch:
         patch.setattr(continuum.path.loading, "equilibrium", stopped)
@@ -52,8 +61,7 @@ def test_a_path_that_is_stopped_between_two_writings_stores_its_points(
             follow_run(config, path, every=1e9)
     assert store.read_few(path, ("step",), ())[0]["step"].size == 3
     assert follow_run(config, path).resumed == 3
-    follow_run(config, small.with_name("whole.h5"))
-    same(path, small.with_name("whole.h5"))
+    same(path, whole)
 
 
 @pytest.mark.parametrize("whom", ["the driver", pytest.param("its worker", marks=pytest.mark.long)])

@@ -1,0 +1,27 @@
+"""Compile what the tests import, and the solver's loops, before several processes of tests begin: `make test`.
+
+Both are kept on disk.  Processes that begin together would each compile all of it.
+"""
+
+from __future__ import annotations
+
+import matplotlib.pyplot
+import pandas
+import xarray
+
+from continuum.cli import app
+from continuum.path.loading import solve
+from continuum.solve.solution import Settings
+from tests.problems import Rough
+
+USED = matplotlib.pyplot, pandas, xarray, app
+"""Imported so that their modules are compiled."""
+
+
+def main() -> None:
+    for hard in (False, True):
+        solve(Rough(64, hard=hard).problem(), "repulsive-area", 0.05, Settings(1e-7)).require()
+
+
+if __name__ == "__main__":
+    main()
