@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pandas import DataFrame, Series, read_csv
 
 from continuum.theory.rough import turning_share
-from tests.studies import judgement, law, patches, turn_of_atoms
+from tests.studies import judgement, law, patches, periods, turn_of_atoms
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -105,3 +105,16 @@ def test_the_limit_of_many_contacts_is_that_of_a_line_in_their_inverse() -> None
         found, half = patches.limit(counts, 2.0 + 3.0 / counts + rng.normal(size=18) / np.sqrt(counts))
         kept += abs(found - 2.0) <= half
     assert kept >= 175
+
+
+def test_a_period_is_judged_by_the_bounds_of_the_page() -> None:
+    """The stored turns at 4 and 2 λ_L keep them; turns that scatter or lie off do not, few surfaces tell nothing."""
+    text = "\n".join(periods.lines(read_csv(judgement.MEASURED / periods.FILE)))
+    assert text.count("**held**") == 2
+    assert text.count("**refuted**") == 1
+    rows = DataFrame({"seed": range(6)})
+    near, off = judgement.Mean(1.0, 0.9, 1.1, 6), judgement.Mean(1.5, 1.3, 1.7, 6)
+    assert periods.word(rows, 1.1, near) == "held"
+    assert periods.word(rows, 1.2, near) == "held with a remark"
+    assert periods.word(rows, 1.3, near) == periods.word(rows, 1.1, off) == "refuted"
+    assert periods.word(rows[:5], 1.1, near) == "not tested"

@@ -60,7 +60,7 @@ def turns_of(folder: Path) -> DataFrame:
         moments[key] = moments[made]
     each = np.array([moments[table.keys[i]] for i in points.system])
     return DataFrame({
-        "n": np.sqrt(points.area).round().astype(int), "shape": points["sweep.wall.shape"], "hurst": points.hurst,
+        "n": np.sqrt(points.area).round().astype(int), "shape": points["shape"], "hurst": points.hurst,
         "lambda_s": points.lambda_s, "lambda_L": points.lambda_L, "seed": points.seed.astype(int),
         "area": points.target, "height": points.rms_height, "slope": points.rms_slope,
         "curvature": points.rms_curvature, "range": points.effective_range,
