@@ -146,7 +146,7 @@ def like(
             several = [value for name, kind in own.items() if kind is SEVERAL for value in arguments.pop(name, ())]
             return exit_code(lambda: command(*one, *several, **arguments), hint, voice)
 
-        called.__signature__ = signature  # type: ignore[attr-defined]
+        vars(called)["__signature__"] = signature
         called.__doc__ = command.__doc__ or inspect.cleandoc(work.__doc__ or "").partition("\n\nParameters")[0]
         called.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
         return called

@@ -12,7 +12,7 @@ from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Self, TypeVar, cast, get_args, get_origin
 
 from pydantic import (
     BaseModel,
@@ -57,7 +57,7 @@ def constraint(method: _Method) -> _Method:
 
     It may use any key: where one is faulty itself, the check is skipped.
     """
-    method._is_check = True  # type: ignore[attr-defined]
+    vars(method)["_is_check"] = True
     return method
 
 
@@ -156,7 +156,7 @@ class TableFamily(Table):
     @classmethod
     def _of_its_kind(cls, data: Any, info: ValidationInfo) -> Table:
         if type(data) in cls.kinds.values():
-            return data  # type: ignore[no-any-return]
+            return cast(Table, data)
         if not isinstance(data, dict):
             raise PydanticCustomError("model_type", "a table")
         kind = cls.kind_of(data)

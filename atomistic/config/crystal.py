@@ -26,6 +26,11 @@ class Interatomic(TableFamily):
 
     kind: str
 
+    @property
+    def crystal_name(self) -> str:
+        """Name of the crystal among others, as the ensemble of validations has it."""
+        return self.kind
+
     def potential(self) -> Potential:
         """The interatomic model; reads the files that it needs."""
         raise NotImplementedError
@@ -94,6 +99,10 @@ class EmbeddedAtomTable(Interatomic):
             self.potential()
         except PotentialError as error:
             yield Fault(("element",) if "holds the elements" in str(error) else ("file",), str(error))
+
+    @property
+    def crystal_name(self) -> str:
+        return self.file.name
 
     def potential(self) -> Potential:
         return EmbeddedAtom.read(self.file, self.element)

@@ -23,7 +23,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from atomistic.config.crystal import EmbeddedAtomTable, Interatomic
 from atomistic.config.validate import BoundTable, CaseTable, Compared, ValidateConfig
 
 RARE = 0.01
@@ -168,15 +167,10 @@ def _alike(
 
 def _others(config: ValidateConfig, ensemble: Sequence[Row] | None) -> list[Row]:
     """States of the ensemble that are not judged: of metals those of other crystals, of springs other surfaces."""
-    springs, own = config.interatomic.kind == SPRINGS, _crystal_of(config.interatomic)
+    springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
     return [
         row
         for row in (rows() if ensemble is None else ensemble)
         if (row.crystal == SPRINGS) == springs
         and (row.seed not in config.surface.seeds if springs else row.crystal != own)
     ]
-
-
-def _crystal_of(interatomic: Interatomic) -> str:
-    """How the ensemble calls a crystal: ``springs``, or the name of the file of embedded atoms."""
-    return interatomic.file.name if isinstance(interatomic, EmbeddedAtomTable) else interatomic.kind

@@ -298,7 +298,7 @@ async def _aside(work: Any, *given: Any) -> Any:
 def _written(found: Any, folder: Path) -> str:
     with written_as(["png"]):
         page, *_ = found.write(folder / "report", "report")
-    return page.read_text(encoding="utf-8")  # type: ignore[no-any-return]
+    return str(page.read_text(encoding="utf-8"))
 
 
 def application(view: View) -> Application:

@@ -60,7 +60,7 @@ class BackEnd(ABC):
     CAUTION = ""
     """What its user has to know before relying on it; empty for nothing."""
 
-    def require(self) -> None:  # noqa: B027
+    def require(self) -> None:  # noqa: B027 (by default nothing is missing)
         """Raise :class:`continuum.errors.InputError`, with what to install, where this machine cannot run it."""
 
     def machine(self) -> str:
@@ -71,7 +71,7 @@ class BackEnd(ABC):
         """Names of those that processes should not share; empty where they may."""
         return ()
 
-    def reserve(self, points: int, fields: float) -> None:  # noqa: B027
+    def reserve(self, points: int, fields: float) -> None:  # noqa: B027 (by default all fits)
         """Raise MemoryError if so many fields of so many points do not fit on the device."""
 
     @abstractmethod

@@ -23,19 +23,18 @@ QUANTITIES = {
     "κ_rep": "kappa_rep",
     "A_rep/A_att over Eq. (4)": "ratio",
     "1/κ_att over Eqs. (3), (4)": "attraction",
-    "d_rep h''/(4h')": "diameters",
+    "d_rep h''/(4h')": "diameter_ratio",
     "chord h''/(4h')": "chords",
 }
 
 
-def states(folder: Path) -> DataFrame:
-    """The states at 1 % area of all contacts of a sweep, a row each."""
-    points = sweep_points(collect(folder)).query("reference and area_rep < 0.015")
+def states(folder: Path, chosen: str = "reference and area_rep < 0.015") -> DataFrame:
+    """The states at 1 % area of all contacts of a sweep, or others that are chosen, a row each."""
+    points = sweep_points(collect(folder)).query(chosen)
     return points.assign(
         width=points.lambda_L / points.lambda_s,
         ratio=points.area_rep / points.area_att / points.expected_ratio,
         attraction=points.expected_kappa_att / points.kappa_att,
-        diameters=points.diameter / points.expected_diameter,
         chords=points.chord / points.expected_diameter,
         wall=[f"{law}, l_a = {length:g}" if law != "hard" else "hard"
               for law, length in zip(points.law, points.length, strict=True)],
@@ -85,7 +84,7 @@ def expectations(found: DataFrame) -> Iterator[tuple[str, str]]:
     distance = np.minimum(hard.kappa_rep - 2.1, 2.5 - hard.kappa_rep) / hard.kappa_rep_error
     yield "1. κ_rep of the hard wall is between 2.1 and 2.5", verdict(list(distance))
     soft = found[found.wall.str.contains("0.0005|0.005", regex=True)]
-    for number, name, column in ((2, "A_rep/A_att over Eq. (4)", "ratio"), (3, "d_rep over 4h'/h''", "diameters")):
+    for number, name, column in ((2, "A_rep/A_att over Eq. (4)", "ratio"), (3, "d_rep over 4h'/h''", "diameter_ratio")):
         rises, crosses = list[float](), list[float]()
         for _, path in soft.groupby(["wall", "lambda_s"]):
             path = path.sort_values("width")
@@ -103,7 +102,7 @@ def expectations(found: DataFrame) -> Iterator[tuple[str, str]]:
     apart = []
     for _, pair in soft[soft.lambda_s.isin([8, 16])].groupby(["wall", "width"]):
         if len(pair) == 2:
-            for column in ("ratio", "diameters"):
+            for column in ("ratio", "diameter_ratio"):
                 (a, b), errors = pair[column], pair[f"{column}_error"]
                 scatter = float(np.hypot(*(errors / pair[column])))
                 apart.append((max(np.log(1.1), 3 * scatter) - abs(np.log(a / b))) / scatter)
@@ -116,7 +115,7 @@ def draw(found: DataFrame) -> Figure:
     figure, axes = plot.new_axes(plot.PAGE, 2.7, 1, 3)
     drawn = found[found.surfaces >= 3]
     panels = (("kappa_rep", r"$\kappa_{rep}$", 2.0), ("ratio", r"$A_{rep}/A_{att}$ over Eq. (4)", 1.0),
-              ("diameters", r"$d_{rep}$ over $4h'/h''$", 1.0))  # fmt: skip
+              ("diameter_ratio", r"$d_{rep}$ over $4h'/h''$", 1.0))  # fmt: skip
     walls = sorted(set(drawn.wall))
     for axis, (column, label, paper) in zip(axes, panels, strict=True):
         axis.axhline(paper, color="0.6", linewidth=0.8, label="paper")

@@ -14,22 +14,11 @@ import numpy as np
 from pandas import DataFrame, Series
 from scipy.stats import t
 
-from continuum.paper.points import sweep_points
-from continuum.sweeps.collect import collect
+from tests.studies.bandwidth import QUANTITIES as EVERY
+from tests.studies.bandwidth import states
 
-QUANTITIES = {"κ_rep": "kappa_rep", "A_rep/A_att over Eq. (4)": "ratio", "d_rep h''/(4h')": "diameters"}
+QUANTITIES = {name: column for name, column in EVERY.items() if column in ("kappa_rep", "ratio", "diameter_ratio")}
 GROUPS = ["law", "width", "target"]
-
-
-def states(folder: Path) -> DataFrame:
-    """All states with A_rep >= 10 λ_s², a row each."""
-    points = sweep_points(collect(folder)).query("valid")
-    return points.assign(
-        width=points.lambda_L / points.lambda_s,
-        period=(np.sqrt(points.area) / points.lambda_L).round(),
-        ratio=points.area_rep / points.area_att / points.expected_ratio,
-        diameters=points.diameter / points.expected_diameter,
-    )
 
 
 def limit(patches: Series, values: Series) -> tuple[float, float]:
@@ -49,6 +38,7 @@ def lines(rows: DataFrame) -> Iterator[str]:
     """Means over surfaces with 95 % intervals at each period, and the limit of many contacts below them."""
     yield f"| wall | λ_L/λ_s | area | period | surfaces | contacts | {' | '.join(QUANTITIES)} |"
     yield "|---" * (6 + len(QUANTITIES)) + "|"
+    rows = rows.assign(period=(np.sqrt(rows.area) / rows.lambda_L).round())
     for (law, width, target), group in rows.groupby(GROUPS):
         head = f"| {law} | {width:g} | {100 * target:g} % |"
         for period, each in group.groupby("period"):
@@ -67,4 +57,4 @@ def lines(rows: DataFrame) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    sys.stdout.write("\n".join(lines(states(Path(sys.argv[1])))) + "\n")
+    sys.stdout.write("\n".join(lines(states(Path(sys.argv[1]), "valid"))) + "\n")

@@ -6,6 +6,7 @@ For those whose files are not kept.  Figures that show more than their table, su
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from pandas import read_csv
@@ -32,7 +33,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     for table in sorted(parser.parse_args().folder.glob("paper-*.csv")):
-        print(f"{table.stem}: {'drawn' if redrawn(table) else 'left'}")  # noqa: T201
+        sys.stdout.write(f"{table.stem}: {'drawn' if redrawn(table) else 'left'}\n")
 
 
 if __name__ == "__main__":

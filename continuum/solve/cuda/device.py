@@ -70,6 +70,7 @@ def refuse_without_gpu() -> None:
     if SIMULATED:
         return
     try:
+        # Both are only asked for.
         import numba_cuda  # noqa: F401
         import nvmath.bindings.cufft  # noqa: F401
     except ImportError as missing:

@@ -18,13 +18,14 @@ import pytest
 import continuum
 
 pytestmark = pytest.mark.long
-pytest.importorskip("selenium", reason="needs the extra `browser`")
-
-from selenium import webdriver  # noqa: E402
-from selenium.common.exceptions import StaleElementReferenceException  # noqa: E402
-from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
-from selenium.webdriver.common.by import By  # noqa: E402
-from selenium.webdriver.support.wait import WebDriverWait  # noqa: E402
+WITH = "needs the extra `browser`"
+webdriver = pytest.importorskip("selenium.webdriver", reason=WITH)
+By = pytest.importorskip("selenium.webdriver.common.by", reason=WITH).By
+WebDriverWait = pytest.importorskip("selenium.webdriver.support.wait", reason=WITH).WebDriverWait
+ActionChains = webdriver.ActionChains
+StaleElementReferenceException = pytest.importorskip(
+    "selenium.common.exceptions", reason=WITH
+).StaleElementReferenceException
 
 ROOT = Path(__file__).parents[3]
 MAP = ROOT / "docs" / "tutorials" / "wafer.txt"
