@@ -1,9 +1,9 @@
 """How kernels are compiled and started, and where arrays lie: the one place that knows the device's libraries.
 
 A kernel is a Python function of one thread.  Its threads share the rows among the blocks and the columns among the
-threads of a block, whatever the numbers of these; the launch grid is fixed by the number of rows, and no kernel adds
-to what another thread has written.  A kernel that sums leaves one part for each thread, and :func:`sum_parts` adds the
-parts in a fixed order: the same bits from run to run on one device.
+threads of a block, whatever the numbers of these.  As many blocks are started as the device runs at once, each with
+the same number of rows: that number is fixed by kernel, device and rows, and with it the bits of all sums
+(:mod:`continuum.solve.cuda.sums`).  Compiled kernels are kept on disk.
 
 Without a GPU everything runs in numba's simulator, if NUMBA_ENABLE_CUDASIM=1 is set before numba is imported: slowly,
 on arrays of NumPy, for tests.
@@ -11,11 +11,12 @@ on arrays of NumPy, for tests.
 
 from __future__ import annotations
 
+import hashlib
 import inspect
-import math
 import os
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba.cuda
@@ -24,18 +25,19 @@ from numba import config, float64, int64, types, uint8, void
 from numpy.typing import NDArray
 
 from continuum.errors import InputError, StickinessError
+from continuum.model import laws
 from continuum.model.fourier import Real
 
 cuda: Any = numba.cuda
 """The module that kernels use, of the device or of the simulator; no types are known."""
 SIMULATED = bool(vars(config)["ENABLE_CUDASIM"])
 """Whether kernels run in numba's simulator."""
-BLOCKS, THREADS = (3, 2) if SIMULATED else (1024, 128)
-"""Blocks of a launch, at most, and threads of each."""
-COLLECTORS = 2 if SIMULATED else 512
-"""Threads that add the parts of one sum; a power of two."""
-SUMS = 6
-"""Sums of a kernel, at most."""
+THREADS = 2 if SIMULATED else 128
+"""Threads of a block; a power of two."""
+BLOCKS = 3
+"""Blocks that the simulator takes for as many as it runs at once."""
+SOURCES = (Path(laws.__file__), *sorted(Path(__file__).parent.glob("*.py")))
+"""Files whose functions and constants a kernel is compiled with."""
 
 Array = Any
 """An array on the device; its shape is that of a field, or of a half spectrum with real and imaginary parts in turn."""
@@ -44,7 +46,7 @@ Mask = NDArray[np.uint8]
 Parameters = Real
 """Parameters of a law; one-dimensional."""
 Sums = Real
-"""Parts of up to ``SUMS`` sums, a row each, of every thread."""
+"""Parts of some sums, a row each, of every block."""
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _TYPES: dict[str, types.Type] = {
@@ -66,7 +68,10 @@ def refuse_without_gpu() -> None:
     InputError
         If there is no GPU that can be used, or a library is missing.
     """
-    advice = "device = \"cuda\" needs an NVIDIA GPU with its driver, and: pip install 'stickiness[gpu]'"
+    advice = (
+        "device = \"cuda\" needs an NVIDIA GPU with its driver, and: pip install 'stickiness[gpu]', or "
+        "'stickiness[gpu12]' where the driver is of CUDA 12"
+    )
     if SIMULATED:
         return
     try:
@@ -78,6 +83,10 @@ def refuse_without_gpu() -> None:
         raise InputError(msg) from missing
     if not cuda.is_available():
         msg = f"there is no GPU here that can be used: {advice}"
+        raise InputError(msg)
+    driver, libraries = (int(kind.get_version()[0]) for kind in (cuda.cudadrv.driver.driver, cuda.runtime))
+    if driver < libraries:
+        msg = f"the driver of the GPU is of CUDA {driver}, the installed libraries of CUDA {libraries}: {advice}"
         raise InputError(msg)
     vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0  # launches over few rows are meant
 
@@ -98,14 +107,27 @@ def visible_devices() -> tuple[str, ...]:
     return ("0",) if SIMULATED else tuple(str(i) for i in range(len(cuda.gpus)))
 
 
+def source_digest(sources: tuple[Path, ...] = SOURCES) -> str:
+    """Short hash of the content of some files.
+
+    numba's cache on disk does not look at the files of the functions that a kernel calls.  Its name for a kernel holds
+    the qualified name of the function: so that is given this hash, as on processor cores.
+    """
+    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:12]
+
+
+_DIGEST = source_digest()
+
+
 class Kernel:
-    """A function of one thread, compiled for the device when it is first started.
+    """A function of one thread, compiled for the device when it is first started, or read from disk.
 
     Its signature is read from its annotations, so that it can be compiled without a device, too.
     """
 
     def __init__(self, function: Callable[..., None]) -> None:
         self.function, self.__doc__, self.__name__ = function, function.__doc__, function.__name__
+        function.__qualname__ = f"{function.__qualname__}-{_DIGEST}"
 
     @cached_property
     def needs(self) -> tuple[str, ...]:
@@ -123,12 +145,26 @@ class Kernel:
         return void(*(_TYPES[p.annotation] for p in inspect.signature(self.function).parameters.values()))
 
     @cached_property
-    def _compiled(self) -> Any:
-        return cuda.jit(self.signature)(self.function)
+    def compiled(self) -> Any:
+        """What is started."""
+        return cuda.jit(self.signature, cache=True)(self.function)
 
-    def __call__(self, rows: int, *arguments: Any, threads: int | None = None) -> None:
+    @cached_property
+    def at_once(self) -> int:
+        """Blocks that the device runs at the same time: as its registers and its shared memory allow."""
+        if SIMULATED:
+            return BLOCKS
+        (variant,) = self.compiled.overloads.values()
+        return int(variant.max_cooperative_grid_blocks(THREADS))
+
+    def blocks(self, rows: int) -> int:
+        """Blocks that share so many rows: all run at once, and none has fewer rows than it could without delay."""
+        most_rows = -(-rows // self.at_once)
+        return -(-rows // most_rows)
+
+    def __call__(self, rows: int, *arguments: Any) -> None:
         """Start it over so many rows; it runs while this process goes on."""
-        self._compiled[min(rows, BLOCKS), threads or THREADS](*arguments)
+        self.compiled[self.blocks(rows), THREADS](*arguments)
 
 
 def device_function(function: _Function) -> _Function:
@@ -138,65 +174,78 @@ def device_function(function: _Function) -> _Function:
 
 
 @device_function
-def leave(sums: Sums, slot: int, parts: tuple[float, ...]) -> None:
-    """Leave the parts of a thread, the number ``slot`` of all."""
-    for k in range(len(parts)):
-        sums[k, slot] = parts[k]
+def larger(a: float, b: float) -> float:
+    """The larger of two numbers, NaN if one of them is: the device's own ``max`` drops NaN."""
+    return a if a >= b or a != a else b  # only NaN differs from itself
 
 
-@Kernel
-def sum_parts(parts: Sums, count: int, largest: int, totals: Sums) -> None:
-    """Add the first ``count`` parts of every sum; of the sum of that number take the largest part instead.
-
-    A block adds one sum at a time, by halves in the end.
-    """
-    shared = cuda.shared.array(COLLECTORS, float64)
-    t = cuda.threadIdx.x
-    for slot in range(cuda.blockIdx.x, parts.shape[0], cuda.gridDim.x):
-        total = -math.inf if slot == largest else 0.0
-        for k in range(t, count, COLLECTORS):
-            total = max(total, parts[slot, k]) if slot == largest else total + parts[slot, k]
-        shared[t] = total
-        cuda.syncthreads()
-        half = COLLECTORS // 2
-        while half > 0:
-            if t < half:
-                other = shared[t + half]
-                shared[t] = max(shared[t], other) if slot == largest else shared[t] + other
-            cuda.syncthreads()
-            half //= 2
-        if t == 0:
-            totals[slot, 0] = shared[0]
+@device_function
+def smaller(a: float, b: float) -> float:
+    """The smaller of two numbers, NaN if one of them is."""
+    return a if a <= b or a != a else b  # only NaN differs from itself
 
 
-class Reduction:
-    """Memory for the sums of kernels, one after the other."""
+def _whole_pairs() -> tuple[Any, Any]:
+    """Functions of kernels that read and write two neighbouring numbers at once, as 16 bytes, which a thread can."""
+    from llvmlite import ir
+    from numba.cuda.extending import intrinsic
 
-    def __init__(self) -> None:
-        self.parts, self.totals = empty(SUMS, BLOCKS * THREADS), empty(SUMS, 1)
+    def place(context: Any, builder: Any, kind: Any, arguments: Any) -> Any:
+        array = context.make_array(kind)(context, builder, arguments[0])
+        row = builder.mul(arguments[1], builder.extract_value(array.shape, 1))
+        first = builder.add(row, builder.shl(arguments[2], ir.Constant(ir.IntType(64), 1)))
+        return builder.bitcast(builder.gep(array.data, [first]), ir.VectorType(ir.DoubleType(), 2).as_pointer())
 
-    def __call__(self, kernel: Kernel, rows: int, *arguments: Any, largest: int = -1) -> Real:
-        """Start a kernel over so many rows and wait for its sums, shape (SUMS,); those that it does not make are void.
+    two = cast("Any", types).UniTuple(float64, 2)
 
-        ``largest`` is the number of one of which the largest part is wanted.
-        """
-        try:
-            kernel(rows, *arguments, self.parts)
-            count = min(rows, BLOCKS) * THREADS
-            sum_parts(SUMS, self.parts, count, largest, self.totals, threads=COLLECTORS)
-            totals: Real = self.totals.copy_to_host()[:, 0]
-        except _driver_error() as error:
-            # What a launch did wrong shows where its sums are waited for.
-            msg = f'the GPU failed: {error}; run again, which goes on from what is stored, or take device = "cpu"'
-            raise DeviceError(msg) from error
-        return totals
+    def nth(number: int) -> Any:
+        return ir.Constant(ir.IntType(32), number)
+
+    @intrinsic
+    def read(_: Any, array: Any, i: Any, j: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            both = builder.load(place(context, builder, array, arguments))
+            both.align = 16
+            parts = [builder.extract_element(both, nth(k)) for k in (0, 1)]
+            return context.make_tuple(builder, signature.return_type, parts)
+
+        return two(array, int64, int64), code
+
+    @intrinsic
+    def write(_: Any, array: Any, i: Any, j: Any, real: Any, imaginary: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            both = ir.Constant(ir.VectorType(ir.DoubleType(), 2), ir.Undefined)
+            for k in (0, 1):
+                both = builder.insert_element(both, arguments[3 + k], nth(k))
+            builder.store(both, place(context, builder, array, arguments)).align = 16
+            return context.get_dummy_value()
+
+        return void(array, int64, int64, float64, float64), code
+
+    return read, write
+
+
+def _simulated_pairs() -> tuple[Any, Any]:
+    """The same in words."""
+
+    def read(array: Real, i: int, j: int) -> tuple[float, float]:
+        return array[i, 2 * j], array[i, 2 * j + 1]
+
+    def write(array: Real, i: int, j: int, real: float, imaginary: float) -> None:
+        array[i, 2 * j], array[i, 2 * j + 1] = real, imaginary
+
+    return read, write
+
+
+complex_at, set_complex = _simulated_pairs() if SIMULATED else _whole_pairs()
+"""Element (i, j) of a half spectrum, real and imaginary part, read or written as one."""
 
 
 class DeviceError(StickinessError):
     """The GPU or its driver failed."""
 
 
-def _driver_error() -> type[Exception]:
+def driver_error() -> type[Exception]:
     """What the driver raises; there is none in the simulator."""
     return _Never if SIMULATED else cast("type[Exception]", cuda.cudadrv.driver.CudaAPIError)
 
@@ -233,13 +282,19 @@ def empty(rows: int, columns: int, kind: Any = np.float64) -> Array:
     """
     try:
         made = cuda.device_array((rows, columns), kind)
-    except _driver_error() as error:
+    except driver_error() as error:
         gib = rows * columns * np.dtype(kind).itemsize / 2**30
         msg = f"on the GPU, for one more array of {gib:.3g} GiB: {error}"
         raise MemoryError(msg) from error
     if SIMULATED and kind is np.float64:
         made[...] = np.nan  # who reads what was never written shall see it
     return made
+
+
+def pinned(rows: int, columns: int) -> Real:
+    """An array of the host that the device copies to without an intermediate one."""
+    values: Real = cuda.pinned_array((rows, columns), np.float64)
+    return values
 
 
 def to_device(values: NDArray[Any]) -> Array:

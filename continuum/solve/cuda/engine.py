@@ -10,14 +10,15 @@ from continuum.model.fourier import Real, low_rows
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import reused
-from continuum.solve.cuda import device, points, pressing, spectra, walls
-from continuum.solve.cuda.device import Array, Kernel, Reduction, empty, to_device
+from continuum.solve.cuda import points, pressing, spectra, sums, walls
+from continuum.solve.cuda.device import Array, Kernel, empty, to_device
+from continuum.solve.cuda.sums import Reduction
 from continuum.solve.cuda.transforms import Transforms
 from continuum.solve.solution import Work
 
 KERNELS = {
     name.removeprefix("_"): kernel
-    for module in (device, points, spectra, walls, pressing)
+    for module in (sums, points, spectra, walls, pressing)
     for name, kernel in vars(module).items()
     if isinstance(kernel, Kernel)
 }
@@ -44,7 +45,7 @@ class CudaEngine:
         self.w = self.spectrum()
         self.transform: Transforms = Transforms(grid.shape, finer.transform if finer else None)
         self.K = to_device(np.where(np.isfinite(K), K, 0.0))
-        self.reduction: Reduction = finer.reduction if finer else Reduction()
+        self.reduction: Reduction = finer.reduction if finer else Reduction(grid.shape[0])
         self.low_rows, low_columns = (low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
         self._own: dict[str, Any] = {
             "K": self.K,

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Sums, cuda, leave
+from continuum.solve.cuda.device import Kernel, Sums, cuda
+from continuum.solve.cuda.sums import leave
 
 
 @Kernel
@@ -46,7 +47,7 @@ def _total(values: Real, sums: Sums) -> None:
                 points += value
             else:
                 lost += 1.0
-    leave(sums, cuda.grid(1), (points, lost))
+    leave(sums, (points, lost))
 
 
 @Kernel
@@ -56,7 +57,7 @@ def _copy(work: Real, values: Real, scale: float, sums: Sums) -> None:
         for j in range(cuda.threadIdx.x, values.shape[1], cuda.blockDim.x):
             work[i, j] = scale * values[i, j]
             total += values[i, j]
-    sums[0, cuda.grid(1)] = total
+    leave(sums, (total,))
 
 
 @Kernel
@@ -75,7 +76,7 @@ def _displace(work: Real, z: Real, offset: Real, lift: float, scale: float, sums
             u = offset[i, j] + lift - z[i, j]
             work[i, j] = scale * u
             displaced += u
-    sums[0, cuda.grid(1)] = displaced
+    leave(sums, (displaced,))
 
 
 @Kernel

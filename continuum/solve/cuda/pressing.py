@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Mask, Sums, cuda, leave
+from continuum.solve.cuda.device import Kernel, Mask, Sums, complex_at, cuda, larger, set_complex, smaller
+from continuum.solve.cuda.sums import leave
 
 # --- where it starts -------------------------------------------------------------------------------------------
 
@@ -36,7 +37,7 @@ def _wide(work: Real, z: Real, mean: float, sums: Sums) -> None:
             if z[i, j] >= mean:
                 total += work[i, j]
                 count += 1.0
-    leave(sums, cuda.grid(1), (total, count))
+    leave(sums, (total, count))
 
 
 @Kernel
@@ -45,7 +46,7 @@ def _guess(p: Real, work: Real, z: Real, more: float, stiffest: float, least: fl
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             here = work[i, j] + more
-            p[i, j] = min(max(here, 0.0), most) if here > stiffest * (z[i, j] - least) else 0.0
+            p[i, j] = smaller(larger(here, 0.0), most) if here > stiffest * (z[i, j] - least) else 0.0
 
 
 @Kernel
@@ -62,7 +63,7 @@ def _spread(fine: Real, coarse: Real, sums: Sums) -> None:
             fine[i, 2 * j] = here
             fine[i, 2 * j + 1] = 0.5 * (here + there)
             total += here + 0.5 * (here + there)
-    sums[0, cuda.grid(1)] = total
+    leave(sums, (total,))
 
 
 # --- the preconditioner ----------------------------------------------------------------------------------------
@@ -73,8 +74,7 @@ def _kernel_q(work: Real, K: Real) -> None:
     """Spectrum work <- K without its mean: that has its own way, and a stiff one would smear over the longest waves."""
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
-            work[i, 2 * j] = K[i, j] if i > 0 or j > 0 else 0.0
-            work[i, 2 * j + 1] = 0.0
+            set_complex(work, i, j, K[i, j] if i > 0 or j > 0 else 0.0, 0.0)
 
 
 @Kernel
@@ -82,9 +82,9 @@ def _window(work: Real, columns: int, part: float, scale: float) -> None:
     """The field in work, times scale, cut off by a triangular window, this part of the period wide."""
     rows = work.shape[0]
     for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
-        x = max(0.0, 1.0 - min(i, rows - i) / (part * rows))
+        x = larger(0.0, 1.0 - min(i, rows - i) / (part * rows))
         for j in range(cuda.threadIdx.x, columns, cuda.blockDim.x):
-            y = max(0.0, 1.0 - min(j, columns - j) / (part * columns))
+            y = larger(0.0, 1.0 - min(j, columns - j) / (part * columns))
             work[i, j] *= scale * x * y
 
 
@@ -93,7 +93,7 @@ def _positive(values_q: Real, work: Real) -> None:
     """Real part of the spectrum in work, where it is positive."""
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
-            values_q[i, j] = max(work[i, 2 * j], 0.0)
+            values_q[i, j] = larger(complex_at(work, i, j)[0], 0.0)
 
 
 @Kernel
@@ -101,8 +101,8 @@ def _multiply(work: Real, values_q: Real, factor: float) -> None:
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
             here = factor * values_q[i, j]
-            work[i, 2 * j] *= here
-            work[i, 2 * j + 1] *= here
+            a, b = complex_at(work, i, j)
+            set_complex(work, i, j, here * a, here * b)
 
 
 @Kernel
@@ -113,7 +113,7 @@ def _level(p: Real, z: Real, m: Real, most: float, sums: Sums) -> None:
             if 0.0 < p[i, j] < most:
                 mz += m[i, j] * z[i, j]
                 in_m += m[i, j]
-    leave(sums, cuda.grid(1), (mz, in_m))
+    leave(sums, (mz, in_m))
 
 
 @Kernel
@@ -132,7 +132,7 @@ def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, most: float, su
                 in_m += m[i, j]
             else:
                 m[i, j] = 0.0
-    leave(sums, cuda.grid(1), (count, changed, mz, in_m))
+    leave(sums, (count, changed, mz, in_m))
 
 
 @Kernel
@@ -157,7 +157,7 @@ def _narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
             here = work[i, j] if mask[i, j] else 0.0
             out[i, j] = here
             total += here
-    sums[0, cuda.grid(1)] = total
+    leave(sums, (total,))
 
 
 @Kernel
@@ -176,7 +176,7 @@ def _correct(mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weigh
                 zm += z[i, j] * m[i, j]
             else:
                 t[i, j] = 0.0
-    leave(sums, cuda.grid(1), (ss, zs, ys, in_t, zt, zm))
+    leave(sums, (ss, zs, ys, in_t, zt, zm))
 
 
 # --- a step ----------------------------------------------------------------------------------------------------
@@ -203,12 +203,11 @@ def _compliance(work: Real, K: Real, single: int, sums: Sums) -> None:
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
             k = K[i, j]
             g = 1.0 / k if k > 0.0 else 0.0
-            a, b = work[i, 2 * j], work[i, 2 * j + 1]
-            work[i, 2 * j] = g * a
-            work[i, 2 * j + 1] = g * b
+            a, b = complex_at(work, i, j)
+            set_complex(work, i, j, g * a, g * b)
             both = g * (a * a + b * b)
             total += both if j in (0, single) else 2.0 * both
-    sums[0, cuda.grid(1)] = total
+    leave(sums, (total,))
 
 
 @Kernel
@@ -226,7 +225,7 @@ def _trial(p: Real, t: Real, step: float, out: Real, most: float, sums: Sums) ->
                 new = most
             after += new
             out[i, j] = new
-    leave(sums, cuda.grid(1), (below, before, after))
+    leave(sums, (below, before, after))
 
 
 @Kernel
@@ -235,10 +234,10 @@ def _stretch(p: Real, factor: float, out: Real, most: float, sums: Sums) -> None
     for i in range(cuda.blockIdx.x, p.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, p.shape[1], cuda.blockDim.x):
             here = p[i, j]
-            here = here if here >= most else min(factor * here, most)
+            here = here if here >= most else smaller(factor * here, most)
             out[i, j] = here
             total += here
-    sums[0, cuda.grid(1)] = total
+    leave(sums, (total,))
 
 
 @Kernel
@@ -260,7 +259,7 @@ def _arrive(out: Real, p: Real, offset: Real, work: Real, sums: Sums) -> None:
             out[i, j] = gap
             energy += 0.5 * p[i, j] * (gap + rest)
             size += p[i, j] * (abs(gap) + abs(rest))
-    leave(sums, cuda.grid(1), (energy, size))
+    leave(sums, (energy, size))
 
 
 @Kernel
@@ -281,10 +280,11 @@ def _misses(work: Real, p: Real, z: Real, shift: float, scale: float, most: floa
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j] + shift
-            error = gap if (p[i, j] > 0.0 or gap < 0.0) and (p[i, j] < most or gap > 0.0) else 0.0
-            largest = max(largest, abs(error))
+            right = (p[i, j] <= 0.0 and gap >= 0.0) or (p[i, j] >= most and gap <= 0.0)
+            error = 0.0 if right else gap  # also where the gap is no number
+            largest = larger(largest, abs(error))
             work[i, j] = scale * error
-    sums[0, cuda.grid(1)] = largest
+    leave(sums, (largest,), 0)
 
 
 @Kernel
@@ -296,8 +296,8 @@ def _certificate(p: Real, z: Real, sums: Sums) -> None:
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             pz += p[i, j] * z[i, j]
             total += p[i, j]
-            depth = max(depth, -z[i, j])
-    leave(sums, cuda.grid(1), (pz, total, depth))
+            depth = larger(depth, -z[i, j])
+    leave(sums, (pz, total, depth), 2)
 
 
 @Kernel
@@ -306,9 +306,10 @@ def _square(work: Real, K: Real, single: int, sums: Sums) -> None:
     total = 0.0
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
-            a, b = K[i, j] * work[i, 2 * j], K[i, j] * work[i, 2 * j + 1]
-            total += (a * a + b * b) * (1.0 if j in (0, single) else 2.0)
-    sums[0, cuda.grid(1)] = total
+            a, b = complex_at(work, i, j)
+            k = K[i, j]
+            total += (k * a * k * a + k * b * k * b) * (1.0 if j in (0, single) else 2.0)
+    leave(sums, (total,))
 
 
 @Kernel
@@ -317,6 +318,6 @@ def _finish(p: Real, z: Real, by: float, smallest: float, most: float) -> None:
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j] + by
             if p[i, j] > 0.0:
-                z[i, j] = min(gap, 0.0) if p[i, j] >= most else 0.0
+                z[i, j] = smaller(gap, 0.0) if p[i, j] >= most else 0.0
             else:
-                z[i, j] = max(gap, smallest)
+                z[i, j] = larger(gap, smallest)

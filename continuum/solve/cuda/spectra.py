@@ -11,7 +11,8 @@ rows in all.
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Sums, cuda, device_function, leave
+from continuum.solve.cuda.device import Kernel, Sums, complex_at, cuda, device_function, set_complex
+from continuum.solve.cuda.sums import leave
 
 
 @device_function
@@ -38,35 +39,35 @@ def _gradient(
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
             k = K[i, j]
             weight = _weight(j, single)
-            g0, g1 = g[i, 2 * j], g[i, 2 * j + 1]
-            d0, d1 = d[i, 2 * j], d[i, 2 * j + 1]
+            g0, g1 = complex_at(g, i, j)
+            d0, d1 = complex_at(d, i, j)
             y0 = y1 = 0.0
             if not (held and i == 0 and j == 0):
-                y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
+                y0, y1 = complex_at(work, i, j)
             low = low_row and j < low_columns
             m = 1.0 / (k + c0)
             if not low:
                 d0 = beta * d0 - m * g0
                 d1 = beta * d1 - m * g1
-                d[i, 2 * j], d[i, 2 * j + 1] = d0, d1
+                set_complex(d, i, j, d0, d1)
             y0 += alpha * k * d0
             y1 += alpha * k * d1
             g0 += y0
             g1 += y1
-            g[i, 2 * j], g[i, 2 * j + 1] = g0, g1
+            set_complex(g, i, j, g0, g1)
             square = weight * (g0 * g0 + g1 * g1)
             gg += square
             if low:
-                work[i, 2 * j], work[i, 2 * j + 1] = y0, y1
+                set_complex(work, i, j, y0, y1)
             else:
                 s0, s1 = m * g0, m * g1
-                work[i, 2 * j], work[i, 2 * j + 1] = s0, s1
+                set_complex(work, i, j, s0, s1)
                 gs += m * square
                 ys += weight * (y0 * s0 + y1 * s1)
                 ym += weight * m * (y0 * y0 + y1 * y1)
                 ss += weight * k * (s0 * s0 + s1 * s1)
                 sd += weight * k * (s0 * d0 + s1 * d1)
-    leave(sums, cuda.grid(1), (gg, gs, ys, ym, ss, sd))
+    leave(sums, (gg, gs, ys, ym, ss, sd))
 
 
 @Kernel
@@ -81,15 +82,18 @@ def _low_modes(
         for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
             k = K[i, j]
             weight = _weight(j, single)
-            y0, y1 = work[i, 2 * j], work[i, 2 * j + 1]
-            s0, s1 = -e[coarse, 2 * j], -e[coarse, 2 * j + 1]
-            work[i, 2 * j], work[i, 2 * j + 1] = s0, s1
-            gs += weight * (g[i, 2 * j] * s0 + g[i, 2 * j + 1] * s1)
+            y0, y1 = complex_at(work, i, j)
+            e0, e1 = complex_at(e, coarse, j)
+            s0, s1 = -e0, -e1
+            set_complex(work, i, j, s0, s1)
+            g0, g1 = complex_at(g, i, j)
+            d0, d1 = complex_at(d, i, j)
+            gs += weight * (g0 * s0 + g1 * s1)
             ys += weight * (y0 * s0 + y1 * s1)
             ym += weight / (k + c0) * (y0 * y0 + y1 * y1)
             ss += weight * k * (s0 * s0 + s1 * s1)
-            sd += weight * k * (s0 * d[i, 2 * j] + s1 * d[i, 2 * j + 1])
-    leave(sums, cuda.grid(1), (0.0, gs, ys, ym, ss, sd))
+            sd += weight * k * (s0 * d0 + s1 * d1)
+    leave(sums, (0.0, gs, ys, ym, ss, sd))
 
 
 @Kernel
@@ -103,20 +107,22 @@ def _low_gradient(
         for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
             k = K[i, j]
             weight = _weight(j, single)
-            for c in range(2 * j, 2 * j + 2):
-                s = g[i, c] / (k + c0)
-                work[i, c] = s
-                gs += weight * g[i, c] * s
-                ss += weight * k * s * s
-    leave(sums, cuda.grid(1), (0.0, gs, 0.0, 0.0, ss, 0.0))
+            g0, g1 = complex_at(g, i, j)
+            s0, s1 = g0 / (k + c0), g1 / (k + c0)
+            set_complex(work, i, j, s0, s1)
+            gs += weight * (g0 * s0 + g1 * s1)
+            ss += weight * k * (s0 * s0 + s1 * s1)
+    leave(sums, (0.0, gs, 0.0, 0.0, ss, 0.0))
 
 
 @Kernel
 def _low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: float) -> None:
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
         i = _low_row(r, low_rows, d.shape[0])
-        for c in range(cuda.threadIdx.x, 2 * low_columns, cuda.blockDim.x):
-            d[i, c] = beta * d[i, c] - work[i, c]
+        for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
+            d0, d1 = complex_at(d, i, j)
+            s0, s1 = complex_at(work, i, j)
+            set_complex(d, i, j, beta * d0 - s0, beta * d1 - s1)
 
 
 @Kernel
@@ -124,8 +130,8 @@ def _elastic(g: Real, work: Real, K: Real, force: float) -> None:
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
             here = force if i == 0 and j == 0 else 0.0
-            g[i, 2 * j] = K[i, j] * work[i, 2 * j] - here
-            g[i, 2 * j + 1] = K[i, j] * work[i, 2 * j + 1]
+            u0, u1 = complex_at(work, i, j)
+            set_complex(g, i, j, K[i, j] * u0 - here, K[i, j] * u1)
 
 
 @Kernel
@@ -133,10 +139,13 @@ def _add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
     gg = 0.0
     for i in range(cuda.blockIdx.x, g.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, g.shape[1] // 2, cuda.blockDim.x):
-            g0, g1 = g[i, 2 * j] + work[i, 2 * j], g[i, 2 * j + 1] + work[i, 2 * j + 1]
-            g[i, 2 * j], g[i, 2 * j + 1] = g0, g1
+            g0, g1 = complex_at(g, i, j)
+            y0, y1 = complex_at(work, i, j)
+            g0 += y0
+            g1 += y1
+            set_complex(g, i, j, g0, g1)
             gg += _weight(j, single) * (g0 * g0 + g1 * g1)
-    sums[0, cuda.grid(1)] = gg
+    leave(sums, (gg,))
 
 
 @Kernel
@@ -146,28 +155,34 @@ def _energy(work: Real, K: Real, single: int, sums: Sums) -> None:
     for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
             if i > 0 or j > 0:
-                u0, u1 = work[i, 2 * j], work[i, 2 * j + 1]
+                u0, u1 = complex_at(work, i, j)
                 total += _weight(j, single) * K[i, j] * (u0 * u0 + u1 * u1)
-    sums[0, cuda.grid(1)] = total
+    leave(sums, (total,))
 
 
 @Kernel
 def _restrict(coarse: Real, fine: Real) -> None:
     """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
-    low_rows, last = max(coarse.shape[0] // 2, 1), coarse.shape[1] - 2
+    low_rows, low_columns = max(coarse.shape[0] // 2, 1), coarse.shape[1] // 2 - 1
     for i in range(cuda.blockIdx.x, coarse.shape[0], cuda.gridDim.x):
         source = i if i < low_rows else i + fine.shape[0] - coarse.shape[0]
-        for c in range(cuda.threadIdx.x, coarse.shape[1], cuda.blockDim.x):
-            coarse[i, c] = 0.0 if i == low_rows or c >= last else fine[source, c]
+        for j in range(cuda.threadIdx.x, coarse.shape[1] // 2, cuda.blockDim.x):
+            a = b = 0.0
+            if i != low_rows and j < low_columns:
+                a, b = complex_at(fine, source, j)
+            set_complex(coarse, i, j, a, b)
 
 
 @Kernel
 def _prolong(fine: Real, coarse: Real) -> None:
     """Half spectrum on a finer grid of the same period: zero beyond the modes of the coarse one."""
-    low_rows, last = max(coarse.shape[0] // 2, 1), coarse.shape[1] - 2
+    low_rows, low_columns = max(coarse.shape[0] // 2, 1), coarse.shape[1] // 2 - 1
     rows = fine.shape[0]
     for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
         low = i < low_rows or i > rows - low_rows
         source = i if i < low_rows else i - rows + coarse.shape[0]
-        for c in range(cuda.threadIdx.x, fine.shape[1], cuda.blockDim.x):
-            fine[i, c] = coarse[source, c] if low and c < last else 0.0
+        for j in range(cuda.threadIdx.x, fine.shape[1] // 2, cuda.blockDim.x):
+            a = b = 0.0
+            if low and j < low_columns:
+                a, b = complex_at(coarse, source, j)
+            set_complex(fine, i, j, a, b)

@@ -10,6 +10,7 @@ place means in place, and one work area serves the plans of all grids.
 
 from __future__ import annotations
 
+import atexit
 import weakref
 from typing import Any
 
@@ -43,7 +44,7 @@ class Transforms:
         plans, needed = [], 0
         for source, target, kind in ((real, half, cufft.Type.D2Z), (half, real, cufft.Type.Z2D)):
             plan = cufft.create()
-            weakref.finalize(self, cufft.destroy, plan)
+            _release_in_time(self, cufft.destroy, plan)
             cufft.set_auto_allocation(plan, 0)
             needed = max(needed, cufft.make_plan_many64(plan, 2, [nx, ny], *source, *target, int(kind), 1))
             plans.append(plan)
@@ -70,6 +71,17 @@ class Transforms:
             values[:, : self.shape[1]] = np.fft.irfft2(values.view(np.complex128), s=self.shape, norm="forward")
         else:
             _cufft().exec_z2d(self._inverse, _address(memory), _address(memory))
+
+
+def _release_in_time(owner: Transforms, release: Any, plan: int) -> None:
+    """Release a plan when its owner goes, or at exit while the device still has its context.
+
+    At exit the last function that was registered comes first.  What weakref itself registers, when a process first asks
+    it for anything, comes later than all that has to do with a device.
+    """
+    whenever = weakref.finalize(owner, release, plan)
+    whenever.atexit = False
+    atexit.register(whenever)
 
 
 def _cufft() -> Any:

@@ -13,7 +13,8 @@ from collections.abc import Callable
 
 from continuum.model import laws
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Parameters, Sums, cuda, device_function, leave
+from continuum.solve.cuda.device import Kernel, Parameters, Sums, cuda, device_function
+from continuum.solve.cuda.sums import leave
 
 Formula = Callable[[float, Real], tuple[float, float, float]]
 Response = Callable[[int, float, Real], tuple[float, float, float]]
@@ -62,7 +63,7 @@ def _turn(
             gap = z[i, j]
             if not gap >= reach:
                 curvature += _respond(kind, gap, parameters)[2] * e * e
-    sums[0, cuda.grid(1)] = curvature
+    leave(sums, (curvature,))
 
 
 @Kernel
@@ -77,7 +78,7 @@ def _line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, rea
                 there = _respond(kind, trial, parameters)
                 slope += (there[1] - here[1]) * e
                 curvature += there[2] * e * e
-    leave(sums, cuda.grid(1), (slope, curvature))
+    leave(sums, (slope, curvature))
 
 
 @Kernel
@@ -109,4 +110,4 @@ def _move(
                 second += there[0] - here[0] - alpha * here[1] * e
                 size += abs(there[0])
             work[i, j] = scale * change
-    leave(sums, cuda.grid(1), (slope, second, size))
+    leave(sums, (slope, second, size))

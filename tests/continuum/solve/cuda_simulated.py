@@ -7,8 +7,11 @@ in the simulator, with STICKINESS_IN_SIMULATOR=1 (a long test) all.
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
+import subprocess
+import sys
 import types
 from pathlib import Path
 from typing import Any
@@ -18,6 +21,7 @@ import pytest
 from numba import cuda as numba_cuda
 
 from continuum.cli import main
+from continuum.errors import InputError
 from continuum.model.fourier import prolong, restrict
 from continuum.model.grid import Grid
 from continuum.model.laws import Law, evaluate
@@ -29,9 +33,10 @@ from continuum.runs.result import Result
 from continuum.solve import backend, cpu, cuda
 from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.cpu.engine import KERNELS as SWEEPS
-from continuum.solve.cuda import device, points, pressing, spectra, transforms, walls
-from continuum.solve.cuda.device import Kernel, Reduction, to_device
+from continuum.solve.cuda import device, points, pressing, spectra, sums, transforms, walls
+from continuum.solve.cuda.device import Kernel, to_device
 from continuum.solve.cuda.engine import KERNELS
+from continuum.solve.cuda.sums import Reduction
 from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
@@ -62,36 +67,35 @@ def serial(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> N
     if IN_SIMULATOR or "simulator" in request.fixturenames:
         return
     place = types.SimpleNamespace(x=0)
-    blocks, threads = types.SimpleNamespace(x=2), types.SimpleNamespace(x=1)
     stand_in = types.SimpleNamespace(
-        blockIdx=place, threadIdx=types.SimpleNamespace(x=0), gridDim=blocks, blockDim=threads, grid=lambda _: place.x
+        blockIdx=place,
+        threadIdx=types.SimpleNamespace(x=0),
+        gridDim=types.SimpleNamespace(x=device.BLOCKS),
+        blockDim=types.SimpleNamespace(x=1),
+        shared=types.SimpleNamespace(array=np.empty),
+        syncthreads=lambda: None,
+        grid=lambda _: place.x,
     )
-    for module in (points, spectra, walls, pressing):
+    for module in (points, spectra, walls, pressing, sums):
         monkeypatch.setattr(module, "cuda", stand_in)
         for name, value in vars(module).items():
             if hasattr(value, "fn"):  # a function of the device
                 monkeypatch.setattr(module, name, value.fn)
 
-    def run(kernel: Kernel, rows: int, *arguments: Any, threads: int = 1) -> None:
+    def run(kernel: Kernel, rows: int, *arguments: Any) -> None:
         there = [getattr(argument, "_ary", argument) for argument in arguments]
-        if kernel is device.sum_parts:
-            parts, count, largest, totals = there
-            totals[:, 0] = parts[:, :count].sum(axis=1)
-            if largest >= 0:
-                totals[largest, 0] = parts[largest, :count].max()
-            return
-        for place.x in range(blocks.x):
+        stand_in.gridDim.x = kernel.blocks(rows)
+        for place.x in range(stand_in.gridDim.x):
             kernel.function(*there)
 
     monkeypatch.setattr(Kernel, "__call__", run)
-    monkeypatch.setattr(device, "BLOCKS", blocks.x)
-    monkeypatch.setattr(device, "THREADS", 1)
+    monkeypatch.setattr(sums, "THREADS", 1)
 
 
 def start(kernel: Kernel, rows: int, *arguments: Any, summed: bool = False, largest: int = -1) -> tuple[list[Any], Any]:
     """Run a kernel; returns its arrays afterwards, and its sums."""
     there = [to_device(a) if isinstance(a, np.ndarray) else a for a in arguments]
-    sums = Reduction()(kernel, rows, *there, largest=largest) if summed else kernel(rows, *there)
+    sums = Reduction(rows)(kernel, rows, *there, largest=largest) if summed else kernel(rows, *there)
     return [a.copy_to_host() for a, was in zip(there, arguments, strict=True) if isinstance(was, np.ndarray)], sums
 
 
@@ -397,13 +401,197 @@ def test_transforms_have_the_convention_of_the_grid(case: Case) -> None:
 
 @pytest.mark.usefixtures("simulator")
 def test_parts_are_collected_whatever_their_number() -> None:
-    parts = np.random.default_rng(1).normal(size=(device.SUMS, 12))
+    parts = np.random.default_rng(1).normal(size=(sums.SUMS, 12))
     for count in (1, 5, 12):
-        totals = to_device(np.zeros((device.SUMS, 1)))
-        device.sum_parts(device.SUMS, to_device(parts), count, 2, totals, threads=device.COLLECTORS)
+        totals = to_device(np.zeros((sums.SUMS, 1)))
+        sums.sum_parts(sums.SUMS, to_device(parts), count, 2, totals)
         expected = parts[:, :count].sum(axis=1)
         expected[2] = parts[2, :count].max()
         check(totals.copy_to_host()[:, 0], expected)
+
+
+# --- how kernels are started and what they leave -------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("simulator")
+def test_each_block_leaves_one_part_in_a_fixed_order() -> None:
+    rng = np.random.default_rng(2)
+    z = rng.normal(size=(7, 5)) * 10.0 ** rng.integers(-8, 8, size=(7, 5))  # another order, other bits
+    reduction = Reduction(7)
+    for _ in range(3):
+        total = reduction(KERNELS["total"], 7, to_device(z))[0]
+        parts = reduction.parts.copy_to_host()[0]
+        assert device.BLOCKS == 3
+        assert device.THREADS == 2
+        for block in range(3):
+            first, second = (sum(float(x) for row in z[block::3] for x in row[t::2]) for t in (0, 1))
+            assert parts[block] == first + second
+        assert np.isnan(parts[3:]).all()
+        assert total == (parts[0] + parts[2]) + parts[1]
+        assert total == pytest.approx(z.sum())
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("lost", range(6))
+def test_the_largest_of_numbers_one_of_which_is_none_is_none(lost: int) -> None:
+    """On the device max drops NaN, in Python it depends on the order."""
+    z, p = np.full((3, 2), 1.0), np.zeros((3, 2))
+    z.ravel()[lost] = np.nan
+    assert np.isnan(start(KERNELS["misses"], 3, np.zeros((3, 4)), p, z, 0.2, 0.5, MOST, summed=True, largest=0)[1][0])
+    assert np.isnan(start(KERNELS["certificate"], 3, p, z, summed=True, largest=2)[1][2])
+
+
+def test_no_kernel_drops_what_is_no_number(case: Case) -> None:
+    rows, z, p, work = case.rows, case.field(), np.zeros(case.grid.shape), case.spectrum()
+    z[0, 0] = work[0, 0] = np.nan
+    assert np.isnan(start(KERNELS["positive"], rows, case.K, work)[0][0][0, 0])
+    assert np.isnan(start(KERNELS["finish"], rows, p, z, 0.2, 1e-9, MOST)[0][1][0, 0])
+    assert np.isnan(start(KERNELS["stretch"], rows, z, 1.3, p, MOST, summed=True)[0][1][0, 0])
+    for one, other in ((np.nan, 1.0), (1.0, np.nan)):
+        assert np.isnan(device.larger(one, other))
+        assert np.isnan(device.smaller(one, other))
+    assert (device.larger(1.0, 2.0), device.larger(2.0, 1.0)) == (2.0, 2.0)
+    assert (device.smaller(1.0, 2.0), device.smaller(2.0, 1.0)) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("at_once", [1, 3, 660, 2112])
+def test_all_blocks_run_at_once_and_share_the_rows_evenly(monkeypatch: pytest.MonkeyPatch, at_once: int) -> None:
+    """Their number depends on nothing but kernel, device and rows."""
+    asked, started = [], []
+
+    class Compiled:
+        def __init__(self) -> None:
+            variant = types.SimpleNamespace(max_cooperative_grid_blocks=lambda n: asked.append(n) or at_once)
+            self.overloads = {"one": variant}
+
+        def __getitem__(self, launch: tuple[int, int]) -> Any:
+            started.append(launch)
+            return lambda *arguments: None
+
+    monkeypatch.undo()
+    monkeypatch.setattr(device, "SIMULATED", False)
+    kernel = Kernel(lambda: None)
+    kernel.__dict__["compiled"] = Compiled()
+    for rows in (1, 6, 512, 513, 4096, 32768):
+        kernel(rows)
+        blocks, threads = started.pop()
+        assert threads == device.THREADS
+        assert blocks <= at_once
+        most = -(-rows // blocks)
+        assert most == -(-rows // at_once)  # no block would have fewer rows if there were more of them
+        assert blocks == 1 or -(-rows // (blocks - 1)) > most  # and with fewer some would have more
+        assert kernel.blocks(rows) == blocks
+    assert asked == [device.THREADS]
+
+
+def test_compiled_kernels_are_kept_under_the_name_of_all_that_they_are_made_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: dict[str, Any] = {}
+    monkeypatch.setattr(device, "cuda", types.SimpleNamespace(jit=lambda *_, **how: kept.update(how) or (lambda f: f)))
+    name = device.source_digest()
+    for kernel in KERNELS.values():
+        assert kernel.function.__qualname__.endswith(f"-{name}")
+        assert Path(inspect.getfile(kernel.function)) in device.SOURCES
+        for used in kernel.function.__code__.co_names:
+            value = kernel.function.__globals__.get(used)
+            called = getattr(value, "fn", value)
+            if inspect.isfunction(called):
+                assert Path(inspect.getfile(called)) in device.SOURCES, used
+    kernel = Kernel(lambda: None)
+    monkeypatch.setattr(Kernel, "signature", None)
+    assert kernel.compiled is kernel.function
+    assert kept == {"cache": True}
+    for source in device.SOURCES:
+        (changed := tmp_path / source.name).write_text(source.read_text() + "\n")
+        assert device.source_digest(tuple(changed if one == source else one for one in device.SOURCES)) != name
+
+
+class Whole(np.ndarray[Any, Any]):
+    """A spectrum of which no kernel may read or write one part of a number alone."""
+
+    def __getitem__(self, key: Any) -> Any:
+        pytest.fail(f"one part is read: {key}")
+
+    __setitem__ = __getitem__
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name for name, kernel in KERNELS.items() if kernel.function.__module__ == spectra.__name__]
+    + ["kernel_q", "positive", "multiply", "compliance", "square"],
+)
+def test_complex_numbers_are_read_and_written_as_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the device an access of 16 bytes: the compiled kernels are looked at where there are compilers."""
+    here = spectra if KERNELS[name].function.__module__ == spectra.__name__ else pressing
+    count, plain = [0], (device.complex_at, device.set_complex)
+
+    def at(array: Any, *arguments: Any) -> Any:
+        count[0] += 1
+        return plain[len(arguments) == 4](array.view(np.ndarray), *arguments)
+
+    monkeypatch.setattr(here, "complex_at", at)
+    monkeypatch.setattr(here, "set_complex", at)
+    case = Case((8, 12))
+    spectrum = {"g", "d", "work", "e", "coarse", "fine"}
+    given: dict[str, Any] = {"K": case.K, "values_q": case.K, "low_rows": 2, "low_columns": 3, "single": 6, "held": 0}
+    given |= {array: case.spectrum().view(Whole) for array in spectrum}
+    given["e"] = given["coarse"] = case.rng.normal(size=(4, 8)).view(Whole)
+    sums = [np.zeros((6, 8))] if KERNELS[name].summed else []
+    KERNELS[name](8, *(given.get(argument, 0.5) for argument in KERNELS[name].needs), *sums)
+    assert count[0] > 0
+
+
+GONE = """
+import atexit, sys, types
+from continuum.solve.cuda import transforms
+
+said = []
+cufft = types.ModuleType("nvmath.bindings.cufft")
+cufft.Type = types.SimpleNamespace(D2Z=1, Z2D=2)
+plans = iter(range(1, 9))
+cufft.create = lambda: next(plans)
+cufft.destroy = lambda plan: print("plan", plan, "released")
+cufft.set_auto_allocation = cufft.set_work_area = lambda *_: None
+cufft.make_plan_many64 = lambda *_: 8
+for name, module in (("nvmath", types.ModuleType("nvmath")), ("nvmath.bindings", types.ModuleType("nvmath.bindings"))):
+    sys.modules[name] = module
+sys.modules["nvmath.bindings"].cufft = sys.modules["nvmath.bindings.cufft"] = cufft
+atexit.register(lambda: print("context gone"))
+transforms.SIMULATED = False
+transforms._address = lambda array: 0
+kept = transforms.Transforms((8, 8))
+transforms.Transforms((8, 8))
+print("end")
+"""
+
+
+def test_plans_are_released_with_their_owner_or_before_the_context_goes() -> None:
+    done = subprocess.run([sys.executable, "-c", GONE], capture_output=True, text=True, check=True, env=os.environ)
+    lines = done.stdout.splitlines()
+    assert set(lines[:2]) == {"plan 3 released", "plan 4 released"}
+    assert lines[2] == "end"
+    assert set(lines[3:5]) == {"plan 1 released", "plan 2 released"}
+    assert lines[5:] == ["context gone"]
+
+
+def test_a_driver_that_is_older_than_the_libraries_is_one_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    def version(major: int) -> Any:
+        return types.SimpleNamespace(get_version=lambda: (major, 4))
+
+    for name in ("numba_cuda", "nvmath", "nvmath.bindings", "nvmath.bindings.cufft"):
+        monkeypatch.setitem(sys.modules, name, types.ModuleType(name))
+    monkeypatch.setattr(device, "SIMULATED", False)
+    monkeypatch.setitem(vars(device.config), "CUDA_LOW_OCCUPANCY_WARNINGS", 1)
+    for driver, libraries, fits in ((13, 13, True), (13, 12, True), (12, 12, True), (12, 13, False)):
+        cudadrv = types.SimpleNamespace(driver=types.SimpleNamespace(driver=version(driver)))
+        here = types.SimpleNamespace(is_available=lambda: True, cudadrv=cudadrv, runtime=version(libraries))
+        monkeypatch.setattr(device, "cuda", here)
+        if fits:
+            device.refuse_without_gpu()
+        else:
+            with pytest.raises(InputError, match=r"of CUDA 12, .* of CUDA 13.*'stickiness\[gpu12\]'"):
+                device.refuse_without_gpu()
 
 
 # --- whole solves ------------------------------------------------------------------------------------------
