@@ -35,9 +35,15 @@ def _or(kind: int, formula: Formula, others: Response) -> Response:
     return respond
 
 
-_respond: Response = _no_law
+_known: Response = _no_law
 for _kind, _formula in reversed(list(enumerate(laws.FORMULAS))):
-    _respond = _or(_kind, device_function(_formula), _respond)
+    _known = _or(_kind, device_function(_formula), _known)
+
+
+@device_function
+def _respond(kind: int, z: float, p: Parameters) -> tuple[float, float, float]:
+    """Energy, traction and stiffness per area of a law; NaN where the gap is, of which some formulas make numbers."""
+    return _known(kind, z, p) if z == z else (z, z, z)  # only NaN differs from itself
 
 
 @Kernel

@@ -186,13 +186,17 @@ def test_walls(case: Case, name: str) -> None:
 
 
 @pytest.mark.usefixtures("simulator")
-def test_points_that_are_no_numbers_are_not_lost() -> None:
-    law, z = LAWS["spline"], np.full((4, 4), 9.0)
+@pytest.mark.parametrize("name", LAWS)
+def test_points_that_are_no_numbers_are_not_lost(name: str) -> None:
+    law, z = LAWS[name], np.full((4, 4), 9.0)
     z[1, 2] = np.nan
-    work = np.zeros((4, 6))
-    (out, *_), _ = start(KERNELS["press"], 4, work, z, law.kind, law.parameters, law.reach, 1.0)
+    work, d, asked = np.zeros((4, 6)), np.ones((4, 4)), (law.kind, law.parameters, law.reach)
+    (out, *_), _ = start(KERNELS["press"], 4, work, z, *asked, 1.0)
     assert np.isnan(out[1, 2])
-    assert np.isfinite(np.delete(out.ravel(), 8)).all()
+    assert np.isfinite(np.delete(out[:, :4].ravel(), 6)).all()
+    assert np.isnan(start(KERNELS["turn"], 4, d, work, z, 0.3, *asked, summed=True)[1][0])
+    assert np.isnan(start(KERNELS["line"], 4, z, d, 0.2, *asked, summed=True)[1][:2]).all()
+    assert np.isnan(start(KERNELS["move"], 4, work, z, d, 0.1, 0.3, *asked, 1.0, summed=True)[1][:3]).all()
 
 
 # --- over the modes ----------------------------------------------------------------------------------------

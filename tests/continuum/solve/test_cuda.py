@@ -101,10 +101,10 @@ def test_every_kernel_compiles_and_keeps_its_numbers_in_registers(kind: tuple[in
     numbers = {name: list(map(int, counts)) for name, *counts in rows}
     assert {name: spilled for name, (_, spilled, *_) in numbers.items() if spilled} == {}
     assert {name: registers for name, (registers, *_) in numbers.items() if registers > REGISTERS} == {}
-    # Complex numbers cross as one; a larger or smaller number that drops NaN is taken nowhere.
+    # Complex numbers cross as one; a larger or smaller number that drops NaN is taken nowhere but in the wall laws.
     assert {name for name, (_, _, pairs, *_) in numbers.items() if pairs} == SPECTRAL
     assert {name: single for name in ("restrict", "prolong", "low_direction") if (single := numbers[name][3])} == {}
-    assert {name: drops for name, (*_, drops) in numbers.items() if drops} == {}
+    assert {name for name, (*_, drops) in numbers.items() if drops} <= {"press", "turn", "line", "move"}
 
 
 @KINDS
