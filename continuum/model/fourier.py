@@ -11,7 +11,7 @@ from typing import Any
 
 import ducc0.fft
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,7 +27,7 @@ def block_edges(length: int, points: int) -> list[int]:
     return [length * b // blocks for b in range(blocks + 1)]
 
 
-def padded(shape: tuple[int, int], kind: type[Any] = np.float64) -> NDArray[Any]:
+def padded(shape: tuple[int, int], kind: DTypeLike = np.float64) -> NDArray[Any]:
     """Zeros of a shape, with padded rows: rows a power of two apart would share the sets of the caches."""
     rows, columns = shape
     return np.zeros((rows, columns + _PADDING // np.dtype(kind).itemsize), dtype=kind)[:, :columns]

@@ -83,6 +83,10 @@ class BackEnd(ABC):
         """
 
     @abstractmethod
+    def linear_engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> LinearEngine:
+        """The same for the linear problems of a coarser grid, in the precision that serves these."""
+
+    @abstractmethod
     def bound_engine(self, grid: Grid, K: Real, threads: int, finer: Any) -> BoundEngine:
         """The same for the bound-constrained solver."""
 
@@ -104,6 +108,10 @@ class Engine(Protocol):
     """The spectrum that is transformed, real and imaginary parts in turn."""
     trials: int
     """Evaluations of the line search."""
+    transforms: int
+    """Halves of pairs of transforms."""
+    low_part: dict[str, Any]
+    """``low_rows`` and ``low_columns``: where the modes of the coarser grid lie."""
 
     @property
     def work(self) -> Work:
@@ -120,6 +128,9 @@ class Engine(Protocol):
 
     def rows(self) -> Array:
         """Memory of a field, with padded rows where that is faster."""
+
+    def single_rows(self) -> Array:
+        """The same in single precision."""
 
     def spectrum(self) -> Array:
         """Memory of a half spectrum."""
@@ -148,8 +159,8 @@ class Engine(Protocol):
     def sample(self, fine: Array, coarse: Array) -> None:
         """Set a field of this grid to every second point of that of the finer one."""
 
-    def restrict(self, spectrum: Array, below: Any, coarse: Array) -> None:
-        """Set a spectrum of the coarser engine to the modes that it carries of this one's, without Nyquist modes."""
+    def restrict(self, spectrum: Array, below: Any, coarse: Array, size: float = 1.0) -> None:
+        """Set a spectrum of the coarser engine to the modes of this one's over ``size``, without Nyquist modes."""
 
     def prolong(self, below: Any) -> None:
         """Set ``w`` to that of the coarser engine, zero beyond its modes."""
@@ -179,6 +190,24 @@ class Engine(Protocol):
 
     def elastic_energy(self, offset: Real, gap: Real, one: Array, other: Array) -> float:
         """½ <u K u> of u = offset - gap without its mean; in the memory of two arrays that are not in use."""
+
+
+class LinearEngine(Engine, Protocol):
+    """What linear problems of coarser grids ask for beyond :class:`Engine`."""
+
+    def through(self, name: str, **given: Any) -> Real:
+        """A kernel over the field that was transformed back, which is transformed forward again; returns its sums."""
+
+    def fields(self, spectra: tuple[Array, Array, Array]) -> tuple[Array, Array, Array, Array, Array]:
+        """Three spectra and two fields, where possible in the memory of three spectra of the same grid's engine."""
+
+    def level(self, g: Array, d: Array, x: Array, stiffness: Array, direction: Array) -> Any:
+        """The arrays of a grid for :meth:`relax`; None where that is not one call."""
+
+    def relax(
+        self, levels: tuple[Any, ...], depth: int, shift: float, iterations: int, reduction: float
+    ) -> tuple[bool, list[int]]:
+        """All of :func:`continuum.solve.smooth.relax` at once; whether any step was taken, and the transforms made."""
 
 
 class BoundEngine(Engine, Protocol):

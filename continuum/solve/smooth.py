@@ -28,7 +28,8 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import Law
-from continuum.solve.smooth_grid import SmoothGrid
+from continuum.solve.conjugate import Line, conjugate_line
+from continuum.solve.smooth_grid import LinearGrid, SmoothGrid
 from continuum.solve.solution import Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
@@ -76,7 +77,7 @@ def minimise(
     # step of a solve may seem to rise.
     if status is Status.ENERGY_ROSE and residual <= settings.tolerance:
         status = Status.CONVERGED
-    work = tuple(each.work for each in grid.chain if each.work.fft_pairs)
+    work = tuple(each for each in grid.work if each.fft_pairs)
     seconds = time.perf_counter() - began
     return Solution(grid.hand_out(), status, residual, len(history) - 1, work, seconds, tuple(history), law=law)
 
@@ -108,16 +109,6 @@ def _solve(
     return _descend(grid, levels, settings.shift, tolerance, iterations, history)
 
 
-class _Line(NamedTuple):
-    """The energy of the substrate along a direction d, which keeps a part β of the one before."""
-
-    beta: float
-    slope: float
-    """E' where the step begins, of the wall as well."""
-    curvature: float
-    """<d K d>."""
-
-
 class _Step(NamedTuple):
     """A step along the direction."""
 
@@ -139,25 +130,19 @@ def _descend(
     shift: float,
     bound: float,
     iterations: int,
-    history: list[Iteration] | None = None,
+    history: list[Iteration],
     *,
     complete: bool = False,
 ) -> Status:
-    """Minimise on one level from its z and g, which is complete or lacks the traction of the wall.
-
-    Without a history the bound is relative to the first residual, as for a step for a finer grid.
-    """
-    coarse = grid.coarser if levels > 1 else None
-    line, step = _Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
+    """Minimise on one level from its z and g, which is complete or lacks the traction of the wall."""
+    coarse = grid.linear is not None and levels > 1
+    line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
     energy = 0.0
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
-        sums = grid.gradient(shift, step.length, line.beta, coarse=coarse is not None, complete=known)
+        sums = grid.gradient(shift, step.length, line.beta, coarse=coarse, complete=known)
         residual = float(np.sqrt(sums[0]))
-        if history is not None:
-            history.append(Iteration(residual, energy, step.length))
-        elif iteration == 0:
-            bound *= residual
+        history.append(Iteration(residual, energy, step.length))
         if not np.isfinite(residual):
             grid.clear()
             return Status.NON_FINITE
@@ -166,45 +151,60 @@ def _descend(
         if iteration == iterations:
             return Status.ITERATION_LIMIT
         conjugate = True
-        if coarse is not None:
-            sums, conjugate = _coarse_step(grid, coarse, levels, shift, sums)
-        line = _conjugate(sums, line, step.slope, conjugate=conjugate)
-        step = _step(grid, line, grid.turn(line.beta, coarse=coarse is not None), newton=step.newton)
+        if coarse:
+            sums, conjugate = _coarse_step(grid, levels, shift, sums)
+        line = conjugate_line(sums, line, step.slope, conjugate)
+        step = _step(grid, line, grid.turn(line.beta, coarse=coarse), newton=step.newton)
         if not np.isfinite(step.length):
             return Status.LINE_SEARCH
-        if history is not None and step.rise > LARGEST_RISE * step.size_of_energy:
+        if step.rise > LARGEST_RISE * step.size_of_energy:
             history.append(Iteration(residual, energy + step.rise, step.length))
             return Status.ENERGY_ROSE
         energy += step.rise
     return Status.ITERATION_LIMIT
 
 
-def _coarse_step(grid: SmoothGrid, coarse: SmoothGrid, levels: int, shift: float, sums: Real) -> tuple[Real, bool]:
-    """Let the coarser grid take its step; returns the sums over all modes, and whether that step descends."""
-    grid.restrict()
-    _descend(coarse, levels - 1, shift, COARSE_REDUCTION, COARSE_ITERATIONS, complete=True)
-    both = sums + grid.low_modes(shift)
-    if np.isfinite(both).all() and both[1] > 0:
-        return both, True
+def _coarse_step(grid: SmoothGrid | LinearGrid, levels: int, shift: float, sums: Real) -> tuple[Real, bool]:
+    """Let the coarser grid find its part of the step; returns the sums over all modes, and whether that descends."""
+    size = float(np.sqrt(sums[0]))
+    grid.restrict(size)
+    assert grid.linear is not None
+    if relax(grid.linear, levels - 1, shift):
+        both = sums + grid.low_modes(shift, size)
+        if np.isfinite(both).all() and both[1] > 0:
+            return both, True
     # It does not: the gradient's own does.
     return sums + grid.low_gradient(shift), False
 
 
-def _conjugate(sums: Real, last: _Line, after: float, *, conjugate: bool) -> _Line:
-    """The next direction, by Hager and Zhang's beta, SIAM J. Optim. 16, 170 (2005); else steepest descent.
+def relax(grid: LinearGrid, levels: int, shift: float) -> bool:
+    """Approach the minimum of a linear problem from x = 0 by a few conjugate directions; whether any step was taken."""
+    at_once = grid.relax(levels, shift, COARSE_ITERATIONS, COARSE_REDUCTION)
+    if at_once is not None:
+        return at_once
+    coarse = grid.linear is not None and levels > 1
+    line, alpha, bound = Line(0.0, 0.0, 0.0), 0.0, 0.0
+    grid.begin()
+    for iteration in range(COARSE_ITERATIONS):
+        sums = grid.gradient(shift, alpha, line.beta, coarse=coarse, first=iteration == 0)
+        if iteration == 0:
+            bound = COARSE_REDUCTION**2 * sums[0]
+        elif not sums[0] > bound:
+            return True
+        conjugate = True
+        if coarse:
+            sums, conjugate = _coarse_step(grid, levels, shift, sums)
+        line = conjugate_line(sums, line, 0.0, conjugate)
+        curvature = line.curvature + grid.turn(line.beta, coarse=coarse)
+        if not curvature > 0:
+            # The wall is softer than the substrate along this direction: there is no minimum to go to.
+            return iteration > 0
+        alpha = -line.slope / curvature
+    grid.finish(shift, alpha, line.beta, coarse=coarse)
+    return True
 
-    On the last line the slope fell to ``after``.  The new direction is the last one's β-fold minus s.
-    """
-    _, gs, ys, ym, ss, sd = sums
-    dg, dd = after, last.curvature
-    dy = after - last.slope if conjugate else 0.0
-    beta = max(0.0, (ys - 2 * dg * ym / dy) / dy) if dy > 0 else 0.0
-    if beta * dg >= gs:
-        beta = 0.0
-    return _Line(beta, beta * dg - gs, ss - 2 * beta * sd + beta * beta * dd)
 
-
-def _step(grid: SmoothGrid, line: _Line, stiffness: float, *, newton: bool) -> _Step:
+def _step(grid: SmoothGrid, line: Line, stiffness: float, *, newton: bool) -> _Step:
     """Step along d: Newton's; where the wall softens, of the substrate alone.
 
     It is made at once if the last one was good, since it then mostly is again; else the points near the wall are asked
@@ -235,7 +235,7 @@ def _step(grid: SmoothGrid, line: _Line, stiffness: float, *, newton: bool) -> _
     return _Step(np.nan, 0.0, 0.0, 0.0, newton=False)
 
 
-def _line_search(grid: SmoothGrid, line: _Line, alpha: float, here: float, after: float) -> float:
+def _line_search(grid: SmoothGrid, line: Line, alpha: float, here: float, after: float) -> float:
     """Step length at which the slope, ``after`` where the gap is ``here``, has fallen to a part of the first.
 
     Newton's method from alpha, inside a bracket, over the points near the wall.

@@ -1,22 +1,126 @@
-"""One grid of the smooth solver, in the words of :mod:`continuum.solve.smooth`, on the engine of any device."""
+"""The grids of the smooth solver, in the words of :mod:`continuum.solve.smooth`, on the engine of any device."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from continuum.model.fourier import Real, cut, low_rows
+from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
-from continuum.solve.backend import Array, BackEnd, Engine, reused
+from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, reused
 from continuum.solve.solution import Work
 
+NO_LOW_PART: dict[str, Any] = {"low_rows": 0, "low_columns": 0}
+"""The modes of the coarser grid where a sweep goes over all alike."""
 
-class SmoothGrid:
-    """Gap z and direction d over the points, spectra of the gradient and of d; and the coarser grids.
+
+class _Descending:
+    """What the two kinds of grids share: spectra of a gradient g and a direction d, and steps of a coarser grid.
 
     <a b> is the mean of a product over the points, an equal sum over the modes; sums that are an array are six:
     <g g>, <g s>, <y s>, <y M y>, <s K s>, <s K d>, with y the change of the gradient g by the last step, s = M g and
     M = 1/(K + shift).
+    """
+
+    engine: Engine
+    stiffness: Array = None
+    g: Array
+    d: Array
+    linear: LinearGrid | None = None
+    """The next coarser grid, with the wall linear about the gap of this one."""
+
+    @property
+    def _linear(self) -> LinearGrid:
+        assert self.linear is not None
+        return self.linear
+
+    def restrict(self, size: float) -> None:
+        """Pose the linear problem of the coarser grid: stiffness of the wall, and gradient over ``size``."""
+        below = self._linear
+        below.engine.sample(self.stiffness, below.stiffness)
+        self.engine.restrict(self.g, below.engine, below.g, size)
+
+    def low_modes(self, shift: float, size: float) -> Real:
+        """The modes of the coarser grid: there s is minus ``size`` times what that has found.  Their sums."""
+        return self.engine.low("low_modes", g=self.g, d=self.d, c0=shift, e=self._linear.x, size=size)
+
+    def low_gradient(self, shift: float) -> Real:
+        """The same modes with s = M g after all: of their sums <g s> and <s K s>."""
+        return self.engine.low("low_gradient", g=self.g, c0=shift)
+
+    def _low_direction(self, beta: float) -> None:
+        self.engine.low("low_direction", inverse=True, d=self.d, beta=beta)
+
+
+class LinearGrid(_Descending):
+    """The linear problem (K + stiffness) x = -g of a grid, for a step of the next finer one.
+
+    In the precision in which the back end holds it: a step is a direction only.
+
+    Parameters
+    ----------
+    back_end, stiffness_q, threads : as for :class:`SmoothGrid`.
+    smooth : the nonlinear problem of the grid, in the memory of whose spectra those of this one lie: the finer grid
+        asks for a step only where it is no more at work.
+    """
+
+    def __init__(self, back_end: BackEnd, stiffness_q: Real, threads: int, smooth: SmoothGrid) -> None:
+        self.grid, self.size, self.linear = smooth.grid, smooth.size, smooth.linear
+        below = self.linear.grid if self.linear else None
+        self.engine: LinearEngine = back_end.linear_engine(self.grid, stiffness_q, threads, below, smooth.engine)
+        spectra = smooth.g, smooth.d, smooth.engine.w
+        self.g, self.d, self.x, self.stiffness, self.direction = self.engine.fields(spectra)
+        coarser = self.linear
+        level = self.engine.level(self.g, self.d, self.x, self.stiffness, self.direction)
+        self._levels: tuple[Any, ...] = () if level is None else (level, *(coarser._levels if coarser else ()))
+
+    @property
+    def chain(self) -> list[LinearGrid]:
+        """The grid itself and all coarser ones."""
+        return [self, *(self.linear.chain if self.linear else [])]
+
+    def relax(self, levels: int, shift: float, iterations: int, reduction: float) -> bool | None:
+        """All that :func:`continuum.solve.smooth.relax` does, where the device does it in one call; else None."""
+        if not self._levels:
+            return None
+        moved, transforms = self.engine.relax(
+            self._levels, min(levels, len(self._levels)), shift, iterations, reduction
+        )
+        for grid, count in zip(self.chain, transforms, strict=True):
+            grid.engine.transforms += count
+        return moved
+
+    def begin(self) -> None:
+        """Begin at x = 0, with no direction."""
+        for values in (self.x, self.d, self.direction, self.engine.w):
+            self.engine.fill(values, 0.0)
+
+    def gradient(self, shift: float, alpha: float, beta: float, *, coarse: bool, first: bool) -> Real:
+        """Take the last step, of length ``alpha``: x and g; s = M g.  As :meth:`SmoothGrid.gradient`."""
+        which = self.engine.low_part if coarse else NO_LOW_PART
+        given = {"g": self.g, "d": self.d, "x": self.x, "c0": shift, "alpha": alpha, "beta": beta}
+        return self.engine.spectral(
+            "linear_gradient", forward=not first, inverse=True, keep_low=coarse, **given, **which
+        )
+
+    def turn(self, beta: float, *, coarse: bool) -> float:
+        """Set d <- beta d - s; returns <stiffness d d>."""
+        if coarse:
+            self._low_direction(beta)
+        sums = self.engine.through("linear_turn", d=self.direction, stiffness=self.stiffness, beta=beta)
+        return float(sums[0]) / self.size
+
+    def finish(self, shift: float, alpha: float, beta: float, *, coarse: bool) -> None:
+        """Take the last step, after which nothing follows: x alone."""
+        which = self.engine.low_part if coarse else NO_LOW_PART
+        given = {"g": self.g, "d": self.d, "x": self.x, "c0": shift, "alpha": alpha, "beta": beta}
+        self.engine.spectral("linear_last", keep_low=coarse, **given, **which)
+
+
+class SmoothGrid(_Descending):
+    """Gap z and direction d over the points, spectra of the gradient and of d; and the coarser grids.
 
     Parameters
     ----------
@@ -29,13 +133,17 @@ class SmoothGrid:
     sampled : whether coarser grids take every second point of the offset, which may jump, instead of its waves.
     """
 
-    FIELDS = 8.4
+    FIELDS = 11.0
     """Memory held on a device that keeps its arrays, with that of the coarser grids, in fields of the finest."""
     lift = pressure = 0.0
     held = False
+    _energy = _energy_before = 0.0
+    """Mean of φ at z, and where the steps along d began."""
     offset: Array = None
     z: Array = None
     direction: Array = None
+    traction: Array = None
+    """That of the wall at z, and its stiffness in single precision."""
 
     def __init__(
         self,
@@ -48,25 +156,26 @@ class SmoothGrid:
         *,
         sampled: bool = False,
     ) -> None:
-        below = grid.coarser if coarser > 0 and grid.narrowest > back_end.SMALLEST else None
         self.grid, self.size, self._sampled = grid, grid.size, sampled
+        below = grid.coarser if coarser > 0 and grid.narrowest > back_end.SMALLEST else None
         self.engine: Engine = back_end.engine(grid, stiffness_q, threads, below, finer.engine if finer else None)
         engine = self.engine
         self.g, self.d = engine.spectrum(), engine.spectrum()
         if engine.KEEPS_FIELDS:
             self._allocate()
+            self.traction, self.stiffness = engine.rows(), engine.single_rows()
         self._kept = engine.rows() if engine.KEEPS_FIELDS and finer is None else None
         self.coarser: SmoothGrid | None = None
-        self.low_rows = self.low_columns = 0
         if below is not None:
             stiffness_below = cut(stiffness_q, below.shape_q)
             self.coarser = SmoothGrid(back_end, below, stiffness_below, threads, coarser - 1, self, sampled=sampled)
-            self.low_rows, self.low_columns = low_rows(below.shape_q[0]), below.shape_q[1] - 1
+            self.linear = LinearGrid(back_end, stiffness_below, threads, self.coarser)
 
     @property
-    def work(self) -> Work:
-        """What was done for the problem at hand."""
-        return self.engine.work
+    def work(self) -> list[Work]:
+        """What was done for the problem at hand on this grid and each coarser one, with the linear problems there."""
+        linear = self.linear.chain if self.linear else []
+        return [self.engine.work, *(_sum(one, other) for one, other in zip(self.chain[1:], linear, strict=True))]
 
     def set_problem(
         self, law: Law, offset: Real, start: Real | None, *, lift: float, pressure: float, mean_stiffness: float
@@ -82,15 +191,24 @@ class SmoothGrid:
         for grid in self.chain:
             engine = grid.engine
             grid.lift, grid.pressure, grid.held = lift, pressure, bool(np.isinf(mean_stiffness))
-            if not engine.KEEPS_FIELDS:
-                grid._allocate()
             engine.set_law(law)
-            engine.set_mean_stiffness(1.0 if grid.held else mean_stiffness, held=grid.held)
-            # May be of a solve that failed, and zero times what is not finite is not zero.
-            engine.fill(grid.d, 0.0)
-            engine.fill(grid.direction, 0.0)
-            engine.forget_work()
+            for each in (grid, grid.linear) if grid.linear else (grid,):
+                each.engine.set_mean_stiffness(1.0 if grid.held else mean_stiffness, held=grid.held)
+                each.engine.forget_work()
+        self._begin()
         return start is None or self.engine.upload(self.z, start)
+
+    def _begin(self) -> None:
+        """Have fields, and no direction: that of a solve that failed may not be finite, nor is zero times it zero."""
+        if not self.engine.KEEPS_FIELDS:
+            self._allocate()
+        self.engine.fill(self.d, 0.0)
+        self.engine.fill(self.direction, 0.0)
+
+    def _release(self) -> None:
+        """Give the memory of the fields back, where it is not kept."""
+        if not self.engine.KEEPS_FIELDS:
+            self.z = self.direction = self.traction = self.stiffness = self.offset = None
 
     def _allocate(self) -> None:
         self.z, self.direction = self.engine.rows(), self.engine.rows()
@@ -113,6 +231,7 @@ class SmoothGrid:
         The latter is its start; the offset lies in the memory of d, which is lost.
         """
         below = self._below
+        below._begin()
         if started:
             below.engine.inverse(below.z)
         below.offset = reused(self.direction, *below.grid.shape)
@@ -155,6 +274,7 @@ class SmoothGrid:
         self._elastic()
         self.engine.spectral(inverse=True)
         self.engine.out_of("lay", z=self.z, offset=self.offset, lift=self.lift)
+        below._release()
         self._press()
 
     def _displace(self) -> float:
@@ -169,7 +289,11 @@ class SmoothGrid:
 
     def _press(self) -> None:
         """Traction of the gap, to be transformed."""
-        self.engine.into("press", z=self.z)
+        if self.traction is None:
+            # No sooner, since coarser grids have given their memory back by now.
+            self.traction, self.stiffness = self.engine.rows(), self.engine.single_rows()
+        sums = self.engine.into("press", z=self.z, traction=self.traction, stiffness=self.stiffness)
+        self._energy = sums[0] / self.size
 
     # --- an iteration --------------------------------------------------------------------------------------
 
@@ -182,48 +306,22 @@ class SmoothGrid:
         """
         if complete:
             self.engine.fill(self.engine.w, 0.0)
-        low_rows, low_columns = (self.low_rows, self.low_columns) if coarse else (0, 0)
-        return self.engine.spectral(
-            "gradient",
-            forward=not complete,
-            inverse=True,
-            keep_low=coarse,
-            g=self.g,
-            d=self.d,
-            c0=shift,
-            alpha=alpha,
-            beta=beta,
-            low_rows=low_rows,
-            low_columns=low_columns,
-        )
-
-    def restrict(self) -> None:
-        """Let the coarser grid begin from here: at every second z, with its part of g."""
-        below = self._below
-        below.engine.sample(self.z, below.z)
-        self.engine.restrict(self.g, below.engine, below.g)
-
-    def low_modes(self, shift: float) -> Real:
-        """The modes of the coarser grid: there s is minus how far that has displaced the surface.  Their sums."""
-        below = self._below
-        below.engine.into("moved", fine=self.z, z=below.z)
-        below.engine.spectral(forward=True)
-        return self.engine.low("low_modes", g=self.g, d=self.d, c0=shift, e=below.engine.w)
-
-    def low_gradient(self, shift: float) -> Real:
-        """The same modes with s = M g after all: of their sums <g s> and <s K s>."""
-        return self.engine.low("low_gradient", g=self.g, c0=shift)
+        which = self.engine.low_part if coarse else NO_LOW_PART
+        given = {"g": self.g, "d": self.d, "c0": shift, "alpha": alpha, "beta": beta}
+        return self.engine.spectral("gradient", forward=not complete, inverse=True, keep_low=coarse, **given, **which)
 
     def turn(self, beta: float, *, coarse: bool) -> float:
         """Set d <- beta d - s; returns <φ'' d d> over the points near the wall."""
         if coarse:
-            self.engine.low("low_direction", inverse=True, d=self.d, beta=beta)
-        return float(self.engine.out_of("turn", d=self.direction, z=self.z, beta=beta)[0]) / self.size
+            self._low_direction(beta)
+        sums = self.engine.out_of("turn", d=self.direction, stiffness=self.stiffness, beta=beta)
+        return float(sums[0]) / self.size
 
     def line(self, alpha: float) -> tuple[float, float]:
         """At z - alpha d, over the points near the wall: <(change of p) d> and <φ'' d d>."""
         self.engine.trials += 1
-        slope, curvature = self.engine.sweep("line", z=self.z, d=self.direction, alpha=alpha)[:2] / self.size
+        fields = {"z": self.z, "d": self.direction, "traction": self.traction}
+        slope, curvature = self.engine.sweep("line", alpha=alpha, **fields)[:2] / self.size
         return float(slope), float(curvature)
 
     def move(self, step: float, alpha: float) -> tuple[float, float, float]:
@@ -231,9 +329,12 @@ class SmoothGrid:
 
         Returns, of all of these, <(change of p) d>; what φ changes beyond first order, and its size, as means.
         """
-        sums = self.engine.into("move", z=self.z, d=self.direction, step=step, alpha=alpha)
-        slope, second, size = sums[:3] / self.size
-        return float(slope), float(second), float(size)
+        if step == alpha:
+            self._energy_before = self._energy
+        fields = {"z": self.z, "d": self.direction, "traction": self.traction, "stiffness": self.stiffness}
+        sums = self.engine.into("move", step=step, alpha=alpha, **fields) / self.size
+        slope, before, self._energy, size = (float(each) for each in sums[:4])
+        return slope, self._energy - self._energy_before - alpha * before, size
 
     def clear(self) -> None:
         """Forget d, which may not be finite."""
@@ -252,12 +353,16 @@ class SmoothGrid:
     def hand_out(self) -> Real:
         """Hand z out as an array of the host that nobody else uses, shape ``grid.shape``, in a0."""
         gap = self.engine.download(self.z)
-        if not self.engine.KEEPS_FIELDS:
-            # Who looks at the gap has the memory of all fields meanwhile; spectra are what is left.
-            for grid in self.chain:
-                grid.z = grid.direction = grid.offset = None
+        # Who looks at the gap has the memory of the fields meanwhile; spectra are what is left.
+        self._release()
         return gap
 
     def elastic_energy(self, offset: Real, gap: Real) -> float:
         """½ <u K u> of u = offset - gap without its mean, in E* a0, between two problems."""
         return self.engine.elastic_energy(offset, gap, self.g, self.d)
+
+
+def _sum(one: SmoothGrid, other: LinearGrid) -> Work:
+    """The work of both kinds on one grid."""
+    a, b = one.engine.work, other.engine.work
+    return Work(a.shape, a.fft_pairs + b.fft_pairs, a.sweeps + b.sweeps, a.fft_seconds + b.fft_seconds)

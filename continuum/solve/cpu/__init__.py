@@ -9,16 +9,22 @@ from continuum.model.grid import Grid
 from continuum.solve.backend import BackEnd
 from continuum.solve.cpu.bound import CpuBoundEngine
 from continuum.solve.cpu.engine import CpuEngine
+from continuum.solve.cpu.linear import CpuLinearEngine
 
 
 class CpuBackEnd(BackEnd):
     """Processor cores: there are always some, which processes share."""
 
+    PRECISION: type = np.float32
+    """Of linear problems: a step of a coarser grid is a direction only."""
     SMALLEST = 128
     """On smaller grids calls, not points, would take the time."""
 
     def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> CpuEngine:
         return CpuEngine(grid, np.array(K, order="C"), threads, below)
+
+    def linear_engine(self, grid: Grid, K: Real, threads: int, below: Any, finer: Any) -> CpuLinearEngine:
+        return CpuLinearEngine(grid, np.array(K, dtype=self.PRECISION, order="C"), threads, below)
 
     def bound_engine(self, grid: Grid, K: Real, threads: int, finer: Any) -> CpuBoundEngine:
         return CpuBoundEngine(grid, np.array(K, order="C"), threads)

@@ -17,17 +17,20 @@ from numba import njit
 from numpy.typing import NDArray
 
 from continuum.model import laws
+from continuum.solve import conjugate
 
 SUMS = 6
 """Sums of a sweep, at most."""
 TILE = 64
 """Length in points of the pieces of a row that are marked as near the wall or not."""
 
+Single = NDArray[np.float32]
+"""A field in single precision."""
 Mask = NDArray[np.bool_]
 """Which tiles are near the wall, one row per row of points; or which points are in contact."""
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
-SOURCES = (Path(laws.__file__), Path(__file__))
+SOURCES = (Path(laws.__file__), Path(__file__), Path(__file__).with_name("sweeps.py"), Path(conjugate.__file__))
 """Files, beside its own, whose functions, constants and options a sweep is compiled with."""
 
 

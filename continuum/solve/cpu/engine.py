@@ -57,6 +57,7 @@ class CpuEngine:
     ----------
     grid : gives the shape.
     K : over the half spectrum, shape ``grid.shape_q``; owned from now on, since K at q = 0 is that of each problem.
+        All arrays have its precision.
     threads : of a sweep.
     below : the next coarser grid, whose modes are swept apart.
     """
@@ -65,8 +66,8 @@ class CpuEngine:
 
     def __init__(self, grid: Grid, K: Real, threads: int, below: Grid | None = None) -> None:
         self.grid, self.size, self.n = grid, grid.size, grid.shape[1]
-        self.K = K
-        self.work_q: Complex = padded(grid.shape_q, np.complex128)
+        self.K, self._kind = K, K.dtype
+        self.work_q: Complex = padded(grid.shape_q, np.result_type(K.dtype, np.complex64))
         self.w = memory(self.work_q)
         self.threads = threads if grid.size >= _WORTH_THREADS else 1
         self.row_edges = block_edges(grid.shape[0], grid.size)
@@ -74,14 +75,15 @@ class CpuEngine:
         low_rows, low_columns = (fourier.low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
         high = block_edges(grid.shape_q[1] - low_columns, grid.size)
         self.low_edges, self.high_edges = block_edges(low_columns, grid.size), [low_columns + e for e in high]
+        self.low_part: dict[str, Any] = {"low_rows": low_rows, "low_columns": low_columns}
         self.near = np.zeros((grid.shape[0], -(-self.n // TILE)), dtype=np.bool_)
         self._own: dict[str, object] = {
             "n": self.n,
             "K": K,
             "work": self.w,
-            "weights": np.ascontiguousarray(grid.mode_weights[0]),
-            "low_rows": low_rows,
+            "weights": np.ascontiguousarray(grid.mode_weights[0], dtype=K.dtype),
             "near": self.near,
+            **self.low_part,
         }
         self._held = False
         self._thread = threading.local()
@@ -108,10 +110,13 @@ class CpuEngine:
     # --- arrays --------------------------------------------------------------------------------------------
 
     def rows(self) -> Real:
-        return memory(padded(self.grid.shape))
+        return memory(padded(self.grid.shape, self._kind))
+
+    def single_rows(self) -> Real:
+        return memory(padded(self.grid.shape, np.float32))
 
     def spectrum(self) -> Real:
-        return memory(padded(self.grid.shape_q, np.complex128))
+        return memory(padded(self.grid.shape_q, self.work_q.dtype))
 
     def hold(self, values: Real, kept: Real | None) -> Real | None:
         # A sum is finite only if all its terms are, and needs no memory.
@@ -139,18 +144,13 @@ class CpuEngine:
         self.work_q[0, 0] = mean
 
     def sample(self, fine: Real, coarse: Real) -> None:
-        self.sweep("every_second", fine=fine, z=coarse)
+        self.sweep("sampled", fine=fine, out=coarse)
 
-    def restrict(self, spectrum: Real, below: CpuEngine, coarse: Real) -> None:
-        fourier.restrict(self._modes(spectrum), below._modes(coarse))
+    def restrict(self, spectrum: Real, below: CpuEngine, coarse: Real, size: float = 1.0) -> None:
+        self.low("restrict", g=spectrum, coarse=coarse, size=size)
 
     def prolong(self, below: CpuEngine) -> None:
         fourier.prolong(below.work_q, self.work_q)
-
-    def _modes(self, spectrum: Real) -> Complex:
-        """A spectrum as complex numbers, without padding."""
-        modes: Complex = spectrum.view(np.complex128)[:, : self.grid.shape_q[1]]
-        return modes
 
     # --- sweeps --------------------------------------------------------------------------------------------
 
@@ -182,6 +182,22 @@ class CpuEngine:
             seconds = time.perf_counter() - began
             kernel(first, last, sums, buffer, *arguments)
             return seconds
+
+        return self.over(task, self.row_edges)
+
+    def through(self, name: str, **given: Any) -> Real:
+        self.transforms += 2
+        kernel, arguments = self._bound(name, 4, given)
+
+        def task(first: int, last: int, sums: Real) -> float:
+            buffer = self._buffer(last - first)
+            began = time.perf_counter()
+            rows_inverse(self.work_q[first:last], buffer[:, : self.n])
+            middle = time.perf_counter()
+            kernel(first, last, sums, buffer, *arguments)
+            swept = time.perf_counter()
+            rows_forward(buffer[:, : self.n], self.work_q[first:last])
+            return time.perf_counter() - swept + middle - began
 
         return self.over(task, self.row_edges)
 
@@ -228,7 +244,7 @@ class CpuEngine:
         """Rows of a field, padded, for the thread that asks."""
         if not hasattr(self._thread, "buffer"):
             most = max(b - a for a, b in zip(self.row_edges, self.row_edges[1:], strict=False))
-            self._thread.buffer = memory(padded((most, self.n)))
+            self._thread.buffer = memory(padded((most, self.n), self._kind))
         buffer: Real = self._thread.buffer[:rows]
         return buffer
 
@@ -314,7 +330,7 @@ class CpuEngine:
 def memory(values: Real | Complex) -> Real:
     """The whole memory of a field or spectrum with padded rows, as real numbers."""
     assert values.base is not None  # it is a part of that memory
-    return values.base.view(np.float64)
+    return values.base.view(values.real.dtype)
 
 
 def whole_rows(values: Real) -> Real:

@@ -3,6 +3,7 @@
 A sweep over a spectrum is a function of the columns ``first:last`` of a block, which writes that block's sums.
 Spectra are passed as real arrays with padded rows, real and imaginary parts in turn: the compiler vectorises these.
 ``weights`` says how often a column counts in a sum over all modes: 0 and, on even grids, ny/2 once, all others twice.
+Numbers are made of the type of the arrays before a loop, so that those in single precision are computed in it.
 
 The next coarser grid carries the columns below ``low_columns`` of the rows within ``low_rows`` of row 0.
 """
@@ -10,7 +11,7 @@ The next coarser grid carries the columns below ``low_columns`` of the rows with
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cpu.compiled import TILE, Mask, compiled, inlined
+from continuum.solve.cpu.compiled import compiled, inlined
 
 
 @compiled
@@ -52,7 +53,7 @@ def _gradient(
             sums[0] += _finish_low(gi, di, wi, ki, weight, alpha)
             continue
         # A row stays in the cache for three short loops, which vectorise where one long one does not.
-        _follow(gi, di, wi, ki, c0, alpha, beta)
+        _follow(gi, di, wi, ki, c0, alpha, beta, 1.0)
         gg, gs, ys, ym = _finish(gi, wi, ki, weight, c0)
         ss, sd = _precondition(gi, di, wi, ki, weight, c0)
         sums[0] += gg
@@ -63,13 +64,103 @@ def _gradient(
         sums[5] += sd
 
 
+@compiled
+def _linear_gradient(
+    first: int,
+    last: int,
+    sums: Real,
+    g: Real,
+    d: Real,
+    x: Real,
+    work: Real,
+    K: Real,
+    c0: float,
+    alpha: float,
+    beta: float,
+    low_rows: int,
+    low_columns: int,
+    weights: Real,
+) -> None:
+    """The same where the wall is linear: ``work`` holds the traction of a step of length one; x <- x + alpha d."""
+    rows = K.shape[0]
+    for i in range(rows):
+        gi = g[i, 2 * first : 2 * last]
+        di = d[i, 2 * first : 2 * last]
+        xi = x[i, 2 * first : 2 * last]
+        wi = work[i, 2 * first : 2 * last]
+        ki = K[i, first:last]
+        weight = weights[first:last]
+        if first < low_columns and (i < low_rows or i > rows - low_rows):
+            _scale(wi, alpha)
+            sums[0] += _finish_low(gi, di, wi, ki, weight, alpha)
+            _advance(xi, di, alpha)
+            continue
+        _follow(gi, di, wi, ki, c0, alpha, beta, alpha)
+        _advance(xi, di, alpha)
+        gg, gs, ys, ym = _finish(gi, wi, ki, weight, c0)
+        ss, sd = _precondition(gi, di, wi, ki, weight, c0)
+        sums[0] += gg
+        sums[1] += gs
+        sums[2] += ys
+        sums[3] += ym
+        sums[4] += ss
+        sums[5] += sd
+
+
+@compiled
+def _linear_last(
+    first: int,
+    last: int,
+    sums: Real,
+    g: Real,
+    d: Real,
+    x: Real,
+    K: Real,
+    c0: float,
+    alpha: float,
+    beta: float,
+    low_rows: int,
+    low_columns: int,
+) -> None:
+    """The last step alone, after which no gradient is needed: x <- x + alpha d."""
+    real = K.dtype.type
+    c, b = real(c0), real(beta)
+    rows = K.shape[0]
+    for i in range(rows):
+        gi = g[i, 2 * first : 2 * last]
+        di = d[i, 2 * first : 2 * last]
+        ki = K[i, first:last]
+        if not (first < low_columns and (i < low_rows or i > rows - low_rows)):
+            for j in range(ki.size):
+                m = real(1.0) / (ki[j] + c)
+                di[2 * j] = b * di[2 * j] - m * gi[2 * j]
+                di[2 * j + 1] = b * di[2 * j + 1] - m * gi[2 * j + 1]
+        _advance(x[i, 2 * first : 2 * last], di, alpha)
+
+
+@inlined
+def _scale(values: Real, factor: float) -> None:
+    """Multiply a row by a number."""
+    a = values.dtype.type(factor)
+    for c in range(values.size):
+        values[c] *= a
+
+
+@inlined
+def _advance(xi: Real, di: Real, alpha: float) -> None:
+    """A row: x <- x + alpha d."""
+    a = xi.dtype.type(alpha)
+    for c in range(xi.size):
+        xi[c] += a * di[c]
+
+
 @inlined
 def _finish_low(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, alpha: float) -> float:
     """A row of the coarse grid's modes: work <- y, g <- g + y; |g|²."""
-    gg = 0.0
+    a, gg = ki.dtype.type(alpha), ki.dtype.type(0.0)
     for j in range(ki.size):
-        y0 = alpha * ki[j] * di[2 * j] + wi[2 * j]
-        y1 = alpha * ki[j] * di[2 * j + 1] + wi[2 * j + 1]
+        y0 = a * ki[j] * di[2 * j] + wi[2 * j]
+        y1 = a * ki[j] * di[2 * j + 1] + wi[2 * j + 1]
         g0 = gi[2 * j] + y0
         g1 = gi[2 * j + 1] + y1
         wi[2 * j] = y0
@@ -81,26 +172,29 @@ def _finish_low(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, alpha: flo
 
 
 @inlined
-def _follow(gi: Real, di: Real, wi: Real, ki: Real, c0: float, alpha: float, beta: float) -> None:
-    """A row of the others: d <- beta d - M g, work <- y."""
+def _follow(gi: Real, di: Real, wi: Real, ki: Real, c0: float, alpha: float, beta: float, scale: float) -> None:
+    """A row of the others: d <- beta d - M g, work <- y, the work of the wall times ``scale``."""
+    real = ki.dtype.type
+    c, a, b, f, one = real(c0), real(alpha), real(beta), real(scale), real(1.0)
     for j in range(ki.size):
         k = ki[j]
-        m = 1.0 / (k + c0)
-        d0 = beta * di[2 * j] - m * gi[2 * j]
-        d1 = beta * di[2 * j + 1] - m * gi[2 * j + 1]
+        m = one / (k + c)
+        d0 = b * di[2 * j] - m * gi[2 * j]
+        d1 = b * di[2 * j + 1] - m * gi[2 * j + 1]
         di[2 * j] = d0
         di[2 * j + 1] = d1
-        wi[2 * j] += alpha * k * d0
-        wi[2 * j + 1] += alpha * k * d1
+        wi[2 * j] = f * wi[2 * j] + a * k * d0
+        wi[2 * j + 1] = f * wi[2 * j + 1] + a * k * d1
 
 
 @inlined
 def _finish(gi: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[float, float, float, float]:
     """The same row: g <- g + y; |g|², <g,s>, <y,s>, <y,My>."""
-    gg = gs = ys = ym = 0.0
+    c = ki.dtype.type(c0)
+    gg = gs = ys = ym = ki.dtype.type(0.0)
     for j in range(ki.size):
         w = weight[j]
-        m = w / (ki[j] + c0)
+        m = w / (ki[j] + c)
         y0 = wi[2 * j]
         y1 = wi[2 * j + 1]
         g0 = gi[2 * j] + y0
@@ -118,10 +212,11 @@ def _finish(gi: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[floa
 @inlined
 def _precondition(gi: Real, di: Real, wi: Real, ki: Real, weight: Real, c0: float) -> tuple[float, float]:
     """The same row: work <- s = M g; <s,Ks>, <s,Kd>."""
-    ss = sd = 0.0
+    c, one = ki.dtype.type(c0), ki.dtype.type(1.0)
+    ss = sd = ki.dtype.type(0.0)
     for j in range(ki.size):
         k = ki[j]
-        m = 1.0 / (k + c0)
+        m = one / (k + c)
         s0 = m * gi[2 * j]
         s1 = m * gi[2 * j + 1]
         wi[2 * j] = s0
@@ -145,8 +240,11 @@ def _low_modes(
     low_rows: int,
     weights: Real,
     e: Real,
+    size: float,
 ) -> None:
-    """The modes that the coarse grid has seen: work <- s = -e, and their share of the sums of `gradient`."""
+    """The modes that the coarse grid has seen: work <- s = -size e, and their share of the sums of `gradient`."""
+    real = K.dtype.type
+    c, factor = real(c0), -real(size)
     rows = K.shape[0]
     for i in range(rows):
         if low_rows <= i <= rows - low_rows:
@@ -158,20 +256,22 @@ def _low_modes(
         ei = e[coarse, 2 * first : 2 * last]
         ki = K[i, first:last]
         weight = weights[first:last]
-        gs = ys = ym = ss = sd = 0.0
+        gs = ys = ym = ss = sd = real(0.0)
         for j in range(ki.size):
             w = weight[j]
             y0 = wi[2 * j]
             y1 = wi[2 * j + 1]
-            ym += w / (ki[j] + c0) * (y0 * y0 + y1 * y1)
-            ys -= w * (y0 * ei[2 * j] + y1 * ei[2 * j + 1])
+            s0 = factor * ei[2 * j]
+            s1 = factor * ei[2 * j + 1]
+            wi[2 * j] = s0
+            wi[2 * j + 1] = s1
+            ym += w / (ki[j] + c) * (y0 * y0 + y1 * y1)
+            ys += w * (y0 * s0 + y1 * s1)
         for j in range(ki.size):
             w = weight[j]
             k = w * ki[j]
-            s0 = -ei[2 * j]
-            s1 = -ei[2 * j + 1]
-            wi[2 * j] = s0
-            wi[2 * j + 1] = s1
+            s0 = wi[2 * j]
+            s1 = wi[2 * j + 1]
             gs += w * (gi[2 * j] * s0 + gi[2 * j + 1] * s1)
             ss += k * (s0 * s0 + s1 * s1)
             sd += k * (s0 * di[2 * j] + s1 * di[2 * j + 1])
@@ -195,6 +295,7 @@ def _low_gradient(
     weights: Real,
 ) -> None:
     """The same modes where the coarse step does not descend: work <- s = M g; sums: <g,s> at 1, <s,Ks> at 4."""
+    c = K.dtype.type(c0)
     rows = K.shape[0]
     for i in range(rows):
         if low_rows <= i <= rows - low_rows:
@@ -202,16 +303,17 @@ def _low_gradient(
         for j in range(first, last):
             w = weights[j]
             k = K[i, j]
-            for c in range(2 * j, 2 * j + 2):
-                s = g[i, c] / (k + c0)
-                work[i, c] = s
-                sums[1] += w * g[i, c] * s
+            for part in range(2 * j, 2 * j + 2):
+                s = g[i, part] / (k + c)
+                work[i, part] = s
+                sums[1] += w * g[i, part] * s
                 sums[4] += w * k * s * s
 
 
 @compiled
 def _low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_rows: int, beta: float) -> None:
     """Direction d <- beta d - s for those modes; the others follow in `gradient`."""
+    b = d.dtype.type(beta)
     rows = d.shape[0]
     for i in range(rows):
         if low_rows <= i <= rows - low_rows:
@@ -219,7 +321,25 @@ def _low_direction(first: int, last: int, sums: Real, d: Real, work: Real, low_r
         di = d[i, 2 * first : 2 * last]
         wi = work[i, 2 * first : 2 * last]
         for c in range(di.size):
-            di[c] = beta * di[c] - wi[c]
+            di[c] = b * di[c] - wi[c]
+
+
+@compiled
+def _restrict(
+    first: int, last: int, sums: Real, g: Real, coarse: Real, low_rows: int, low_columns: int, size: float
+) -> None:
+    """The modes of the coarse grid over ``size``, without its Nyquist modes, into its array."""
+    factor = 1.0 / size
+    for i in range(coarse.shape[0]):
+        ci = coarse[i, 2 * first : 2 * last]
+        if i == low_rows:
+            ci[:] = 0.0
+        else:
+            gi = g[i if i < low_rows else i - coarse.shape[0] + g.shape[0], 2 * first : 2 * last]
+            for c in range(ci.size):
+                ci[c] = factor * gi[c]
+        if last == low_columns:
+            coarse[i, 2 * last] = coarse[i, 2 * last + 1] = 0.0
 
 
 @compiled
@@ -248,23 +368,31 @@ def _add_square(first: int, last: int, sums: Real, g: Real, work: Real, weights:
 
 
 @compiled
-def _every_second(first: int, last: int, sums: Real, fine: Real, z: Real, n: int, near_gap: float, near: Mask) -> None:
-    """Gap of a coarse grid: z <- every second of the fine one's.  Marks the tiles."""
+def _sampled(first: int, last: int, sums: Real, fine: Real, out: Real, n: int) -> None:
+    """Every second value of a field of the finer grid."""
     for i in range(first, last):
-        for t in range(near.shape[1]):
-            close = 0
-            for j in range(t * TILE, min(n, (t + 1) * TILE)):
-                z[i, j] = fine[2 * i, 2 * j]
-                close += not z[i, j] >= near_gap
-            near[i, t] = close > 0
+        for j in range(n):
+            out[i, j] = fine[2 * i, 2 * j]
 
 
 @compiled
-def _moved(first: int, last: int, sums: Real, out: Real, fine: Real, z: Real, n: int) -> None:
-    """How far the coarse grid has displaced the surface: ``out`` <- (every second of the fine gap) - z."""
+def _linear_turn(first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Real) -> None:
+    """New direction, d <- beta d - s, and the traction of the wall along it, stiffness d, in place of s.
+
+    sums: of stiffness d².
+    """
+    b = d.dtype.type(beta)
     for i in range(first, last):
-        for j in range(n):
-            out[i - first, j] = fine[2 * i, 2 * j] - z[i, j]
+        direction, step, stiff = d[i, :n], s[i - first, :n], stiffness[i, :n]
+        for j in range(direction.size):
+            direction[j] = b * direction[j] - step[j]
+        # Two loops vectorise where one does not.
+        curvature = d.dtype.type(0.0)
+        for j in range(direction.size):
+            pull = stiff[j] * direction[j]
+            step[j] = pull
+            curvature += pull * direction[j]
+        sums[0] += curvature
 
 
 @compiled

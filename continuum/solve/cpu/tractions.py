@@ -3,7 +3,8 @@
 A sweep is a function of the rows ``first:last`` of a block, which writes that block's sums.  Fields are whole arrays
 with padded rows, of which n points count; ``out`` and ``s`` are buffers of the block alone, which is transformed
 while it stays in the cache.  Tiles of a row are followed by the line search where they are marked as near; points
-that are not numbers are near, so that they are not lost.
+that are not numbers are near, so that they are not lost.  The stiffness of the law is kept in single precision, which
+serves the length of a first step and the linear problems of coarser grids.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import respond
-from continuum.solve.cpu.compiled import TILE, Mask, compiled
+from continuum.solve.cpu.compiled import TILE, Mask, Single, compiled
 
 
 @compiled
@@ -28,13 +29,18 @@ def _press(
     reach: float,
     near_gap: float,
     near: Mask,
+    traction: Real,
+    stiffness: Single,
 ) -> None:
-    """Traction into ``out``.  Marks the tiles."""
+    """Traction and stiffness of the wall; the first into ``out``, too.  Marks the tiles.  sums: of the energy."""
+    energy = 0.0
     here = np.empty((3, TILE))
     for i in range(first, last):
         for t in range(near.shape[1]):
             gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
-            traction = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
+            force = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
+            kept = traction[i, t * TILE : min(n, (t + 1) * TILE)]
+            stiff = stiffness[i, t * TILE : min(n, (t + 1) * TILE)]
             close = touching = 0
             for j in range(gap.size):
                 close += not gap[j] >= near_gap
@@ -43,40 +49,31 @@ def _press(
             if touching:
                 respond(kind, gap, parameters, here)
                 for j in range(gap.size):
-                    traction[j] = here[1, j]
+                    energy += here[0, j]
+                    force[j] = kept[j] = here[1, j]
+                    stiff[j] = here[2, j]
             else:
                 for j in range(gap.size):
-                    traction[j] = 0.0
+                    force[j] = kept[j] = stiff[j] = 0.0
+    sums[0] = energy
 
 
 @compiled
 def _turn(
-    first: int,
-    last: int,
-    sums: Real,
-    s: Real,
-    d: Real,
-    n: int,
-    beta: float,
-    z: Real,
-    kind: int,
-    parameters: Real,
-    near: Mask,
+    first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Single, near: Mask
 ) -> None:
     """New direction, d <- beta d - s.  sums, over the marked tiles: of stiffness d²."""
     curvature = 0.0
-    here = np.empty((3, TILE))
     for i in range(first, last):
         direction, step = d[i, :n], s[i - first, :n]
         for j in range(n):
             direction[j] = beta * direction[j] - step[j]
         for t in range(near.shape[1]):
             if near[i, t]:
-                gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
+                stiff = stiffness[i, t * TILE : min(n, (t + 1) * TILE)]
                 e = d[i, t * TILE : min(n, (t + 1) * TILE)]
-                respond(kind, gap, parameters, here)
-                for j in range(gap.size):
-                    curvature += here[2, j] * e[j] * e[j]
+                for j in range(stiff.size):
+                    curvature += stiff[j] * e[j] * e[j]
     sums[0] = curvature
 
 
@@ -92,21 +89,22 @@ def _line(
     kind: int,
     parameters: Real,
     near: Mask,
+    traction: Real,
 ) -> None:
     """At z - alpha d.  sums, over the marked tiles: of (change of traction) d; of stiffness d²."""
     slope = curvature = 0.0
-    here, there, trial = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
+    there, trial = np.empty((3, TILE)), np.empty(TILE)
     for i in range(first, last):
         for t in range(near.shape[1]):
             if near[i, t]:
                 gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
                 e = d[i, t * TILE : min(n, (t + 1) * TILE)]
+                here = traction[i, t * TILE : min(n, (t + 1) * TILE)]
                 for j in range(gap.size):
                     trial[j] = gap[j] - alpha * e[j]
-                respond(kind, gap, parameters, here)
                 respond(kind, trial[: gap.size], parameters, there)
                 for j in range(gap.size):
-                    slope += (there[1, j] - here[1, j]) * e[j]
+                    slope += (there[1, j] - here[j]) * e[j]
                     curvature += there[2, j] * e[j] * e[j]
     sums[0] = slope
     sums[1] = curvature
@@ -128,19 +126,23 @@ def _move(
     reach: float,
     near_gap: float,
     near: Mask,
+    traction: Real,
+    stiffness: Single,
 ) -> None:
     """Step z <- z - step d, the last of several that add up to alpha.  Marks the tiles anew.
 
-    The change of the traction since alpha = 0 goes into ``out``.
-    sums: of that change times d; of what the energy changes beyond first order; of |energy|.
+    The change of the traction since alpha = 0 goes into ``out``; traction and stiffness are kept for the new gap.
+    sums: of that change times d; of the traction at alpha = 0 times d; of the energy; of its size.
     """
-    slope = second = size = 0.0
+    slope = before = energy = size = 0.0
     here, there, old = np.empty((3, TILE)), np.empty((3, TILE)), np.empty(TILE)
     for i in range(first, last):
         for t in range(near.shape[1]):
             gap = z[i, t * TILE : min(n, (t + 1) * TILE)]
             e = d[i, t * TILE : min(n, (t + 1) * TILE)]
             change = out[i - first, t * TILE : min(n, (t + 1) * TILE)]
+            kept = traction[i, t * TILE : min(n, (t + 1) * TILE)]
+            stiff = stiffness[i, t * TILE : min(n, (t + 1) * TILE)]
             close = touching = 0
             for j in range(gap.size):
                 gap[j] -= step * e[j]
@@ -149,18 +151,29 @@ def _move(
                 lower = old[j] if old[j] < gap[j] else gap[j]
                 close += not lower >= near_gap
                 touching += not lower >= reach
-            near[i, t] = close > 0
+            was_near, near[i, t] = near[i, t], close > 0
             if touching:
-                respond(kind, old[: gap.size], parameters, here)
+                if step != alpha:
+                    # What is kept is that of an earlier one of the steps.
+                    respond(kind, old[: gap.size], parameters, here)
+                    for j in range(gap.size):
+                        kept[j] = here[1, j]
                 respond(kind, gap, parameters, there)
                 for j in range(gap.size):
-                    change[j] = there[1, j] - here[1, j]
+                    change[j] = there[1, j] - kept[j]
                     slope += change[j] * e[j]
-                    second += there[0, j] - here[0, j] - alpha * here[1, j] * e[j]
+                    before += kept[j] * e[j]
+                    energy += there[0, j]
                     size += abs(there[0, j])
+                    kept[j] = there[1, j]
+                    stiff[j] = there[2, j]
             else:
                 for j in range(gap.size):
                     change[j] = 0.0
+                if was_near:
+                    for j in range(gap.size):
+                        kept[j] = stiff[j] = 0.0
     sums[0] = slope
-    sums[1] = second
-    sums[2] = size
+    sums[1] = before
+    sums[2] = energy
+    sums[3] = size

@@ -11,6 +11,7 @@ from continuum.solve.backend import BackEnd
 from continuum.solve.cuda.bound import CudaBoundEngine
 from continuum.solve.cuda.device import device_name, refuse_without_gpu, refuse_without_memory, visible_devices
 from continuum.solve.cuda.engine import CudaEngine
+from continuum.solve.cuda.linear import CudaLinearEngine
 
 
 class CudaBackEnd(BackEnd):
@@ -37,6 +38,10 @@ class CudaBackEnd(BackEnd):
 
     def engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> CudaEngine:
         return CudaEngine(grid, K, below, finer)
+
+    def linear_engine(self, grid: Grid, K: Real, threads: int, below: Grid | None, finer: Any) -> Any:
+        # On any grid all of a step is one call: none of its parts is asked for.
+        return CudaLinearEngine(grid, K, below, finer)
 
     def bound_engine(self, grid: Grid, K: Real, threads: int, finer: Any) -> CudaBoundEngine:
         return CudaBoundEngine(grid, K, finer)

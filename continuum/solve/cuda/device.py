@@ -21,7 +21,7 @@ from typing import Any, TypeVar, cast
 
 import numba.cuda
 import numpy as np
-from numba import config, float64, int64, types, uint8, void
+from numba import config, float32, float64, int64, types, uint8, void
 from numpy.typing import NDArray
 
 from continuum.errors import InputError, StickinessError
@@ -43,8 +43,10 @@ Array = Any
 """An array on the device; its shape is that of a field, or of a half spectrum with real and imaginary parts in turn."""
 Mask = NDArray[np.uint8]
 """Which points are in contact: 0 or 1."""
+Single = NDArray[np.float32]
+"""A field in single precision."""
 Parameters = Real
-"""Parameters of a law; one-dimensional."""
+"""Parameters of a law, or a state; one-dimensional."""
 Sums = Real
 """Parts of some sums, a row each, of every block."""
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -52,6 +54,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 _TYPES: dict[str, types.Type] = {
     "Real": float64[:, ::1],
     "Sums": float64[:, ::1],
+    "Single": float32[:, ::1],
     "Mask": uint8[:, ::1],
     "Parameters": float64[::1],
     "float": float64,

@@ -10,7 +10,7 @@ from continuum.model.fourier import Real, low_rows
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import reused
-from continuum.solve.cuda import points, pressing, spectra, sums, walls
+from continuum.solve.cuda import points, pressing, relax, spectra, sums, walls
 from continuum.solve.cuda.device import Array, Kernel, empty, to_device
 from continuum.solve.cuda.sums import Reduction
 from continuum.solve.cuda.transforms import Transforms
@@ -18,7 +18,7 @@ from continuum.solve.solution import Work
 
 KERNELS = {
     name.removeprefix("_"): kernel
-    for module in (sums, points, spectra, walls, pressing)
+    for module in (sums, points, spectra, walls, relax, pressing)
     for name, kernel in vars(module).items()
     if isinstance(kernel, Kernel)
 }
@@ -35,7 +35,8 @@ class CudaEngine:
     grid : gives the shape.
     K : over the half spectrum, shape ``grid.shape_q``; what is not finite counts as zero.
     below : the next coarser grid, whose modes are swept apart.
-    finer : the engine of a finer grid, whose memory for transforms and sums is used.
+    finer : the engine of a finer grid, or another one of the same, whose memory for transforms and sums is used, and
+        whose K if it is of the same.
     """
 
     KEEPS_FIELDS = True
@@ -43,17 +44,20 @@ class CudaEngine:
     def __init__(self, grid: Grid, K: Real, below: Grid | None = None, finer: CudaEngine | None = None) -> None:
         self.grid, self.size, self.per_point = grid, grid.size, 1.0 / grid.size
         self.w = self.spectrum()
-        self.transform: Transforms = Transforms(grid.shape, finer.transform if finer else None)
-        self.K = to_device(np.where(np.isfinite(K), K, 0.0))
+        same = finer if finer and finer.grid.shape == grid.shape else None
+        self.transform: Transforms = (
+            same.transform if same else Transforms(grid.shape, finer.transform if finer else None)
+        )
+        self.K: Array = same.K if same else to_device(np.where(np.isfinite(K), K, 0.0))
         self.reduction: Reduction = finer.reduction if finer else Reduction(grid.shape[0])
         self.low_rows, low_columns = (low_rows(below.shape_q[0]), below.shape_q[1] - 1) if below else (0, 0)
+        self.low_part = {"low_rows": self.low_rows, "low_columns": low_columns}
         self._own: dict[str, Any] = {
             "K": self.K,
             "work": self.w,
             "single": -1 if grid.shape[1] % 2 else grid.shape_q[1] - 1,
             "scale": self.per_point,
-            "low_rows": self.low_rows,
-            "low_columns": low_columns,
+            **self.low_part,
         }
         self._held = False
         self._known: Real | None = None
@@ -84,6 +88,9 @@ class CudaEngine:
 
     def rows(self, kind: Any = np.float64) -> Array:
         return empty(*self.grid.shape, kind)
+
+    def single_rows(self) -> Array:
+        return self.rows(np.float32)
 
     def spectrum(self) -> Array:
         return empty(self.grid.shape[0], 2 * self.grid.shape_q[1])
@@ -119,10 +126,13 @@ class CudaEngine:
         KERNELS["put"](1, self.w, mean)
 
     def sample(self, fine: Array, coarse: Array) -> None:
-        self.sweep("every_second", fine=fine, z=coarse)
+        if coarse.dtype == np.float32:
+            self.sweep("sampled", fine=fine, out=coarse)
+        else:
+            self.sweep("every_second", fine=fine, z=coarse)
 
-    def restrict(self, spectrum: Array, below: CudaEngine, coarse: Array) -> None:
-        below.sweep("restrict", coarse=coarse, fine=spectrum)
+    def restrict(self, spectrum: Array, below: CudaEngine, coarse: Array, size: float = 1.0) -> None:
+        below.sweep("restrict", coarse=coarse, fine=spectrum, factor=1.0 / size)
 
     def prolong(self, below: CudaEngine) -> None:
         self.sweep("prolong", fine=self.w, coarse=below.w)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Sums, cuda
+from continuum.solve.cuda.device import Kernel, Single, Sums, cuda
 from continuum.solve.cuda.sums import leave
 
 
@@ -102,7 +102,8 @@ def _every_second(z: Real, fine: Real) -> None:
 
 
 @Kernel
-def _moved(work: Real, fine: Real, z: Real, scale: float) -> None:
-    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            work[i, j] = scale * (fine[2 * i, 2 * j] - z[i, j])
+def _sampled(out: Single, fine: Single) -> None:
+    """The same in single precision."""
+    for i in range(cuda.blockIdx.x, out.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, out.shape[1], cuda.blockDim.x):
+            out[i, j] = fine[2 * i, 2 * j]

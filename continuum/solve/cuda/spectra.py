@@ -16,13 +16,13 @@ from continuum.solve.cuda.sums import leave
 
 
 @device_function
-def _weight(j: int, single: int) -> float:
+def multiplicity(j: int, single: int) -> float:
     """How often a column counts."""
     return 1.0 if j in (0, single) else 2.0
 
 
 @device_function
-def _low_row(r: int, low_rows: int, rows: int) -> int:
+def low_row(r: int, low_rows: int, rows: int) -> int:
     """Row of a spectrum that is the r-th of those of the coarser grid."""
     return r if r < low_rows else rows - 2 * low_rows + 1 + r
 
@@ -38,7 +38,7 @@ def _gradient(
         low_row = i < low_rows or i > rows - low_rows
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
             k = K[i, j]
-            weight = _weight(j, single)
+            weight = multiplicity(j, single)
             g0, g1 = complex_at(g, i, j)
             d0, d1 = complex_at(d, i, j)
             y0 = y1 = 0.0
@@ -70,21 +70,22 @@ def _gradient(
     leave(sums, (gg, gs, ys, ym, ss, sd))
 
 
-@Kernel
-def _low_modes(
-    g: Real, d: Real, work: Real, K: Real, e: Real, c0: float, low_rows: int, low_columns: int, single: int,
-    sums: Sums,
+@device_function
+def low_modes_of(
+    g: Real, d: Real, work: Real, K: Real, e: Real, size: float, c0: float, low_rows: int, low_columns: int,
+    single: int, sums: Sums,
 ) -> None:  # fmt: skip
+    """What `low_modes` does."""
     rows = K.shape[0]
     gs = ys = ym = ss = sd = 0.0
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
-        i, coarse = _low_row(r, low_rows, rows), _low_row(r, low_rows, 2 * low_rows)
+        i, coarse = low_row(r, low_rows, rows), low_row(r, low_rows, 2 * low_rows)
         for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
             k = K[i, j]
-            weight = _weight(j, single)
+            weight = multiplicity(j, single)
             y0, y1 = complex_at(work, i, j)
             e0, e1 = complex_at(e, coarse, j)
-            s0, s1 = -e0, -e1
+            s0, s1 = -size * e0, -size * e1
             set_complex(work, i, j, s0, s1)
             g0, g1 = complex_at(g, i, j)
             d0, d1 = complex_at(d, i, j)
@@ -97,16 +98,25 @@ def _low_modes(
 
 
 @Kernel
-def _low_gradient(
+def _low_modes(
+    g: Real, d: Real, work: Real, K: Real, e: Real, size: float, c0: float, low_rows: int, low_columns: int,
+    single: int, sums: Sums,
+) -> None:  # fmt: skip
+    low_modes_of(g, d, work, K, e, size, c0, low_rows, low_columns, single, sums)
+
+
+@device_function
+def low_gradient_of(
     g: Real, work: Real, K: Real, c0: float, low_rows: int, low_columns: int, single: int, sums: Sums
 ) -> None:
+    """What `low_gradient` does."""
     rows = K.shape[0]
     gs = ss = 0.0
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
-        i = _low_row(r, low_rows, rows)
+        i = low_row(r, low_rows, rows)
         for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
             k = K[i, j]
-            weight = _weight(j, single)
+            weight = multiplicity(j, single)
             g0, g1 = complex_at(g, i, j)
             s0, s1 = g0 / (k + c0), g1 / (k + c0)
             set_complex(work, i, j, s0, s1)
@@ -116,9 +126,16 @@ def _low_gradient(
 
 
 @Kernel
+def _low_gradient(
+    g: Real, work: Real, K: Real, c0: float, low_rows: int, low_columns: int, single: int, sums: Sums
+) -> None:
+    low_gradient_of(g, work, K, c0, low_rows, low_columns, single, sums)
+
+
+@Kernel
 def _low_direction(d: Real, work: Real, low_rows: int, low_columns: int, beta: float) -> None:
     for r in range(cuda.blockIdx.x, 2 * low_rows - 1, cuda.gridDim.x):
-        i = _low_row(r, low_rows, d.shape[0])
+        i = low_row(r, low_rows, d.shape[0])
         for j in range(cuda.threadIdx.x, low_columns, cuda.blockDim.x):
             d0, d1 = complex_at(d, i, j)
             s0, s1 = complex_at(work, i, j)
@@ -144,7 +161,7 @@ def _add_square(g: Real, work: Real, single: int, sums: Sums) -> None:
             g0 += y0
             g1 += y1
             set_complex(g, i, j, g0, g1)
-            gg += _weight(j, single) * (g0 * g0 + g1 * g1)
+            gg += multiplicity(j, single) * (g0 * g0 + g1 * g1)
     leave(sums, (gg,))
 
 
@@ -156,12 +173,12 @@ def _energy(work: Real, K: Real, single: int, sums: Sums) -> None:
         for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
             if i > 0 or j > 0:
                 u0, u1 = complex_at(work, i, j)
-                total += _weight(j, single) * K[i, j] * (u0 * u0 + u1 * u1)
+                total += multiplicity(j, single) * K[i, j] * (u0 * u0 + u1 * u1)
     leave(sums, (total,))
 
 
-@Kernel
-def _restrict(coarse: Real, fine: Real) -> None:
+@device_function
+def restrict_of(coarse: Real, fine: Real, factor: float) -> None:
     """Half spectrum on a coarser grid of the same period: the modes that it carries, without its Nyquist modes."""
     low_rows, low_columns = max(coarse.shape[0] // 2, 1), coarse.shape[1] // 2 - 1
     for i in range(cuda.blockIdx.x, coarse.shape[0], cuda.gridDim.x):
@@ -170,7 +187,13 @@ def _restrict(coarse: Real, fine: Real) -> None:
             a = b = 0.0
             if i != low_rows and j < low_columns:
                 a, b = complex_at(fine, source, j)
-            set_complex(coarse, i, j, a, b)
+            set_complex(coarse, i, j, factor * a, factor * b)
+
+
+@Kernel
+def _restrict(coarse: Real, fine: Real, factor: float) -> None:
+    """The same, times a number."""
+    restrict_of(coarse, fine, factor)
 
 
 @Kernel

@@ -14,6 +14,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.solve.cuda.device import (
     THREADS,
+    Array,
     DeviceError,
     Kernel,
     Sums,
@@ -76,6 +77,21 @@ def sum_parts(parts: Sums, count: int, largest: int, totals: Sums) -> None:
         cuda.syncthreads()
 
 
+def wait_for(there: Array, read: Real) -> None:
+    """Copy what the device has computed into an array of the host, which is pinned.
+
+    Raises
+    ------
+    DeviceError
+        If a launch failed: what it did wrong shows where it is waited for.
+    """
+    try:
+        there.copy_to_host(read)
+    except driver_error() as error:
+        msg = f'the GPU failed: {error}; run again, which goes on from what is stored, or take device = "cpu"'
+        raise DeviceError(msg) from error
+
+
 class Reduction:
     """Memory for the sums of kernels, one after the other.
 
@@ -92,13 +108,8 @@ class Reduction:
 
         ``largest`` is the number of one of which the largest part is wanted.
         """
-        try:
-            kernel(rows, *arguments, self.parts)
-            sum_parts(SUMS, self.parts, kernel.blocks(rows), largest, self.totals)
-            self.totals.copy_to_host(self.read)
-        except driver_error() as error:
-            # What a launch did wrong shows where its sums are waited for.
-            msg = f'the GPU failed: {error}; run again, which goes on from what is stored, or take device = "cpu"'
-            raise DeviceError(msg) from error
+        kernel(rows, *arguments, self.parts)
+        sum_parts(SUMS, self.parts, kernel.blocks(rows), largest, self.totals)
+        wait_for(self.totals, self.read)
         totals: Real = self.read[:, 0].copy()
         return totals

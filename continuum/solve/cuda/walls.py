@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from continuum.model import laws
 from continuum.model.fourier import Real
-from continuum.solve.cuda.device import Kernel, Parameters, Sums, cuda, device_function
+from continuum.solve.cuda.device import Kernel, Parameters, Single, Sums, cuda, device_function
 from continuum.solve.cuda.sums import leave
 
 Formula = Callable[[float, Real], tuple[float, float, float]]
@@ -47,73 +47,73 @@ def _respond(kind: int, z: float, p: Parameters) -> tuple[float, float, float]:
 
 
 @Kernel
-def _press(work: Real, z: Real, kind: int, parameters: Parameters, reach: float, scale: float) -> None:
+def _press(
+    work: Real, z: Real, traction: Real, stiffness: Single, kind: int, parameters: Parameters, reach: float,
+    scale: float, sums: Sums,
+) -> None:  # fmt: skip
+    energy = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j]
-            traction = 0.0
+            push = stiff = 0.0
             if not gap >= reach:
-                traction = _respond(kind, gap, parameters)[1]
-            work[i, j] = scale * traction
+                here = _respond(kind, gap, parameters)
+                push, stiff = here[1], here[2]
+                energy += here[0]
+            work[i, j] = scale * push
+            traction[i, j], stiffness[i, j] = push, stiff
+    leave(sums, (energy,))
 
 
 @Kernel
-def _turn(
-    d: Real, work: Real, z: Real, beta: float, kind: int, parameters: Parameters, reach: float, sums: Sums
-) -> None:
+def _turn(d: Real, work: Real, stiffness: Single, beta: float, sums: Sums) -> None:
     curvature = 0.0
-    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
+    for i in range(cuda.blockIdx.x, d.shape[0], cuda.gridDim.x):
+        for j in range(cuda.threadIdx.x, d.shape[1], cuda.blockDim.x):
             e = beta * d[i, j] - work[i, j]
             d[i, j] = e
-            gap = z[i, j]
-            if not gap >= reach:
-                curvature += _respond(kind, gap, parameters)[2] * e * e
+            curvature += stiffness[i, j] * e * e
     leave(sums, (curvature,))
 
 
 @Kernel
-def _line(z: Real, d: Real, alpha: float, kind: int, parameters: Parameters, reach: float, sums: Sums) -> None:
+def _line(
+    z: Real, d: Real, traction: Real, alpha: float, kind: int, parameters: Parameters, reach: float, sums: Sums
+) -> None:
     slope = curvature = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap, e = z[i, j], d[i, j]
             trial = gap - alpha * e
             if not gap >= reach or not trial >= reach:
-                here = _respond(kind, gap, parameters)
                 there = _respond(kind, trial, parameters)
-                slope += (there[1] - here[1]) * e
+                slope += (there[1] - traction[i, j]) * e
                 curvature += there[2] * e * e
     leave(sums, (slope, curvature))
 
 
 @Kernel
 def _move(
-    work: Real,
-    z: Real,
-    d: Real,
-    step: float,
-    alpha: float,
-    kind: int,
-    parameters: Parameters,
-    reach: float,
-    scale: float,
-    sums: Sums,
-) -> None:
-    slope = second = size = 0.0
+    work: Real, z: Real, d: Real, traction: Real, stiffness: Single, step: float, alpha: float, kind: int,
+    parameters: Parameters, reach: float, scale: float, sums: Sums,
+) -> None:  # fmt: skip
+    slope = before = energy = size = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            e = d[i, j]
-            gap = z[i, j] - step * e
+            e, last = d[i, j], z[i, j]
+            gap = last - step * e
             z[i, j] = gap
             old = gap + alpha * e
             change = 0.0
-            if not gap >= reach or not old >= reach:
-                here = _respond(kind, old, parameters)
+            if not gap >= reach or not old >= reach or not last >= reach:
+                # What is kept is that of an earlier one of the steps, if there was one.
+                here = traction[i, j] if step == alpha else _respond(kind, old, parameters)[1]
                 there = _respond(kind, gap, parameters)
-                change = there[1] - here[1]
+                change = there[1] - here
                 slope += change * e
-                second += there[0] - here[0] - alpha * here[1] * e
+                before += here * e
+                energy += there[0]
                 size += abs(there[0])
+                traction[i, j], stiffness[i, j] = there[1], there[2]
             work[i, j] = scale * change
-    leave(sums, (slope, second, size))
+    leave(sums, (slope, before, energy, size))

@@ -33,11 +33,12 @@ from continuum.runs.result import Result
 from continuum.solve import backend, cpu, cuda
 from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.cpu.engine import KERNELS as SWEEPS
-from continuum.solve.cuda import device, points, pressing, spectra, sums, transforms, walls
+from continuum.solve.cuda import device, points, pressing, relax, spectra, sums, transforms, walls
 from continuum.solve.cuda.device import Kernel, to_device
 from continuum.solve.cuda.engine import KERNELS
+from continuum.solve.cuda.linear import CudaLinearEngine
 from continuum.solve.cuda.sums import Reduction
-from continuum.solve.smooth_grid import SmoothGrid
+from continuum.solve.smooth_grid import LinearGrid, SmoothGrid
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 
@@ -64,6 +65,8 @@ def serial(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> N
     """The functions of the kernels themselves, one thread after the other, on the simulator's arrays."""
     for end in (cpu.BACK_END, cuda.BACK_END):
         monkeypatch.setattr(end, "SMALLEST", 8)
+    # A direction in single precision would be another one, and so would the last bits of a state.
+    monkeypatch.setattr(cpu.BACK_END, "PRECISION", np.float64)
     if IN_SIMULATOR or "simulator" in request.fixturenames:
         return
     place = types.SimpleNamespace(x=0)
@@ -76,7 +79,7 @@ def serial(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> N
         syncthreads=lambda: None,
         grid=lambda _: place.x,
     )
-    for module in (points, spectra, walls, pressing, sums):
+    for module in (points, spectra, walls, relax, pressing, sums):
         monkeypatch.setattr(module, "cuda", stand_in)
         for name, value in vars(module).items():
             if hasattr(value, "fn"):  # a function of the device
@@ -158,7 +161,8 @@ def test_points(case: Case) -> None:
     check(start(KERNELS["above"], rows, z, offset, 2.0)[0][0], u)
     fine = case.rng.normal(size=(2 * rows, 2 * n))
     check(start(KERNELS["every_second"], rows, z, fine)[0][0], fine[::2, ::2])
-    check(start(KERNELS["moved"], rows, work, fine, z, 0.5)[0][0][:, :n], 0.5 * (fine[::2, ::2] - z))
+    one, single = np.zeros((rows, n), np.float32), fine.astype(np.float32)
+    check(start(KERNELS["sampled"], rows, one, single)[0][0], single[::2, ::2])
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -167,22 +171,34 @@ def test_walls(case: Case, name: str) -> None:
     kind, p, reach, rows, n = law.kind, law.parameters, law.reach, case.rows, case.columns
     z, d, work = 1.2 + 0.5 * case.field(), case.field(), case.spectrum()
     z[0, 0] = 0.5  # below the core
-    _, traction, stiffness = evaluate(law, z)
-    check(start(KERNELS["press"], rows, work, z, kind, p, reach, 0.5)[0][0][:, :n], 0.5 * traction)
-    (turned, *_), sums = start(KERNELS["turn"], rows, d, work, z, 0.3, kind, p, reach, summed=True)
+    energy, traction, stiffness = evaluate(law, z)
+    asked = kind, p, reach
+    push, stiff = np.full(z.shape, np.nan), np.full(z.shape, np.nan, np.float32)
+    (out, _, push, stiff, _), sums = start(KERNELS["press"], rows, work, z, push, stiff, *asked, 0.5, summed=True)
+    check(out[:, :n], 0.5 * traction)
+    check(push, traction)
+    check(stiff, stiffness.astype(np.float32))
+    check(sums[0], energy.sum())
+    (turned, *_), sums = start(KERNELS["turn"], rows, d, work, stiff, 0.3, summed=True)
     new = 0.3 * d - work[:, :n]
     check(turned, new)
-    check(sums[0], (stiffness * new**2).sum())
-    sums = start(KERNELS["line"], rows, z, d, 0.2, kind, p, reach, summed=True)[1]
+    check(sums[0], (stiff * new**2).sum())
+    sums = start(KERNELS["line"], rows, z, d, push, 0.2, *asked, summed=True)[1]
     there = evaluate(law, z - 0.2 * d)
     check(sums[:2], (((there[1] - traction) * d).sum(), (there[2] * d**2).sum()))
-    (out, moved, _, _), sums = start(KERNELS["move"], rows, work, z, d, 0.1, 0.3, kind, p, reach, 0.5, summed=True)
-    now = z - 0.1 * d
-    new, old = evaluate(law, now), evaluate(law, now + 0.3 * d)
-    check(moved, now)
-    check(out[:, :n], 0.5 * (new[1] - old[1]))
-    second = new[0] - old[0] - 0.3 * old[1] * d
-    check(sums[:3], (((new[1] - old[1]) * d).sum(), second.sum(), np.abs(new[0]).sum()))
+    # At once, and the last of several that add up to 0.3.
+    for step in (0.3, 0.1):
+        old = z + (0.3 - step) * d
+        (out, moved, _, left, soft, _), sums = start(
+            KERNELS["move"], rows, work, z, d, push, stiff, step, 0.3, *asked, 0.5, summed=True
+        )
+        now = z - step * d
+        new, old = evaluate(law, now), evaluate(law, old)
+        check(moved, now)
+        check(out[:, :n], 0.5 * (new[1] - old[1]))
+        check(left, new[1])
+        check(soft, new[2].astype(np.float32))
+        check(sums[:4], (((new[1] - old[1]) * d).sum(), (old[1] * d).sum(), new[0].sum(), np.abs(new[0]).sum()))
 
 
 @pytest.mark.usefixtures("simulator")
@@ -191,12 +207,16 @@ def test_points_that_are_no_numbers_are_not_lost(name: str) -> None:
     law, z = LAWS[name], np.full((4, 4), 9.0)
     z[1, 2] = np.nan
     work, d, asked = np.zeros((4, 6)), np.ones((4, 4)), (law.kind, law.parameters, law.reach)
-    (out, *_), _ = start(KERNELS["press"], 4, work, z, *asked, 1.0)
-    assert np.isnan(out[1, 2])
-    assert np.isfinite(np.delete(out[:, :4].ravel(), 6)).all()
-    assert np.isnan(start(KERNELS["turn"], 4, d, work, z, 0.3, *asked, summed=True)[1][0])
-    assert np.isnan(start(KERNELS["line"], 4, z, d, 0.2, *asked, summed=True)[1][:2]).all()
-    assert np.isnan(start(KERNELS["move"], 4, work, z, d, 0.1, 0.3, *asked, 1.0, summed=True)[1][:3]).all()
+    push, stiff = np.zeros((4, 4)), np.zeros((4, 4), np.float32)
+    (out, _, push, stiff, _), sums = start(KERNELS["press"], 4, work, z, push, stiff, *asked, 1.0, summed=True)
+    for field in (out[:, :4], push, stiff):
+        assert np.isnan(field[1, 2])
+        assert np.isfinite(np.delete(field.ravel(), 6)).all()
+    assert np.isnan(sums[0])
+    assert np.isnan(start(KERNELS["turn"], 4, d, work, stiff, 0.3, summed=True)[1][0])
+    assert np.isnan(start(KERNELS["line"], 4, z, d, push, 0.2, *asked, summed=True)[1][:2]).all()
+    moved = start(KERNELS["move"], 4, work, z, d, push, stiff, 0.1, 0.3, *asked, 1.0, summed=True)
+    assert np.isnan(moved[1][:4]).all()
 
 
 # --- over the modes ----------------------------------------------------------------------------------------
@@ -235,9 +255,9 @@ def test_modes_of_the_coarser_grid(shape: tuple[int, int]) -> None:
     e = case.rng.normal(size=(below.shape[0], 2 * below.shape_q[1]))
     ordered, count = (case.K, 0.01, low_rows), 2 * low_rows - 1
     mine, expected = work.copy(), np.zeros(6)
-    SWEEPS["low_modes"][0](0, low_columns, expected, g, d, mine, *ordered, case.weights, e)
+    SWEEPS["low_modes"][0](0, low_columns, expected, g, d, mine, *ordered, case.weights, e, 0.6)
     (_, _, out, _, _), sums = start(
-        KERNELS["low_modes"], count, g, d, work, case.K, e, 0.01, low_rows, low_columns, case.single, summed=True
+        KERNELS["low_modes"], count, g, d, work, case.K, e, 0.6, 0.01, low_rows, low_columns, case.single, summed=True
     )
     check(out, mine)
     check(sums, expected)
@@ -254,7 +274,7 @@ def test_modes_of_the_coarser_grid(shape: tuple[int, int]) -> None:
     fine_q, coarse_q = work.view(complex), e.view(complex)
     mine_q = coarse_q.copy()
     restrict(fine_q, mine_q)
-    check(start(KERNELS["restrict"], below.shape[0], e, work)[0][0].view(complex), mine_q)
+    check(start(KERNELS["restrict"], below.shape[0], e, work, 0.6)[0][0].view(complex), 0.6 * mine_q)
     mine_q = fine_q.copy()
     prolong(coarse_q, mine_q)
     check(start(KERNELS["prolong"], case.rows, work, e)[0][0].view(complex), mine_q)
@@ -412,6 +432,80 @@ def test_parts_are_collected_whatever_their_number() -> None:
         expected = parts[:, :count].sum(axis=1)
         expected[2] = parts[2, :count].max()
         check(totals.copy_to_host()[:, 0], expected)
+
+
+# --- a coarse step on the device -------------------------------------------------------------------------------
+
+
+ALONE = {"begin", "linear_gradient", "decide_gradient", "linear_turn", "decide_turn", "linear_last"}
+WITH_COARSER = {
+    "sampled", "linear_restrict", "linear_low_modes", "decide_low_modes", "linear_low_gradient", "decide_low_gradient",
+    "linear_low_direction",
+}  # fmt: skip
+"""What a coarse step starts on its coarsest grid, and in addition on finer ones."""
+
+
+WALLS = {
+    "stiff": (2.0, 2.0), "none": (0.0, 0.0), "soft": (-0.3, -0.3), "too soft": (-30.0, -30.0), "weak": (0.01, 0.01),
+    "soft where the coarser grid sees it": (40.0, -30.0), "lost": (np.nan, np.nan),
+}  # fmt: skip
+"""Stiffness where a wall touches: at points of the finest grid only, and at those of coarser ones."""
+
+
+def linear_problem(end: backend.BackEnd, wall: str, held: bool) -> LinearGrid:
+    """A linear problem on three grids, of a wall that touches here and there; the same for each back end."""
+    grid, rng = Grid.square(64), np.random.default_rng(5)
+    smooth = SmoothGrid(end, grid, HalfSpace("clamped" if held else "free").stiffness(grid), 1, 3)
+    linear = smooth.linear
+    assert linear is not None
+    for each in linear.chain:
+        each.engine.set_mean_stiffness(1.0 if held else 0.2, held=held)
+    assert len(linear.chain) == 3
+    g = np.fft.rfft2(rng.normal(size=(32, 32))) / 32**2
+    g[0, 0] *= not held
+    touching = np.full((32, 32), WALLS[wall][0], np.float32)
+    touching[::2, ::2] = WALLS[wall][1]
+    touching *= rng.random((32, 32)) < 0.3
+    for array, values in ((linear.stiffness, touching), (linear.g, g.view(np.float64))):
+        if end is cuda.BACK_END:
+            array.copy_to_device(values)
+        else:
+            array[:, : values.shape[1]] = values
+    return linear
+
+
+@pytest.mark.parametrize("held", [True, False])
+@pytest.mark.parametrize("depth", [1, 2, 3])
+@pytest.mark.parametrize(("wall", "iterations"), [*((wall, 4) for wall in WALLS), ("stiff", 1), ("weak", 12)])
+def test_a_coarse_step_on_the_device_is_that_of_the_cpu_and_waits_for_nothing(
+    monkeypatch: pytest.MonkeyPatch, wall: str, iterations: int, depth: int, held: bool
+) -> None:
+    """What is started does not depend on what is found, and one state is read in the end."""
+    started: list[str] = []
+    copies = [0]
+    launch, copy = CudaLinearEngine.launch, type(to_device(np.zeros(1))).copy_to_host
+    monkeypatch.setattr(
+        CudaLinearEngine, "launch", lambda self, name, *a, **b: started.append(name) or launch(self, name, *a, **b)
+    )
+    x, moved, made = {}, {}, {}
+    for name, end in (("cpu", cpu.BACK_END), ("cuda", cuda.BACK_END)):
+        grid = linear_problem(end, wall, held)
+        with monkeypatch.context() as patch:
+            patch.setattr(type(to_device(np.zeros(1))), "copy_to_host", lambda *a: copies.append(1) or copy(*a))
+            moved[name] = grid.relax(depth, 0.01, iterations, 0.3)
+        made[name] = [each.engine.transforms for each in grid.chain]
+        there = grid.x.copy_to_host() if end is cuda.BACK_END else grid.x
+        x[name] = np.array(there)[:, : 2 * grid.grid.shape_q[1]]
+    assert moved["cuda"] is moved["cpu"] is (wall not in ("too soft", "lost"))
+    assert made["cuda"] == made["cpu"]
+    if moved["cpu"]:
+        np.testing.assert_allclose(x["cuda"], x["cpu"], rtol=0, atol=1e-12 * abs(x["cpu"]).max())
+    assert copies == [0, 1]
+    assert set(started) == (ALONE | WITH_COARSER if depth > 1 else ALONE)
+    launches = 2 + 4 * iterations
+    for _ in range(depth - 1):
+        launches = 3 + iterations * (10 + launches)
+    assert len(started) == launches
 
 
 # --- how kernels are started and what they leave -------------------------------------------------------------

@@ -20,7 +20,6 @@ class Grid_:
 
     def __init__(self, grid, stiffness_q) -> None:
         self.grid, self.size, self.K = grid, grid.size, np.array(stiffness_q)
-        self.work = Work(grid.shape, 1.0, 0, 0.0)
         nx, ny = grid.shape
         m, n = grid.mode_numbers
         self.low = (np.abs(m) < nx / 4) & (n < ny / 4)
@@ -46,11 +45,80 @@ class Grid_:
         return whole * self.low
 
 
-class PlainSmoothGrid(Grid_):
+class Descending(Grid_):
+    """What the two grids of the smooth solver share."""
+
+    linear = None
+
+    def _gradient(self, y, shift, coarse):
+        if self.held:
+            y[0, 0] = self.g[0, 0] = 0.0
+        self.g = self.g + y
+        self.s, self.y, self.d_q, self.M = self.g / (self.K + shift), y, self.forward(self.d), 1 / (self.K + shift)
+        if self.held:
+            self.s[0, 0] = 0.0
+        sums = self._sums(~self.low if coarse else True)
+        sums[0] = self.mean(self.g, self.g)
+        return sums
+
+    def _sums(self, modes):
+        s, Ks = self.s, self.K * self.s
+        pairs = (self.g, s), (self.y, s), (self.y, self.M * self.y), (s, Ks), (Ks, self.d_q)
+        return np.array([0.0, *(self.mean(a, b, modes) for a, b in pairs)])
+
+    def restrict(self, size):
+        self.linear.stiffness, self.linear.g = self.stiffness[::2, ::2], self.below(self.g) / size
+        self.linear.held = self.held
+
+    def low_modes(self, shift, size):
+        self.s = np.where(self.low, -size * self.above(self.linear.x), self.s)
+        if self.held:
+            self.s[0, 0] = 0.0
+        return self._sums(self.low)
+
+    def low_gradient(self, shift):
+        self.s = np.where(self.low, self.M * self.g, self.s)
+        return self._sums(self.low)
+
+    def _turn(self, beta):
+        self.d = beta * self.d - self.inverse(self.s)
+        return float(np.mean(self.stiffness * self.d**2))
+
+
+class PlainLinearGrid(Descending):
+    def __init__(self, grid, stiffness_q, coarser) -> None:
+        super().__init__(grid, stiffness_q)
+        self.linear = coarser
+
+    def relax(self, levels, shift, iterations, reduction):
+        return None
+
+    def begin(self):
+        self.d, self.x = np.zeros(self.grid.shape), np.zeros(self.grid.shape_q, dtype=complex)
+
+    def gradient(self, shift, alpha, beta, *, coarse, first):
+        d = self.forward(self.d)
+        self.x = self.x + alpha * d
+        y = np.zeros_like(d) if first else alpha * (self.K * d + self.forward(self.stiffness * self.d))
+        return self._gradient(y, shift, coarse)
+
+    def turn(self, beta, *, coarse):
+        return self._turn(beta)
+
+    def finish(self, shift, alpha, beta, *, coarse):
+        self.x = self.x + alpha * self.forward(self.d)
+
+
+class PlainSmoothGrid(Descending):
     def __init__(self, grid, stiffness_q, coarser) -> None:
         super().__init__(grid, stiffness_q)
         wanted = coarser and grid.coarser is not None and min(grid.shape) > SMALLEST
         self.coarser = PlainSmoothGrid(grid.coarser, cut(self.K, grid.coarser.shape_q), coarser - 1) if wanted else None
+        self.linear = PlainLinearGrid(grid.coarser, self.coarser.K, self.coarser.linear) if wanted else None
+
+    @property
+    def work(self):
+        return [Work(self.grid.shape, 1.0, 0, 0.0)]
 
     @property
     def chain(self):
@@ -62,6 +130,7 @@ class PlainSmoothGrid(Grid_):
         self.K[0, 0] = 0.0 if self.held else mean_stiffness
         self.d = np.zeros(self.grid.shape)
         if self.coarser is not None:
+            self.linear.K[0, 0] = self.K[0, 0]
             part = np.zeros(self.coarser.grid.shape)
             self.coarser.set_problem(law, part, None, lift=0.0, pressure=pressure, mean_stiffness=mean_stiffness)
         return bool(np.isfinite(self.offset).all() and (start is None or np.isfinite(start).all()))
@@ -86,44 +155,15 @@ class PlainSmoothGrid(Grid_):
         self.z = self.offset - u
         self.g = self.K * self.forward(u)
         self.g[0, 0] -= self.pressure
-        self.change = evaluate(self.law, self.z)[1]
+        _, self.change, self.stiffness = evaluate(self.law, self.z)
 
     def gradient(self, shift, alpha, beta, *, coarse, complete):
         d = self.forward(self.d)
         y = np.zeros_like(d) if complete else alpha * self.K * d + self.forward(self.change)
-        if self.held:
-            y[0, 0] = self.g[0, 0] = 0.0
-        self.g += y
-        self.s, self.y, self.d_q, self.M = self.g / (self.K + shift), y, d, 1 / (self.K + shift)
-        if self.held:
-            self.s[0, 0] = 0.0
-        sums = self._sums(~self.low if coarse else True)
-        sums[0] = self.mean(self.g, self.g)
-        return sums
-
-    def _sums(self, modes):
-        s, Ks = self.s, self.K * self.s
-        pairs = (self.g, s), (self.y, s), (self.y, self.M * self.y), (s, Ks), (Ks, self.d_q)
-        return np.array([0.0, *(self.mean(a, b, modes) for a, b in pairs)])
-
-    def restrict(self):
-        self.coarser.z, self.coarser.g = self.z[::2, ::2].copy(), self.below(self.g)
-        self.coarser.d = np.zeros(self.coarser.grid.shape)
-
-    def low_modes(self, shift):
-        step = self.above(self.coarser.forward(self.z[::2, ::2] - self.coarser.z))
-        self.s = np.where(self.low, -step, self.s)
-        if self.held:
-            self.s[0, 0] = 0.0
-        return self._sums(self.low)
-
-    def low_gradient(self, shift):
-        self.s = np.where(self.low, self.M * self.g, self.s)
-        return self._sums(self.low)
+        return self._gradient(y, shift, coarse)
 
     def turn(self, beta, *, coarse):
-        self.d = beta * self.d - self.inverse(self.s)
-        return float(np.mean(evaluate(self.law, self.z)[2] * self.d**2))
+        return self._turn(beta)
 
     def line(self, alpha):
         there = evaluate(self.law, self.z - alpha * self.d)
@@ -132,7 +172,7 @@ class PlainSmoothGrid(Grid_):
 
     def move(self, step, alpha):
         self.z = self.z - step * self.d
-        energy, traction, _ = evaluate(self.law, self.z)
+        energy, traction, self.stiffness = evaluate(self.law, self.z)
         before = evaluate(self.law, self.z + alpha * self.d)
         self.change = traction - before[1]
         second = np.mean(energy - before[0] - alpha * before[1] * self.d)
@@ -153,6 +193,10 @@ class PlainSmoothGrid(Grid_):
 
 
 class PlainBoundGrid(Grid_):
+    @property
+    def work(self):
+        return Work(self.grid.shape, 1.0, 0, 0.0)
+
     def set_problem(self, offset, start, *, lift, sink, mean_stiffness, most):
         self.offset, self.start, self.mean_stiffness, self.most = offset + lift - sink, start, mean_stiffness, most
         self.K[0, 0] = mean_stiffness if np.isfinite(mean_stiffness) else 0.0

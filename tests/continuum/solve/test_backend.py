@@ -18,7 +18,9 @@ from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve import hard, smooth
+from continuum.solve.backend import back_end
 from continuum.solve.cpu.engine import CpuEngine
+from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Settings, Solution, Status
 from continuum.solve.solver import Solver
 from tests.continuum.solve.plain import PlainBoundGrid, PlainSmoothGrid
@@ -55,7 +57,11 @@ def plain(n: int) -> Solver:
 
 @pytest.mark.parametrize("start", [False, True])
 @pytest.mark.parametrize("adhesion_length", [0.0, 0.005])
-def test_a_grid_in_plain_numpy_finds_the_same_state(adhesion_length: float, start: bool) -> None:
+def test_a_grid_in_plain_numpy_finds_the_same_state(
+    adhesion_length: float, start: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # In single precision both would round differently.
+    monkeypatch.setattr(back_end("cpu"), "PRECISION", np.float64)
     law, h = LennardJonesSpline(adhesion_length=adhesion_length).law, heights(256)
     first = h + 2.5 if start else None
     found = [
@@ -68,6 +74,48 @@ def test_a_grid_in_plain_numpy_finds_the_same_state(adhesion_length: float, star
     assert found[0].iterations == found[1].iterations
     np.testing.assert_allclose(*([line.step for line in each.history] for each in found), rtol=1e-6)
     np.testing.assert_allclose(found[0].gap, found[1].gap, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize("levels", [1, 2])
+@pytest.mark.parametrize("held", [False, True])
+def test_a_small_grid_in_one_call_takes_the_steps_of_its_sweeps(
+    held: bool, levels: int, kind: type, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a linear problem of 256 x 128 points, a twentieth of them in contact, with and without a coarser grid."""
+    monkeypatch.setattr(back_end("cpu"), "PRECISION", kind)
+    monkeypatch.setattr(smooth, "COARSE_REDUCTION", 1e-9)
+    grid = Grid((512, 256), (512.0, 256.0))
+    K = HalfSpace("clamped").stiffness(grid)
+    random = np.random.default_rng(3)
+    residual_q = np.fft.rfft2(random.normal(size=(256, 128))) / 2**15
+    contact = random.random((256, 128)) < 0.05
+    found, work = [], []
+    for at_once in (True, False):
+        monkeypatch.setattr(back_end("cpu"), "SMALLEST", 64)
+        made = SmoothGrid(back_end("cpu"), grid, K, 1, 2).linear
+        assert made is not None
+        assert made.linear is not None
+        for each in made.chain:
+            each.engine.set_mean_stiffness(1.0 if held else 0.2, held=held)
+            each._levels = each._levels if at_once else ()
+        made.g.view(np.result_type(kind, np.complex64))[:, :65] = residual_q
+        made.g[0, :2] = 0.0
+        made.stiffness[:, :128] = 0.5 * contact
+        assert smooth.relax(made, levels, 0.01)
+        found.append(made.x.view(np.result_type(kind, np.complex64))[:, :65].copy())
+        work.append([each.engine.transforms for each in made.chain])
+    rounding = 10 * np.finfo(kind).eps
+    np.testing.assert_allclose(found[0], found[1], atol=rounding * np.abs(found[1]).max())
+    assert work[0][0] == 8
+    assert work[0] == work[1]
+    # It is a step down: of the residual there is less than before.
+    u = np.fft.irfft2(found[0] * 2**15, s=(256, 128))
+    stiffness_q = HalfSpace("clamped").stiffness(Grid((256, 128), (512.0, 256.0)))
+    stiffness_q[0, 0] = 0.0 if held else 0.2
+    left_q = residual_q + stiffness_q * found[0] + np.fft.rfft2(0.5 * contact * u) / 2**15
+    left_q[0, 0] = residual_q[0, 0] = 0.0
+    assert np.linalg.norm(left_q) < 0.5 * np.linalg.norm(residual_q)
 
 
 @pytest.mark.parametrize(

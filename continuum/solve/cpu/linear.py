@@ -1,0 +1,150 @@
+"""The engine of linear problems on processor cores: single precision, and small grids in one compiled call.
+
+On grids of at most 256 x 256 points a call costs as much as its work.  There the conjugate directions of
+:mod:`continuum.solve.smooth`, over all coarser grids and with their transforms, are one call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numba import njit
+from rocket_fft import c2c, c2r, r2c
+
+from continuum.model.fourier import Complex, Real
+from continuum.solve.backend import Array
+from continuum.solve.conjugate import Line, conjugate_line
+from continuum.solve.cpu import sweeps
+from continuum.solve.cpu.compiled import SUMS, compiled
+from continuum.solve.cpu.engine import CpuEngine
+
+SMALL = 2**16
+"""Points of a grid that is swept in one call, at most."""
+_line = cast("Callable[[Real, Line, float, bool], Line]", njit(conjugate_line))
+_restrict, _sampled, _linear_gradient = sweeps._restrict, sweeps._sampled, sweeps._linear_gradient
+_linear_last, _linear_turn, _low_direction = sweeps._linear_last, sweeps._linear_turn, sweeps._low_direction
+_low_modes, _low_gradient = sweeps._low_modes, sweeps._low_gradient
+
+
+class Level(NamedTuple):
+    """The arrays of one grid."""
+
+    K: Real
+    weights: Real
+    g: Real
+    d: Real
+    x: Real
+    work: Real
+    work_q: Complex
+    """The same as complex numbers, without padding."""
+    stiffness: Real
+    direction: Real
+    buffer: Real
+    """A field."""
+    low_rows: int
+    low_columns: int
+
+
+@compiled
+def _relax(
+    levels: tuple[Level, ...],
+    at: int,
+    depth: int,
+    c0: float,
+    held: bool,
+    iterations: int,
+    reduction: float,
+    pairs: Real,
+) -> bool:
+    """Approach the minimum of a linear problem, as :func:`continuum.solve.smooth.relax`; counts the transforms."""
+    grid = levels[at]
+    K, weights, g, d, x, work, work_q = grid.K, grid.weights, grid.g, grid.d, grid.x, grid.work, grid.work_q
+    rows, n = grid.buffer.shape
+    columns, points = K.shape[1], rows * n
+    low_rows, low_columns = (grid.low_rows, grid.low_columns) if depth > 1 else (0, 0)
+    along, across = np.array([0]), np.array([1])
+    d[:] = 0.0
+    x[:] = 0.0
+    work[:] = 0.0
+    grid.direction[:] = 0.0
+    line = Line(0.0, 0.0, 0.0)
+    alpha, bound = 0.0, 0.0
+    for iteration in range(iterations):
+        sums = np.zeros(SUMS)
+        if iteration > 0:
+            c2c(work_q, work_q, along, True, 1.0 / rows, 1)
+            if held:
+                work_q[0, 0] = 0.0
+        for a, b in ((0, low_columns), (low_columns, columns)):
+            _linear_gradient(a, b, sums, g, d, x, work, K, c0, alpha, line.beta, low_rows, low_columns, weights)
+        if iteration == 0:
+            bound = reduction * reduction * sums[0]
+        elif not sums[0] > bound:
+            return True
+        conjugate = True
+        if depth > 1:
+            below = levels[at + 1]
+            size = np.sqrt(sums[0])
+            _sampled(0, below.buffer.shape[0], sums, grid.stiffness, below.stiffness, below.buffer.shape[1])
+            _restrict(0, low_columns, sums, g, below.g, low_rows, low_columns, size)
+            part = np.zeros(SUMS)
+            conjugate = _relax(levels, at + 1, depth - 1, c0, held, iterations, reduction, pairs)
+            if conjugate:
+                _low_modes(0, low_columns, part, g, d, work, K, c0, low_rows, weights, below.x, size)
+                conjugate = np.isfinite((sums + part).sum()) and sums[1] + part[1] > 0
+            if not conjugate:
+                part[:] = 0.0
+                _low_gradient(0, low_columns, part, g, work, K, c0, low_rows, weights)
+            sums += part
+        line = _line(sums, line, 0.0, conjugate)
+        if depth > 1:
+            _low_direction(0, low_columns, sums, d, work, low_rows, line.beta)
+        c2c(work_q, work_q, along, False, 1.0, 1)
+        c2r(work_q, grid.buffer, across, False, 1.0, 1)
+        sums[0] = 0.0
+        _linear_turn(0, rows, sums, grid.buffer, grid.direction, n, line.beta, grid.stiffness)
+        r2c(grid.buffer, work_q, across, True, 1.0 / n, 1)
+        pairs[at] += 1.0
+        curvature = line.curvature + sums[0] / points
+        if not curvature > 0:
+            return iteration > 0
+        alpha = -line.slope / curvature
+    for a, b in ((0, low_columns), (low_columns, columns)):
+        _linear_last(a, b, np.zeros(SUMS), g, d, x, K, c0, alpha, line.beta, low_rows, low_columns)
+    return True
+
+
+class CpuLinearEngine(CpuEngine):
+    """What :class:`continuum.solve.backend.LinearEngine` asks for."""
+
+    def fields(self, spectra: tuple[Array, Array, Array]) -> tuple[Array, Array, Array, Array, Array]:
+        if self._kind == np.float64:
+            return self.spectrum(), self.spectrum(), self.spectrum(), self.single_rows(), self.rows()
+        # Six arrays in single precision are as large as three in double precision, with half of their padding.
+        rows = self.grid.shape[0]
+        halves: list[Any] = [
+            half.reshape(rows, -1) for each in spectra for half in np.split(each.reshape(-1).view(np.float32), 2)
+        ]
+        g, d, x, self.w, stiffness, direction = halves
+        self.work_q = cast("Any", self.w.view(np.complex64)[:, : self.grid.shape_q[1]])
+        self._own["work"] = self.w
+        return g, d, x, stiffness, direction
+
+    def level(self, g: Real, d: Real, x: Real, stiffness: Real, direction: Real) -> Level | None:
+        if self.size > SMALL:
+            return None
+        weights = self._own["weights"]
+        assert isinstance(weights, np.ndarray)
+        buffer = self._buffer(self.grid.shape[0])[:, : self.n]
+        return Level(
+            self.K, weights, g, d, x, self.w, self.work_q, stiffness, direction, buffer, *self.low_part.values()
+        )
+
+    def relax(
+        self, levels: tuple[Level, ...], depth: int, shift: float, iterations: int, reduction: float
+    ) -> tuple[bool, list[int]]:
+        pairs = np.zeros(len(levels))
+        moved = _relax(levels, 0, depth, shift, self._held, iterations, reduction, pairs)
+        return bool(moved), [2 * int(count) for count in pairs]
