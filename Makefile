@@ -14,7 +14,7 @@ validate: .venv/installed
 
 # On all cores, at most 8.  The old LAMMPS comes beside the rest, and the types are checked beside the tests, as one core
 # idles otherwise.
-test:
+test: | .venv/bin/python
 	@$(MAKE) --no-print-directory --jobs 2 lint tests
 tests: .venv/installed-dev .venv/oldest-lammps/installed
 	$(BIN)/python -m tests.compile_once
