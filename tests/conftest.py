@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import numpy as np
     from matplotlib.figure import Figure
 
@@ -25,6 +24,12 @@ settings.load_profile("any machine")
 # process per core already.  A busy machine needed 30 times as long for matrices of 6 x 6.
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The tests of whole programs begin, as some take ten seconds: at the end, one process would wait for the other."""
+    here = Path(__file__).parent
+    items.sort(key=lambda item: item.path.parent != here)
 
 
 @pytest.fixture(autouse=True, scope="session")

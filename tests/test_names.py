@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -14,14 +15,22 @@ TWICE = {"main", "check"}
 COMMANDS = {"continuum/commands.py", "continuum/sweep_commands.py", "atomistic/commands.py"}
 
 
+@cache
+def defined(path: Path) -> tuple[tuple[ast.ClassDef | ast.FunctionDef, bool], ...]:
+    """Classes and functions of a module, each with whether it stands at the top."""
+    tree = ast.parse(path.read_text())
+    top = set(tree.body)
+    return tuple((node, node in top) for node in ast.walk(tree) if isinstance(node, ast.ClassDef | ast.FunctionDef))
+
+
 def public(kind: type[ast.stmt] | tuple[type[ast.stmt], ...], *, methods: bool = False) -> dict[str, list[str]]:
     """Public names of classes or functions, with the modules that define them."""
     found = defaultdict(list)
     for path in MODULES:
         where = path.relative_to(ROOT).as_posix()
-        tree = ast.parse(path.read_text())
-        for node in ast.walk(tree) if methods else tree.body:
-            if isinstance(node, kind) and not node.name.startswith("_") and where not in COMMANDS:
+        for node, at_top in defined(path):
+            wanted = isinstance(node, kind) and (methods or at_top) and not node.name.startswith("_")
+            if wanted and where not in COMMANDS:
                 found[node.name].append(where)
     return found
 

@@ -6,6 +6,7 @@ judged in :mod:`continuum.sticky.criteria`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -88,23 +89,24 @@ def fuller_tabor(ratio: float) -> float:
     ratio : h_rms/δ_c, with δ_c of :attr:`continuum.theory.smooth.JKR.separation_distance`.
     """
     # JKR in Maugis' units: N = a³ - a sqrt(6a) in π w R, δ = a² - (2/3) sqrt(6a), separation at a³ = 1/6.
-    first = np.cbrt(1 / 6)
+    first = math.cbrt(1 / 6)
 
-    def indentation(a: Real | float) -> Real:
-        stretch: Real = np.asarray(a**2 - 2 / 3 * np.sqrt(6 * a))
-        return stretch
+    def indentation(a: float) -> float:
+        return a * a - 2 / 3 * math.sqrt(6 * a)
 
-    unit = -float(indentation(first)) * ratio  # h_rms in the unit of δ
+    unit = -indentation(first) * ratio  # h_rms in the unit of δ
 
     def load(t: float) -> float:
         """Force over N π w R with the plane at t h_rms above the mean of the summits."""
         top = (max(t, 0.0) + 9 - t) * unit
-        high = 2 + np.sqrt(max(top, 0.0))
+        high = 2 + math.sqrt(max(top, 0.0))
         # 4001 points resolve the Gaussian, whose width in a is at least 1/20 of the interval.
-        a = np.linspace(first, brentq(lambda a: float(indentation(a)) - top, first, 2 * high), 4001)
-        z = t + indentation(a) / unit
-        rate = (2 * a - np.sqrt(2 / (3 * a))) / unit
-        return float(simpson((a**3 - a * np.sqrt(6 * a)) * np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) * rate, x=a))
+        a = np.linspace(first, brentq(lambda a: indentation(a) - top, first, 2 * high), 4001)
+        root = np.sqrt(6 * a)
+        z = t + (a * a - 2 / 3 * root) / unit
+        # Force at each a, times dδ/da.
+        weighed = a * (a * a - root) * (2 * a - 2 / root) * np.exp(-z * z / 2)
+        return float(simpson(weighed, dx=(a[-1] - a[0]) / 4000)) / (unit * math.sqrt(2 * math.pi))
 
     return _largest_tension(load, -3.0, 6.0 + 1 / ratio) / 1.5
 
@@ -119,13 +121,15 @@ def dmt_asperities(ratio: float) -> float:
     ----------
     ratio : h_rms/δ_c as in :func:`fuller_tabor`; the Hertzian force at an indentation of δ_c is (sqrt(3)/4) 2π w R.
     """
+    hertz = math.sqrt(3) / 4 * ratio**1.5
 
     def load(t: float) -> float:
         def force(u: float) -> float:
-            return float((np.sqrt(3) / 4 * (ratio * u) ** 1.5 - 1) * np.exp(-((t + u) ** 2) / 2) / np.sqrt(2 * np.pi))
+            return float((hertz * u**1.5 - 1) * math.exp(-((t + u) ** 2) / 2))
 
         middle = max(-t, 0.0)
-        return float(quad(force, 0, middle + 9, points=[middle] if middle else None, epsabs=1e-13, limit=200)[0])
+        points = [middle] if middle else None
+        return float(quad(force, 0, middle + 9, points=points, epsabs=1e-13, limit=200)[0]) / math.sqrt(2 * math.pi)
 
     # Smooth asperities all touch: the plane is far below their mean.
     return _largest_tension(load, -9.0, 9.0)

@@ -26,7 +26,11 @@ DECKS = {
     ),
     "given pressures": SPRINGS + ROUGH + LAW + '[protocol]\nkind = "mean-pressures"\npressures = [0.01, 0.02]\n',
     "any map that slides under a load": (
-        'follows = "atom"\n' + SPRINGS + ROUGH + LAW + '[protocol]\nkind = "sliding"\npressure = 0.05\ndistance = 0.1\n'
+        'follows = "atom"\n'
+        + SPRINGS
+        + ROUGH
+        + LAW
+        + '[protocol]\nkind = "sliding"\npressure = 0.05\ndistance = 0.04\n'
         "velocity = 0.02\ntemperature = 1e-6\nwindow = 1.0\n"
     ),
 }

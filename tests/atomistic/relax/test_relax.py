@@ -149,7 +149,7 @@ def test_crystals_come_to_the_equilibrium_that_lammps_finds(tmp_path, name, adhe
     assert isinstance(lattice, LatticeResponse)
     deck = replace(deck, tolerance=1e-9 * 0.05)
     fast = relax(deck, tmp_path, lattice).require()
-    plain = relax(deck, tmp_path, run=lambda path: run_command(path, ranks=2)).require()
+    plain = relax(deck, tmp_path, run=run_command).require()
     assert fast.evaluations <= 15 < plain.evaluations / 5
     pushing = np.maximum(fast.traction, 0).sum()
     assert plain.force == pytest.approx(fast.force, abs=1e-7 * pushing)

@@ -46,7 +46,9 @@ def _predicted() -> c.Prediction:
 
 
 def _prediction(folder: Path) -> object:
-    with written_as(["png"]):
+    """Its page, with an empty figure: drawing takes most of the time."""
+    with written_as(["png"]), pytest.MonkeyPatch.context() as patch:
+        patch.setattr("continuum.show.prediction.overview", lambda _: new_figure(1, 1))
         return _predicted().write(folder, "prediction")
 
 

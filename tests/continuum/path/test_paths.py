@@ -449,7 +449,7 @@ def test_ctrl_c_in_the_middle_of_a_search_leaves_what_is_finished(tmp_path: Path
         assert process.stdout is not None
         assert "now\n" in process.stdout  # read until it says so
         process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=30)
+        _, error = process.communicate(timeout=120)
         assert process.returncode == 1
         assert "the same command goes on from there" in error
         assert _points(result) == points

@@ -104,7 +104,7 @@ def test_a_death_is_said_until_the_system_is_done(tmp_path: Path, capsys: pytest
 
 
 def test_a_killed_process_is_named_and_the_path_of_the_other_goes_on(tmp_path: Path) -> None:
-    (tmp_path / "many.toml").write_text(LONG.replace("[3]", "[3, 4]").replace("2000", "60"))
+    (tmp_path / "many.toml").write_text(LONG.replace("[3]", "[3, 4]").replace("2000", "20"))
     killed = list[int]()
 
     def kill(task: object, share: float) -> None:

@@ -447,8 +447,9 @@ def test_a_folder_that_cannot_be_written_to_is_one_message(
 
 DRIVER = """
 import signal, sys
-# A test runner that was itself started in the background ignores it, and so do all that it starts.
+# A test runner that was itself started in the background ignores these, and so do all that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from continuum.cli import main
 sys.exit(main())
 """
@@ -505,7 +506,7 @@ def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
     else:
         # A terminal tells all that it runs.
         os.killpg(process.pid, signal.SIGINT if how == "Ctrl-C" else signal.SIGHUP)
-    said = process.communicate(timeout=30)[0].decode()
+    said = process.communicate(timeout=120)[0].decode()
     assert process.returncode == 1
     assert "the same command goes on from there" in said
     assert "Traceback" not in said

@@ -54,7 +54,7 @@ def found(topography: Topography) -> tuple[str, float, float]:
     [(1024, 64, (4e-9, 4e-9)), (2048, 32, (2e-9, 2e-9)), (2048, 48, (1e-9, 5e-9)), (4096, 40, (3e-7, 1e-7))],
 )
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.6, 0.9])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_the_share_of_line_noise_is_that_of_the_offsets(
     lines: int, along: int, spacing: tuple[float, float], share: float, seed: int
 ) -> None:

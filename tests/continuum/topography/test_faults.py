@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -37,8 +38,13 @@ def judged(topography: Topography, margin: float | None = None) -> Prediction:
     """With the work of adhesion that gives a clean map a margin, or of 50 mJ/m² on 1 GPa."""
     work = 0.05
     if margin is not None:
-        work *= margin / (prediction_of([detrend(clean())], Interface(1e9, work, 1e-9, None)).paper.margin or 1.0)
+        work *= margin / (judged_clean().paper.margin or 1.0)
     return prediction_of([topography], Interface(1e9, work, 1e-9, None))
+
+
+@cache
+def judged_clean(margin: float | None = None) -> Prediction:
+    return judged(detrend(clean()), margin)
 
 
 def as_measured(kind: str, seed: int = 1) -> Topography:
@@ -53,7 +59,7 @@ def test_a_fault_is_found_and_the_verdict_is_that_of_the_clean_map_or_none(kind:
     kinds = ["non-Gaussian heights", kind] if kind == "tip" else [kind]
     assert [fault.kind for fault in find_faults(as_measured(kind, seed=2)).faults] == kinds
     for margin in (0.03, 5.0):
-        right = judge(judged(detrend(clean()), margin)).answer
+        right = judge(judged_clean(margin)).answer
         assert right == ("sticky" if margin > 1 else "not sticky")  # far from the turn of all theories
         found = judged(as_measured(kind), margin)
         assert [fault.kind for fault in found.faults] == kinds
