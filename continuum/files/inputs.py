@@ -160,6 +160,8 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
     if kind == "extra_forbidden" and table is not None:
         meant = nearest(str(key[-1]), table.model_fields)
         hint = f"a slip; did you mean {meant}?" if meant else _where_it_belongs(key, model)
+        if issubclass(model, Document) and len(key) == 1:
+            hint = model.of_others.get(str(key[0]), hint)
         return Fault(key, "one of the keys " + ", ".join(table.model_fields), hint)
     if kind == "kind":
         key = (*key, error["ctx"]["key"])
