@@ -154,7 +154,7 @@ class OutputTable(Table):
     grids of at most 1024 x 1024 points"""
 
     def keeps_last_state(self, shape: tuple[int, int]) -> bool:
-        """Whether the state of the last point is stored on a grid of a shape."""
+        """Whether the gap of the last point is stored in double precision, of a grid of this shape."""
         return math.prod(shape) <= 1024**2 if self.last_state is None else self.last_state
 
 
