@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -100,7 +100,7 @@ def impedance(model: Model) -> float:
 def thermal_energy(kelvin: float, real: Units | None) -> float:
     """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no size."""
     if real is None:
-        raise PotentialError("this crystal has no size, and so no kelvin: give k_B T in E* a0³")
+        raise PotentialError("this crystal is in reduced units, so that kelvin mean nothing: give k_B T in E* a0³")
     return kelvin / real.si("temperature")
 
 
@@ -172,6 +172,9 @@ class Motion(Protocol):
         """Number of windows after those of ``hold`` in which the wall rests."""
         ends = list(pairwise(zip(self.separations, self.offsets, strict=True)))[self.hold :]
         return next((i for i, (begin, end) in enumerate(ends) if begin != end), len(ends))
+
+    def from_separation(self, separation: float) -> Self:
+        return self if self.pressure is None else replace(self, separations=(separation,) * len(self.separations))
 
     @property
     def slides(self) -> bool:
