@@ -39,6 +39,7 @@ def test_integral_is_mean_times_area(grid: Grid) -> None:
     x, _ = grid.positions
     ones = np.ones(grid.shape)
     assert grid.integrate(ones) == pytest.approx(grid.area, rel=1e-13)
+    assert grid.area == pytest.approx(grid.spacing[0] * grid.spacing[1] * ones.size, rel=1e-13)
     assert grid.mean(ones + x) == pytest.approx(
         1 + grid.lengths[0] * (grid.shape[0] - 1) / (2 * grid.shape[0]), rel=1e-12
     )
