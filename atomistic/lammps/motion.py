@@ -100,7 +100,7 @@ def impedance(model: Model) -> float:
 def thermal_energy(kelvin: float, real: Units | None) -> float:
     """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no size."""
     if real is None:
-        raise PotentialError("this crystal is in reduced units, so that kelvin mean nothing: give k_B T in E* a0³")
+        raise PotentialError("this crystal has no size, and so no kelvin: give k_B T in E* a0³")
     return kelvin / real.si("temperature")
 
 
