@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -14,8 +15,11 @@ from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
 from continuum.model.laws import FORMULAS, evaluate
-from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall, WallTable
 from continuum.model.walls.attraction import AttractionWall, Shape, attraction_on_core
+from continuum.model.walls.exponential import ExponentialWall
+from continuum.model.walls.inverse_powers import InversePowersWall
+from continuum.model.walls.spline import SplineWall
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
 
@@ -272,6 +276,41 @@ def test_a_formula_of_one_gap_is_that_of_many(wall: Wall) -> None:
     single = np.array([FORMULAS[law.kind](z, law.parameters) for z in gap]).T
     for one, many in zip(single, evaluate(law, gap), strict=True):
         np.testing.assert_allclose(one, many, rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("table", "wall"),
+    [
+        ({"law": "lennard-jones-spline", "range": 0.3, "core": 0.8}, LennardJonesSpline(0.3, core=0.8)),
+        (
+            {"law": "lennard-jones-spline", "adhesion_length": 0.005, "core": 0.8},
+            LennardJonesSpline(adhesion_length=0.005, core=0.8),
+        ),
+        (
+            {"law": "lennard-jones-9-3", "adhesion_length": 0.005, "core": 0.8},
+            InversePowers((9, 3), core=0.8, adhesion_length=0.005),
+        ),
+        (
+            {"law": "lennard-jones-12-6", "adhesion_length": 0.005, "core": 0.9},
+            InversePowers((12, 6), core=0.9, adhesion_length=0.005),
+        ),
+        (
+            {"law": "exponential", "surface_energy": 0.005, "decay_length": 0.3, "core_stiffness": 2.0},
+            Exponential(0.005, 0.3, 2.0),
+        ),
+    ],
+)
+def test_a_table_of_an_input_is_the_law_that_it_names(table: dict[str, Any], wall: Wall) -> None:
+    given = next(kind for kind in (SplineWall, InversePowersWall, ExponentialWall) if table["law"] in kind_names(kind))
+    read = given(**table)
+    assert read.build() == wall
+    # The range of the paper's law of the same work of adhesion.
+    work = table.get("adhesion_length", table.get("surface_energy", 0.3**2 / 24))
+    assert read.equivalent_range == pytest.approx(LennardJonesSpline(adhesion_length=work).range)
+
+
+def kind_names(table: type[WallTable]) -> tuple[str, ...]:
+    return get_args(get_type_hints(table)["law"])
 
 
 def test_a_hard_wall_touches_where_no_gap_is_left() -> None:
