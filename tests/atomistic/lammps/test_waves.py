@@ -1,4 +1,4 @@
-"""Times of vibrations and velocities of waves for motions, against the dynamical matrix of an fcc crystal of springs."""
+"""Periods of vibrations and velocities of waves, against the dynamical matrix of an fcc crystal of springs."""
 
 from __future__ import annotations
 
