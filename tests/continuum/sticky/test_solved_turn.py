@@ -152,11 +152,15 @@ def test_a_turn_that_nobody_asked_for_is_given_up_after_ten_times_what_is_expect
 
     monkeypatch.setattr(Solver, "minimise", counted)
     monkeypatch.setattr("continuum.sticky.solved_turn.PATIENCE", 0.05)
+    monkeypatch.setattr("continuum.show.answer.PATIENCE", 0.05)
     with pytest.raises(NotConvergedError, match=r"not found within 15 pairs of transforms, 0\.05 times"):
         solve_turn(surface(), interface, limited=True)
     assert 15 <= sum(pairs) <= 2 * 15  # the last solve is as long as its grids, at most
     found = prediction_of([in_nanometres()], Interface(1e9, 0.02, NANO, None))
-    assert "its turn: it was not found within 15 pairs" in solved(found, None, 1).unsolved
+    said = list[str]()
+    assert "its turn: it was not found within 15 pairs" in solved(found, None, 1, said.append).unsolved
+    assert said[0].endswith("given up after 0.05 times that, --solve goes on")
+    assert said[1].startswith("not solved: its turn: ")
     assert not solved(found, True, 1).unsolved
 
 
