@@ -106,7 +106,7 @@ class _Patient(Solver):
         if self._left < 1:
             msg = (
                 f"it was not found within {self._most:.0f} pairs of transforms, {PATIENCE:g} times what most maps of "
-                "this size take; `solve` goes on until it is"
+                "this size take; where solving is asked for there is no such limit"
             )
             raise NotConvergedError(msg)
         most = int(min(settings.max_iterations, self._left))
