@@ -95,8 +95,12 @@ def _with_lone_dashes(words: Sequence[str]) -> list[str]:
 def _check_environment() -> None:
     """Refuse numbers of threads on which a library would end in a traceback when it is imported.
 
+    matplotlib would do so on a back end that it does not know.  A command draws into files and opens no window, so
+    that none of them matters.
+
     Raises InputError that names the variable.
     """
+    os.environ["MPLBACKEND"] = "agg"
     for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
         value = os.environ.get(name)
         if value is not None and not (value.isdecimal() and int(value) >= least):

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from statistics import median
 
 import pytest
 
@@ -185,6 +186,10 @@ def test_a_module_says_what_it_offers_and_stays_short(path: Path) -> None:
     assert len(text.splitlines()) <= 400, "split it along the physics"
 
 
+def test_half_of_the_modules_have_at_most_180_lines() -> None:
+    assert median(len(path.read_text().splitlines()) for path in MODULES) <= 180
+
+
 def test_a_function_is_read_at_one_look() -> None:
     long = {
         f"{name(path)}.{node.name}"
@@ -195,6 +200,50 @@ def test_a_function_is_read_at_one_look() -> None:
         and node.end_lineno - node.lineno - len((ast.get_docstring(node) or "").splitlines()) >= 60
     }
     assert not long, "at most 60 lines: split it along the physics"
+
+
+# Which tables an input has, and which kinds each of them: these modules ask what a class is.
+REGISTRY = {"continuum.tables", "continuum.files.tables", "continuum.files.inputs", "continuum.files.reference"}
+DOORS = {
+    ("atomistic.front.decks", "DeckConfig"),  # a deck of a contact, of a file, or of an input that was read
+    ("continuum.front.contact", "State"),  # a solve starts from a state or from a gap
+    ("continuum.paper.page", "SweepRun"),  # a figure of a folder, or of what a sweep returned
+    ("continuum.path.state", "Solution"),  # a state is made of a solution or of a gap
+    ("continuum.solve.cuda.engine", "Kernel"),  # the kernels among all that its modules define
+}
+"""Modules that take one thing or another, and the class of ours by which they tell."""
+
+
+def asked_for(path: Path) -> Iterator[str]:
+    """Classes of ours, but for errors, that a module takes from another one and asks objects for."""
+    tree = ast.parse(path.read_text())
+    ours = {
+        alias.asname or alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and top(node.module or "") in ("continuum", "atomistic")
+        for alias in node.names
+    }
+    for node in ast.walk(tree):
+        asked: list[ast.expr] = []
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id in ("isinstance", "issubclass")
+        ):
+            asked = node.args[1:]
+        elif isinstance(node, ast.MatchClass):
+            asked = [node.cls]
+        elif (
+            isinstance(node, ast.Compare) and isinstance(node.left, ast.Call) and ast.unparse(node.left.func) == "type"
+        ):
+            asked = node.comparators
+        names = {part.id for one in asked for part in ast.walk(one) if isinstance(part, ast.Name)}
+        yield from sorted(one for one in names & ours if not one.endswith("Error"))
+
+
+def test_no_module_asks_what_class_of_another_one_an_object_is() -> None:
+    found = {(name(path), asked) for path in MODULES if name(path) not in REGISTRY for asked in asked_for(path)}
+    assert found == DOORS
 
 
 def test_the_solvers_know_no_machine() -> None:

@@ -204,6 +204,24 @@ def test_a_longer_page_can_be_followed_as_printed(page: str, tmp_path: Path) -> 
     follow(page, TOLD_AT_LENGTH[page], tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("added", "most"),
+    [
+        ("a wall law", 3), ("a Green's function", 2), ("a criterion of stickiness", 1),
+        ("an artefact of measured maps", 1), ("a deck protocol", 2), ("a material", 1),
+    ],
+)  # fmt: skip
+def test_what_is_added_touches_few_files_and_these_are_there(added: str, most: int) -> None:
+    (row,) = re.findall(rf"^\| {added} \| (.*) \|$", PAGES["docs/contribute.md"], re.MULTILINE)
+    touched = re.findall(r"`([\w/]+/(?:\w+\.\w+)?)`", row)
+    assert 1 <= len(touched) <= most
+    for name in touched:
+        assert any((ROOT / folder / name).exists() for folder in (".", "continuum", "atomistic")), name
+    sections = re.split(r"^## ", PAGES["docs/contribute.md"], flags=re.MULTILINE)[1:]
+    (section,) = (text for text in sections if added.lower().startswith(text.partition("\n")[0].lower()))
+    assert re.search(r"^```python\n(?:.*\n)*?assert ", section, re.MULTILINE)
+
+
 def test_the_map_of_the_tutorial_is_what_its_script_makes() -> None:
     lines = MAP.read_text(encoding="utf-8").splitlines()
     assert [line[2:] for line in lines if line.startswith("#")] == HEAD.splitlines()

@@ -58,7 +58,7 @@ class LennardJonesTable(Interatomic):
     truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"
     """how it ends: LAMMPS' lj/smooth/linear, lj/smooth or lj/mdf"""
     inner: float | None = None
-    """where "smooth" or "mdf" begins to end it, in sigma"""
+    """distance from which on "smooth" or "mdf" lowers it to zero, in sigma"""
 
     @constraint
     def _has_a_meaning(self) -> Iterator[Fault]:

@@ -230,11 +230,11 @@ class SlidingTable(MotionTable):
     pressure: float | None = None
     """mean pressure that it keeps instead, in E*, compression positive, from -1 to 1: its height follows"""
     distance: Positive
-    """that it slides, in a0"""
+    """how far the wall slides, in a0"""
     velocity: Positive
     """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
     along: Literal["x", "y"] = "x"
-    """direction"""
+    """direction in which it slides"""
 
     @constraint
     def _lasts(self) -> Iterator[Fault]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 
@@ -94,7 +94,7 @@ class Model(Potential, Protocol):
 
     @property
     def timestep(self) -> float:
-        """A stable time step of damped dynamics with unit masses, in a0 (m/(E* a0))^(1/2) units."""
+        """A stable time step of damped dynamics with unit masses, in a0 (m/(E* a0³))^(1/2)."""
 
     @property
     def length(self) -> float:
@@ -132,9 +132,14 @@ def check_potential(name: str, value: Any) -> Potential:
     return value
 
 
+def is_model(value: Any) -> TypeGuard[Model]:
+    """Whether the crystal of a potential is known."""
+    return isinstance(value, Model) and not isinstance(value, type)
+
+
 def check_model(name: str, value: Any) -> Model:
     """An argument that is to be an interatomic model with its crystal; raises ArgumentError if it is none."""
-    if isinstance(value, type) or not isinstance(value, Model):
+    if not is_model(value):
         raise ArgumentError(name, value, "a model whose crystal is known: Springs(), or elastic(...).model")
     return value
 

@@ -68,8 +68,8 @@ def deck(
     if isinstance(contact, str | os.PathLike | DeckConfig):
         others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force}
         _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
-        config = contact if isinstance(contact, DeckConfig) else deck_input(file_name("contact", contact))
-        return deck_of(config, progress)
+        read = deck_input(file_name("contact", contact)) if isinstance(contact, str | os.PathLike) else contact
+        return deck_of(read, progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
         check_potential("model", model)
@@ -91,7 +91,7 @@ def _require_nothing_else(contact: object, names: list[str]) -> None:
     """An input file says all that is said of its deck: what is given beside it would be ignored."""
     if names:
         said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
-        file = "an input" if isinstance(contact, DeckConfig) else f"the input file {str(contact)!r}"
+        file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
         raise TypeError(f"contact is {file}, which says all else itself: leave out {said}, or change the file")
 
 

@@ -124,7 +124,7 @@ def validate(
     flag("force", force)
     command_words(lmp_command)
     function("progress", progress)
-    config = file if isinstance(file, ValidateConfig) else load(file_name("file", file), ValidateConfig)
+    config = load(file, ValidateConfig)
     if path.suffix != ".h5":
         path = path / f"{config.source.path.stem if config.source else 'validation'}.h5"
     distinct(path, config.files)

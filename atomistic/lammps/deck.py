@@ -120,7 +120,7 @@ class Deck:
             if np.any(moved[slab.mobile :]):
                 raise ArgumentError(name, moved, f"zero in the frozen base, the lowest {slab.frozen} layers")
         if self.shape is not None and (apart := misfit(check_shape("shape", self.shape), self.heights)):
-            raise ArgumentError("shape", self.shape, f"one of these heights, not of others by up to {apart:.2g} a0")
+            raise ArgumentError("shape", self.shape, f"one of these heights; its own differ by up to {apart:.2g} a0")
 
     def _check_numbers(self) -> None:
         number("separation", self.separation)
@@ -141,8 +141,7 @@ class Deck:
         protocol = self.protocol
         if protocol is None:
             return
-        if not isinstance(protocol, Protocol):
-            raise ArgumentError("protocol", protocol, "Separations, MeanPressures or Motion")
+        instance("protocol", protocol, Protocol, "Separations, MeanPressures or Motion")
         if self.separation != protocol.separations[0]:
             raise ArgumentError("separation", self.separation, f"that of the first step, {protocol.separations[0]}")
         if misfit := protocol.misfit(self.slab.mobile, stays=self.shape is None):

@@ -20,7 +20,7 @@ OUTPUTS = re.compile(
 )
 """Files that a run of the deck writes: of one equilibrium, or of each step with its number."""
 PARTS = ("state.part", "result.part")
-"""What a killed run may leave."""
+"""Files that a run leaves when it is killed as it writes them."""
 _OF_ALL_STEPS = ("in.contact", "README.txt", "wall.vtk")
 """Texts that name all steps, or only show the wall."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -172,6 +172,9 @@ class Motion(Protocol):
         """Number of windows after those of ``hold`` in which the wall rests."""
         ends = list(pairwise(zip(self.separations, self.offsets, strict=True)))[self.hold :]
         return next((i for i, (begin, end) in enumerate(ends) if begin != end), len(ends))
+
+    def from_separation(self, separation: float) -> Self:
+        return self if self.pressure is None else replace(self, separations=(separation,) * len(self.separations))
 
     @property
     def slides(self) -> bool:

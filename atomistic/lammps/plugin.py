@@ -22,7 +22,7 @@ import numpy as np
 from scipy.interpolate import PPoly
 
 from atomistic.lammps.language import formatted
-from atomistic.lammps.shape import HeightSpline, Shape
+from atomistic.lammps.shape import Shape, map_of
 from continuum.errors import InputError
 from continuum.model.fourier import Real
 from continuum.model.walls import Wall
@@ -34,8 +34,6 @@ _MOST_PIECES = 100_000
 _FINEST = 1e-9
 """Shortest piece of a law, in a0."""
 _WITHOUT = 'wall_force = "formulas"'
-_POINTS_PER_SPACING = 4
-"""Points to each a0 of the surface in the map of a wall that has a formula."""
 
 
 class PluginError(InputError):
@@ -129,14 +127,6 @@ def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
     lines += [f"law {law.c.shape[1]} {formatted(law.x[-1])} {formatted(beyond)}"]
     rows = np.column_stack([law.x[:-1], energy[:-1], law.c[::-1].T])
     return "\n".join([*lines, *(" ".join(map(formatted, row)) for row in rows)]) + "\n"
-
-
-def map_of(shape: Shape, size: tuple[int, int]) -> Real:
-    """Heights of a wall at equidistant points over the period of so many sites: its own if it is an array."""
-    if isinstance(shape, HeightSpline):
-        return shape.heights
-    points = (np.arange(n * _POINTS_PER_SPACING) / _POINTS_PER_SPACING for n in size)
-    return shape.evaluate(*np.meshgrid(*points, indexing="ij")).height
 
 
 def pieces_of_law(wall: Wall) -> PPoly:

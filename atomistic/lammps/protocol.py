@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -32,6 +32,11 @@ class Protocol:
     def each_step(self) -> Sequence[tuple[object, ...]]:
         """The numbers of each step by which it differs from another one of the same protocol."""
         return [(separation,) for separation in self.separations]
+
+    def from_separation(self, separation: float) -> Self:
+        """The same from another separation, where it finds its own; as it is where they are given."""
+        del separation
+        return self
 
     def about(self) -> Mapping[str, float]:
         """What ``deck.json`` says of it beside the number of steps."""
@@ -97,6 +102,9 @@ class MeanPressures(Protocol):
             raise ValueError("a mean pressure is met to a fraction of itself: it cannot be zero")
         if not (np.isfinite(self.stiffness) and self.stiffness > 0):
             raise ValueError(f"the stiffness of a slab is a positive finite number, got {self.stiffness}")
+
+    def from_separation(self, separation: float) -> Self:
+        return replace(self, separations=(separation,) * self.steps)
 
     def each_step(self) -> Sequence[tuple[object, ...]]:
         return [(*numbers, self.stiffness) for numbers in zip(self.pressures, self.separations, strict=True)]

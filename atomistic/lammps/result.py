@@ -158,7 +158,7 @@ class DeckResult:
             raise NotConvergedError(
                 f"{self.status.value} (largest force {self.largest_force:.2e} E* a0², tolerance "
                 f"{self.tolerance:.2e}, smallest gap {self.smallest_gap:.4f} a0, neighbours displaced "
-                f"by up to {self.distortion:.3f} a0, {np.count_nonzero(self.slipped)} atoms with other ones, "
+                f"by up to {self.distortion:.3f} a0, {np.count_nonzero(self.slipped)} atoms with other neighbours, "
                 f"{self.evaluations} evaluations)"
             )
         return self

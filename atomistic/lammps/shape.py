@@ -29,6 +29,8 @@ from continuum.model.surfaces import CylinderSurface, PunchSurface, SineSurface,
 MOST_WAVES = 12
 """Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
 _DEGREE = 3
+_POINTS_PER_SPACING = 4
+"""Points to each a0 of the surface in the map of a wall that has a formula."""
 
 
 class WallHeight(NamedTuple):
@@ -296,6 +298,14 @@ def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
     if formula is None:
         return shape_of(heights)
     return formula(surface, (float(heights.shape[0]), float(heights.shape[1])))
+
+
+def map_of(shape: Shape, size: tuple[int, int]) -> Real:
+    """Heights of a wall at equidistant points over the period of so many sites: its own if it is an array."""
+    if isinstance(shape, HeightSpline):
+        return shape.heights
+    points = (np.arange(n * _POINTS_PER_SPACING) / _POINTS_PER_SPACING for n in size)
+    return shape.evaluate(*np.meshgrid(*points, indexing="ij")).height
 
 
 def shape_notes(shape: Shape | None) -> tuple[str, ...]:

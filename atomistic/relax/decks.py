@@ -30,7 +30,7 @@ from atomistic.relax.limits import require_apart, require_steps, require_strengt
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
-from atomistic.response.material import CrystalModel, model_of
+from atomistic.response.material import measured, model_of
 from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
@@ -75,7 +75,7 @@ def parts_of(config: DeckConfig) -> DeckParts:
         faults.append(Fault(("wall",), str(error)))
     except (ArithmeticError, Warning) as error:
         cause = "lengths in other units than a0, or stiffnesses in other units than E*/a0"
-        faults.append(Fault(("wall",), f"a law whose numbers can be computed ({error})", cause))
+        faults.append(Fault(("wall",), f"a law whose energies and tractions are finite ({error})", cause))
     try:
         heights, notes = _heights(config.surface, config, slab, model)
         if (slope := moments(slab.grid, heights).rms_slope) > 0:  # a flat wall is one, too
@@ -158,11 +158,9 @@ def _acting(deck: Deck, wall_force: WallForce) -> Deck:
     """The deck with its wall acting by this; of atoms, from where the slab is at rest and these do not overlap it."""
     if wall_force != "atoms" or deck.shape is None:
         return replace(deck, wall_force=wall_force)
-    touch, protocol = first_touch(crystal_wall(deck.wall, deck.shape, deck.slab.shape)), deck.protocol
-    separation = deck.separation
-    if isinstance(protocol, MeanPressures) or (isinstance(protocol, Motion) and protocol.pressure is not None):
-        protocol = replace(protocol, separations=(touch,) * len(protocol.separations))
-        separation = touch
+    touch = first_touch(crystal_wall(deck.wall, deck.shape, deck.slab.shape))
+    protocol = None if deck.protocol is None else deck.protocol.from_separation(touch)
+    separation = deck.separation if protocol is None else protocol.separations[0]
     if separation < touch:
         raise NotConvergedError(
             f"at the separation {separation:g} a0 atoms of the wall overlap those of the surface at rest: begin at "
@@ -272,10 +270,11 @@ def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -
     """
     model, slab = specimen.model, specimen.slab
     temperature = _thermal_energy(windows, model)
-    if temperature == 0 or not isinstance(model, CrystalModel):
+    crystal = measured(model)
+    if temperature == 0 or crystal is None:
         return model, specimen.response.rise, ()
-    warm = warm_crystal(model, temperature, slab.mobile, default_folder(), progress)
-    found = warm.of(model)
+    warm = warm_crystal(crystal, temperature, slab.mobile, default_folder(), progress)
+    found = warm.of(crystal)
     unit = "Å" if model.units == "metal" else "σ"
     kelvins = "" if model.real_units is None else f" ({temperature / thermal_energy(1.0, model.real_units):.4g} K)"
     return found, warm.rise_of(slab), (

@@ -38,7 +38,7 @@ def deck_input(path: str | Path) -> DeckConfig:
 
 
 def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
-    """What is done, as arguments of a call, in reduced units where it has others.
+    """The separations, pressures or protocol of a call, those with a unit converted to a0 and E*.
 
     Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
     """

@@ -16,8 +16,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.interatomic import Model, Potential
-from atomistic.crystal.pair_style import PairStyle
+from atomistic.crystal.interatomic import Model, Potential, is_model
 from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.cell import Cell
 from atomistic.lammps.engine import pair_styles
@@ -143,7 +142,12 @@ def model_of(potential: Potential) -> Model:
 
     Raises PotentialError if its crystal is not a stable fcc one; LammpsError if LAMMPS fails.
     """
-    return potential if isinstance(potential, Model) else CrystalModel(potential, measure_crystal(potential))
+    return potential if is_model(potential) else CrystalModel(potential, measure_crystal(potential))
+
+
+def measured(model: Model) -> CrystalModel | None:
+    """A model with the crystal that was measured of it; None for springs, whose constants are exact lattice sums."""
+    return model if isinstance(model, CrystalModel) else None
 
 
 def measure_crystal(potential: Potential) -> Crystal:
@@ -155,10 +159,11 @@ def measure_crystal(potential: Potential) -> Crystal:
     if potential.atom_style != "atomic":
         msg = f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}"
         raise ValueError(msg)
-    if isinstance(potential, PairStyle) and potential.style not in pair_styles():
-        meant = nearest(potential.style, sorted(pair_styles()))
+    _, style, *_ = potential.interactions().split()  # pair_style NAME ...
+    if style not in pair_styles():
+        meant = nearest(style, sorted(pair_styles()))
         hint = f"; did you mean {meant}?" if meant else ""
-        msg = f"the installed LAMMPS has no pair_style {potential.style!r}{hint}; `atomistic doctor` lists its packages"
+        msg = f"the installed LAMMPS has no pair_style {style!r}{hint}; `atomistic doctor` lists its packages"
         raise PotentialError(msg)
     volume = potential.guess or (0.5 * potential.cutoff) ** 3
     with _Strained(potential, _SQUARE, _FCC) as fcc:

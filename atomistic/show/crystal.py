@@ -10,7 +10,7 @@ from atomistic.crystal.interatomic import Model
 from atomistic.response.discreteness import Discreteness
 from atomistic.response.force_constants import relaxation
 from atomistic.response.lattice import LatticeResponse
-from atomistic.response.material import CrystalModel
+from atomistic.response.material import measured
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
 
@@ -23,14 +23,15 @@ def crystal_sheet(model: Model) -> Sheet:
     reduced = ContactModulus.of(model.elastic_constants)
     length, pressure, unit = "a0", "E*", 1.0
     rows: list[tuple[Entry, ...]] = [("model", model.reference, "", None)]
-    if isinstance(model, CrystalModel):
-        metal = model.units == "metal"
+    found = measured(model)
+    if found is not None:
+        metal = found.units == "metal"
         length, pressure = ("Å", "GPa") if metal else ("σ", "ε/σ³")
         energy = "eV" if metal else "ε"
-        unit = model.contact_modulus * (GPA_PER_EV_PER_A3 if metal else 1)
-        others = ", ".join(f"{name} {e - model.crystal.energy:+.4g}" for name, e in model.crystal.others.items())
+        unit = found.contact_modulus * (GPA_PER_EV_PER_A3 if metal else 1)
+        others = ", ".join(f"{name} {e - found.crystal.energy:+.4g}" for name, e in found.crystal.others.items())
         rows += [
-            ("energy per atom", f"{model.crystal.energy:.8g}", energy, None),
+            ("energy per atom", f"{found.crystal.energy:.8g}", energy, None),
             ("of other structures, less that", others, energy, None),
         ]
     rows += [
@@ -54,7 +55,7 @@ def crystal_sheet(model: Model) -> Sheet:
         ("surface plane rises by", f"{rise[0] * model.length:+.6g}", length, f"{rise[0]:+.6f}"),
         ("planes 1-2, 2-3, 3-4 apart by more", planes, "", None),
     ]
-    source = "measured in LAMMPS" if isinstance(model, CrystalModel) else "exact lattice sums"
+    source = "exact lattice sums" if found is None else "measured in LAMMPS"
     columns = (Column("quantity"), Column("value"), Column("unit"), Column("in a0, E*", "", ".6f"))
     return Sheet.of(f"fcc crystal at zero pressure, {source}", columns, rows)
 

@@ -29,7 +29,7 @@ InputFile = str | Path | Mapping[str, Any]
 """An input: the name of a file, or its tables as a dictionary of Python."""
 
 
-def source_of(given: InputFile, name: str = "input") -> Source:
+def source_of(given: InputFile | Document, name: str = "input") -> Source:
     """The text of an input, whether it is a file or the tables of one.
 
     Parameters
@@ -46,8 +46,8 @@ def source_of(given: InputFile, name: str = "input") -> Source:
     return Source.read(find(file_name("file", given)))
 
 
-def load(path: InputFile, model: type[_Document], settings: Mapping[str, Any] | None = None) -> _Document:
-    """Read an input.
+def load(path: InputFile | _Document, model: type[_Document], settings: Mapping[str, Any] | None = None) -> _Document:
+    """Read an input; one that was read already is returned as it is.
 
     Parameters
     ----------
@@ -55,8 +55,12 @@ def load(path: InputFile, model: type[_Document], settings: Mapping[str, Any] | 
     model : what it should hold.
     settings : values instead of those of the file, by dotted keys such as ``surface.seed``.
 
-    Raises ConfigError with all faults of the file.
+    Raises ConfigError with all faults of the file; ArgumentError if there are settings of what was read already.
     """
+    if isinstance(path, model):
+        if settings:
+            raise ArgumentError("settings", settings, "values of keys of a file; this input was read already")
+        return path
     source = source_of(path)
     return parsed(source.changed(settings) if settings else source, model)
 
@@ -160,6 +164,8 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
     if kind == "extra_forbidden" and table is not None:
         meant = nearest(str(key[-1]), table.model_fields)
         hint = f"a slip; did you mean {meant}?" if meant else _where_it_belongs(key, model)
+        if issubclass(model, Document) and len(key) == 1:
+            hint = model.of_others.get(str(key[0]), hint)
         return Fault(key, "one of the keys " + ", ".join(table.model_fields), hint)
     if kind == "kind":
         key = (*key, error["ctx"]["key"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -23,6 +23,8 @@ class Document(Table):
     """Name of the kind of result that it describes, if such a result is stored."""
     result_version: ClassVar[int]
     """Raised whenever the meaning or layout of that result changes; part of the identity."""
+    of_others: ClassVar[Mapping[str, str]] = {}
+    """Tables of other inputs, and what the file is that holds one."""
 
     _source: Source | None = PrivateAttr(None)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from continuum.arguments import ArgumentError, choice, file_name, flag, function, number, several
+from continuum.arguments import choice, file_name, flag, function, number, several
 from continuum.files.inputs import InputFile, load, settings_of, source_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep
@@ -129,9 +129,7 @@ def run(
     function("warn", warn)
     if device is not None:
         choice("device", device, BACK_ENDS)
-    if isinstance(file, RunConfig) and given:
-        raise ArgumentError("settings", given, "values of keys of a file; this input was read already")
-    config = file if isinstance(file, RunConfig) else load(file, RunConfig, given)
+    config = load(file, RunConfig, given)
     config = config if device is None else config.on(device)
     path = file_name("output", output)
     if path.suffix != ".h5":

@@ -33,7 +33,7 @@ from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
-from continuum.sweeps.tasks import Death, Share, Task, TaskResult
+from continuum.sweeps.tasks import Message, Task, TaskResult
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
@@ -170,15 +170,15 @@ def _hear(
     meanwhile: Callable[[Task, float], None] | None,
     warn: Callable[[Sequence[str]], None] | None,
     task: Task,
-    said: Share | Death,
+    said: Message,
 ) -> None:
     """Pass on what is heard of a system that is being done; that its process died is said and stored, too."""
-    if isinstance(said, Share):
-        if meanwhile is not None:
-            meanwhile(task, said.done)
+    if said.share is not None and meanwhile is not None:
+        meanwhile(task, said.share)
+    if said.death is None:
         return
-    died.append(f"{task.label}: {said}; what it had stored is kept, and it is done again after the others")
-    record_death(root, task, said)
+    died.append(f"{task.label}: {said.death}; what it had stored is kept, and it is done again after the others")
+    record_death(root, task, said.death)
     if warn is not None:
         warn(died[-1:])
 

@@ -140,10 +140,9 @@ def _tensile_work(distance: Real, load: Real) -> float:
 
 
 def _overlap_work(d1: Real, load1: Real, d2: Real, load2: Real) -> float:
-    """Integral of load1 - load2 over the distances that both curves cover."""
-    end = min(d1[-1], d2[-1])
+    """Integral of load1 - load2 over the distances that both curves cover; both begin where the path turns."""
     distance = np.unique(np.concatenate([d1, d2]))
-    distance = distance[(distance >= max(d1[0], d2[0])) & (distance <= end)]
+    distance = distance[distance <= min(d1[-1], d2[-1])]
     if distance.size < 2 or (np.diff(d1) <= 0).any() or (np.diff(d2) <= 0).any():
         return float("nan")
     difference = np.interp(distance, d1, load1) - np.interp(distance, d2, load2)

@@ -44,8 +44,8 @@ class CubicConstants(NamedTuple):
             msg = f"elastic constants of a stable crystal have C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0, not {self}"
             raise ValueError(msg)
         if self.c11 > LEAST_COMPRESSIBLE * self.c44:
-            most = f"C11 of at most {LEAST_COMPRESSIBLE:g} C44, or digits are lost"
-            msg = f"elastic constants need a {most}, not {self}: take an isotropic layer"
+            most = f"{LEAST_COMPRESSIBLE:g} C44, or digits are lost"
+            msg = f"C11 is at most {most}, not {self}: an isotropic layer of nu = 0.5 has no such limit"
             raise ValueError(msg)
 
     def stiffness_tensor(self) -> Real:

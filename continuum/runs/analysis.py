@@ -97,15 +97,8 @@ class Analysis:
         return draw_analysis(self, folder)
 
 
-def analyse_run(result: Result | str | Path) -> Analysis:
-    """Measure every equilibrium of a stored run.
-
-    Raises
-    ------
-    continuum.files.store.StoreError
-        If the file is no run.
-    """
-    result = result if isinstance(result, Result) else Result.read(result)
+def analyse_run(result: Result) -> Analysis:
+    """Measure every equilibrium of a stored run."""
     good = [(step, point) for step, point in enumerate(result.points) if point.converged]
     notes = []
     if result.wall.law is None:

@@ -154,7 +154,7 @@ class OutputTable(Table):
     grids of at most 1024 x 1024 points"""
 
     def keeps_last_state(self, shape: tuple[int, int]) -> bool:
-        """Whether the state of the last point is stored on a grid of a shape."""
+        """Whether the gap of the last point is stored in double precision, of a grid of this shape."""
         return math.prod(shape) <= 1024**2 if self.last_state is None else self.last_state
 
 
@@ -165,6 +165,7 @@ class RunConfig(Document):
     result_version: ClassVar[int] = 3
     not_identity: ClassVar[frozenset[str]] = frozenset({"output"})
     newer: ClassVar[frozenset[str]] = frozenset({"counterface"})
+    of_others: ClassVar[Mapping[str, str]] = {"sweep": "the input of a sweep, which is for `continuum sweep run`"}
 
     grid: GridTable
     """points and period"""

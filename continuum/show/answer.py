@@ -14,7 +14,7 @@ from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.record import turning_margin
 from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
-from continuum.sticky.solved_turn import SolvedTurn
+from continuum.sticky.solved_turn import PATIENCE, SolvedTurn, expected_pairs
 from continuum.sticky.verdict import (
     SURE,
     Verdict,
@@ -36,9 +36,6 @@ NEAR, NEAR_COARSE = 1.5, 2.0
 With pixels four times finer the turns of eight surfaces moved by up to 1.3 and 1.8."""
 CONFORMS = 0.1
 """Part of w below which full contact costs little: nearly all of the work of adhesion is left."""
-PAIRS, PAIRS_PER_SIDE = 300.0, 8.0
-"""Pairs of transforms of a turn whose range the pixels resolve, and for each point along a side where they do
-not: 120 to 400, and 7 to 17, on synthetic maps of 64² to 256² points and their mirror images."""
 BESIDE = 4.0
 """Time of a pair in the solver over that of its transforms alone, there: 2.3 to 6.5."""
 
@@ -72,7 +69,7 @@ def solving(prediction: Prediction, state: bool) -> str:
         "--no-solve leaves it out"
     )
     if not state:
-        return text
+        return f"{text}; given up after {PATIENCE:g} times that, --solve goes on"
     try:
         instead = resolvable(facing, prediction.interface)[1]
     except UnresolvedError as error:
@@ -82,10 +79,10 @@ def solving(prediction: Prediction, state: bool) -> str:
 
 def _seconds(prediction: Prediction, nx: int, ny: int) -> str:
     """Core-seconds of the turn, from the time of a transform here and now."""
-    contact, side = prediction.contact, (nx * ny) ** 0.5
+    contact = prediction.contact
     adhesion_length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
     resolved = contact.range >= shortest_range(prediction.facing, adhesion_length)
-    pairs = PAIRS if resolved else max(PAIRS, PAIRS_PER_SIDE * side)
+    pairs = expected_pairs(nx * ny, resolved=resolved)
     return _times(max(BESIDE * pairs * pair_seconds(Grid((nx, ny), (float(nx), float(ny)))), 1.0))
 
 

@@ -236,7 +236,7 @@ def _stopped_as_by_ctrl_c() -> Iterator[None]:
 
 
 def _three_streams() -> None:
-    """Output goes nowhere where it was closed: the next file that is opened would take its place."""
+    """Open the null device in place of each standard stream that was closed: the next file would take its number."""
     for stream in range(3):
         try:
             os.fstat(stream)

@@ -68,7 +68,7 @@ class Sheet:
         ValueError
             If a row has not as many cells as there are columns.
         """
-        heads = tuple(column if isinstance(column, Column) else Column(column) for column in columns)
+        heads = tuple(Column(column) if isinstance(column, str) else column for column in columns)
         body = tuple(map(tuple, rows))
         wrong = next((row for row in body if len(row) != len(heads)), None)
         if wrong is not None:

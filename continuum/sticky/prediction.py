@@ -162,13 +162,14 @@ class Prediction:
         maps = self.topographies
         return maps[0] if len(maps) == 1 else opposed(*maps)
 
-    def solved(self, threads: int = 1, state: bool = True) -> Prediction:
+    def solved(self, threads: int = 1, state: bool = True, *, limited: bool = False) -> Prediction:
         """The prediction with the contact of its map, solved, beside it; or with the reason why it cannot be solved.
 
         Parameters
         ----------
         threads : of the solver.
         state : whether the contact is also solved at the given work of adhesion: often longer than its turn.
+        limited : whether a turn that takes ten times as long as on most maps is given up.
 
         Raises
         ------
@@ -181,7 +182,7 @@ class Prediction:
 
         facing, found, missing = self.facing, self, []
         try:
-            found = replace(found, turn=solve_turn(facing, self.interface, threads))
+            found = replace(found, turn=solve_turn(facing, self.interface, threads, limited=limited))
         except (UnresolvedError, NotConvergedError) as error:
             missing.append(f"its turn: {error}")
         try:

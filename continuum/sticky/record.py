@@ -153,7 +153,7 @@ def _supports(criteria: tuple[Criterion, ...], contact: RoughContact, without: L
 
 
 def _count(margins: Real, kind: Real, margin: float) -> tuple[int, int]:
-    """Surfaces that were sticky at a margin, of those that say anything there."""
+    """Number of surfaces that were sticky at a margin, and of those of which this is known there."""
     turned = margins[kind == 0] < margin
     yes, no = margins[kind == 1] <= margin, margins[kind == -1] >= margin
     return int(turned.sum() + yes.sum()), int(turned.size + yes.sum() + no.sum())

@@ -8,9 +8,10 @@ One key of ``[sweep.axes]`` may be searched for instead: then each combination o
 from __future__ import annotations
 
 import ast
+import copy
 import itertools
 import math
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -74,7 +75,7 @@ class SweepTable(Table):
         places = [(("axes",), self.axes), *((("zipped", i), table) for i, table in enumerate(self.zipped))]
         searched = [name for name, given in _flat(self.axes) if is_bisection(given)]
         if len(searched) > 1:
-            yield Fault(("axes",), f"one search: {', '.join(searched)} are searched for")
+            yield Fault(("axes",), f"one search: {' and '.join(searched)} are searched for")
         for place, table in places:
             for name, given in _flat(table):
                 here = (*place, *_parts(table, name))
@@ -87,16 +88,14 @@ class SweepTable(Table):
                     yield Fault(here, f"a list of values, or a range {{from, to, step}}: {error}", _why(given))
                 else:
                     if not values:
-                        yield Fault(here, "at least one value")
-                    if place == ("axes",) and _repeated(values):
-                        yield Fault(here, "different values", "the same one twice")
+                        yield Fault(here, f"at least one value of {name}")
 
     def _together(self) -> Iterator[Fault]:
         for i, table in enumerate(self.zipped):
             lengths = {name: len(expand_range(given)) for name, given in _flat(table)}
             if len(set(lengths.values())) > 1:
                 counts = ", ".join(f"{name} has {count}" for name, count in lengths.items())
-                yield Fault(("zipped", i), "lists of one length", f"these change together, but {counts}")
+                yield Fault(("zipped", i), "lists of one length where keys change together", counts)
                 return
         names = [name for table in (self.axes, *self.zipped) for name, _ in _flat(table)]
         for name in sorted({name for name in names if names.count(name) > 1}):
@@ -104,7 +103,12 @@ class SweepTable(Table):
         for one, other in itertools.combinations(sorted(set(names)), 2):
             if _overlap(one, other):
                 yield Fault((), f"axes that are apart: {one} holds {other}")
-        yield from _too_many(self.all_axes)
+        for axis in self.all_axes:
+            if _repeated(axis.values):
+                yield Fault((), f"different values of {' and '.join(axis.keys)}", "the same one twice")
+        count = math.prod(len(axis.values) for axis in self.all_axes)
+        if count > MOST:
+            yield Fault((), f"at most {MOST} systems, not {count}")
 
     def _conditions(self) -> Iterator[Fault]:
         for i, text in enumerate(self.keep):
@@ -115,6 +119,8 @@ class SweepTable(Table):
 
 
 _flat = partial(dotted, ranges=True)
+_LISTS = ("from", "bisect")
+"""Keys by which a table is a range or a search, and not one value."""
 
 
 def _parts(table: Mapping[str, Any], name: str) -> tuple[str, ...]:
@@ -129,43 +135,37 @@ def _why(given: Any) -> str:
     return "a search: it stands in [sweep.axes], not among keys that change together" if is_bisection(given) else ""
 
 
-def _changed(axis: Axis, changes: Mapping[str, Any]) -> Axis:
-    """An axis with other values; of keys that change together, all must be given, or one for a single place."""
-    if not changes.keys() & set(axis.keys):
-        return axis
-    columns = []
-    for i, key in enumerate(axis.keys):
-        given = changes.get(key, tuple(values[i] for values in axis.values))
-        several = isinstance(given, (tuple, list)) or (isinstance(given, Mapping) and "from" in given)
-        columns.append(expand_range(given) if several else (given,))
-    return Axis(axis.keys, tuple(zip(*columns, strict=True)))
+def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Values, _Values]:
+    """The table [sweep] with other values on its axes, and the changes of keys that are on none.
 
-
-def _all_changed(table: SweepTable, changes: Mapping[str, Any]) -> tuple[tuple[Axis, ...], Bisection | None]:
-    """Axes and search with other values; a list takes the place of a search, and a search that of a list.
-
-    Raises ValueError in words that name the key.
+    Parameters
+    ----------
+    changes : values of keys of the input, which for a key on an axis become its values; and of keys of the table
+        itself, as ``sweep.keep``, or ``sweep.axes.surface.seed``, which also makes an axis of a key that was on none.
     """
-    axes, bisection = list(table.all_axes), table.bisection
-    if bisection is not None and bisection.key in changes:
-        axes.append(Axis((bisection.key,), ()))
-        bisection = None
-    searched = [axis for axis in axes if len(axis.keys) == 1 and is_bisection(changes.get(axis.keys[0]))]
-    for axis in searched:
-        (key,) = axis.keys
-        if bisection is not None:
-            msg = f"one search: {bisection.key} and {key} are searched for"
-            raise ValueError(msg)
-        if faults := list(bisection_faults(changes[key])):
-            raise ValueError("; ".join(f"{key}.{'.'.join(map(str, one.key))}: {one.allowed}" for one in faults))
-        bisection = Bisection.of(key, changes[key])
-    return tuple(_changed(axis, changes) for axis in axes if axis not in searched), bisection
+    found, plain = copy.deepcopy(dict(table)), _Values()
+    for key, value in changes.items():
+        if key.startswith("sweep.") and not key.startswith("sweep.axes."):
+            found[key.removeprefix("sweep.")] = value
+            continue
+        name = key.replace('"', "").removeprefix("sweep.axes.")
+        axes, zipped = found.setdefault("axes", {}), found.get("zipped", ())
+        tables = [one for one in (axes, *(zipped if isinstance(zipped, list) else ())) if isinstance(one, dict)]
+        holder = next((one for one in tables if name in dict(_flat(one))), axes if name != key else None)
+        if isinstance(holder, dict):
+            _put(holder, name, value)
+        else:
+            plain[key] = value
+    return found, plain
 
 
-def _too_many(axes: Iterable[Axis]) -> Iterator[Fault]:
-    count = math.prod(len(axis.values) for axis in axes)
-    if count > MOST:
-        yield Fault((), f"at most {MOST} systems, not {count}")
+def _put(table: _Values, name: str, value: Any) -> None:
+    """Give an axis other values: a list, a range or a search; anything else is its one value."""
+    several = isinstance(value, (tuple, list)) or (isinstance(value, Mapping) and not value.keys().isdisjoint(_LISTS))
+    *outer, last = _parts(table, name) if name in dict(_flat(table)) else (name,)
+    for part in outer:
+        table = table[part]
+    table[last] = value if several else [value]
 
 
 def _repeated(values: Sequence[Any]) -> bool:
@@ -277,22 +277,13 @@ class Sweep:
         if not isinstance(table, Mapping):
             cause = "the input of a single run, which is for `continuum run`"
             raise ConfigError(source, [Fault(("sweep",), "a table [sweep] with the axes", cause)])
+        reducing = table.get("reduced", {}) if reduced else {}
+        changes = {**(dict(_flat(reducing)) if isinstance(reducing, Mapping) else {}), **(settings or {})}
+        table, plain = _changed(table, changes)
+        source = replace(source, data={**data, "sweep": table})
         found = parsed(replace(source, data={"sweep": table}), _Sweeps).sweep
-        changes = {**(dict(_flat(found.reduced)) if reduced else {}), **(settings or {})}
-        try:
-            axes, bisection = _all_changed(found, changes)
-        except ValueError as error:
-            fault = Fault(("sweep",), f"lists or ranges on its axes, of one length where keys change together: {error}")
-            raise ConfigError(source, [fault]) from None
-        faults = [
-            *_too_many(axes),
-            *(Fault((), f"at least one value of {axis.keys[0]}") for axis in axes if not axis.values),
-            *(Fault((), f"different values of {axis.keys[0]}") for axis in axes if _repeated(axis.values)),
-        ]
-        if faults:
-            raise ConfigError(source, [replace(fault, key=("sweep",)) for fault in faults])
+        axes, bisection = found.all_axes, found.bisection
         on_axes = [*(key for axis in axes for key in axis.keys), *([bisection.key] if bisection else [])]
-        plain = {key: value for key, value in changes.items() if key not in on_axes}
         for key, axis in itertools.product(plain, on_axes):
             if _overlap(key, axis):  # it would be set, and then replaced
                 raise ConfigError(source, [Fault(("sweep",), f"values for the axis {axis} as it is, not for {key}")])
@@ -338,8 +329,7 @@ class Sweep:
         """Refuse a search whose column has no place on the path, or whose values in between make no input of a run."""
         targets = [target for _, leg in config.loading.legs for target in leg]
         if search.target is not None and not any(map(search.is_target, targets)):
-            axes = self.source.data["sweep"].get("axes", {})
-            at = ("sweep",) if self.changed else ("sweep", "axes", *_parts(axes, search.key), "bisect")
+            at = ("sweep", "axes", *_parts(self.source.data["sweep"]["axes"], search.key), "bisect")
             named = ", ".join(f"{target:g}" for target in targets[:8]) + (", ..." if len(targets) > 8 else "")
             cause = (
                 f"{search.column} is read at a point of the path, and {search.target:g} is none of [loading] targets"

@@ -308,7 +308,7 @@ def _points_in(path: Path) -> str:
 
 
 def _left(listing: SweepListing, crossings: Sequence[Crossing]) -> float:
-    """Work of what searches may still try, but for the systems that are known."""
+    """Cost of the systems that searches may still try, and that are not listed yet."""
     most = 0 if listing.bisection is None else listing.bisection.most
     each = zip(listing.searches, crossings, strict=True)
     return sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)

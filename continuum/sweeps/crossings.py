@@ -20,8 +20,7 @@ from continuum.sweeps.axes import SystemPlan, label_of
 from continuum.sweeps.bisection import Bisection, Bracket
 from continuum.sweeps.folder import Folder, names
 from continuum.sweeps.measured import COLUMNS, numbers_of
-from continuum.sweeps.sweep import BisectionTask, SweepListing, SystemTask, read_trials, save_trials, solve_system
-from continuum.sweeps.tasks import Task
+from continuum.sweeps.sweep import SweepListing, SystemTask, read_trials, save_trials, solve_system
 
 Numbers = Callable[[str], Real | None]
 """The table of numbers of a system, by its identity; None where there is none."""
@@ -64,19 +63,19 @@ class Crossing:
         return label_of(self.settings)
 
 
-def solve_task(root: Path, task: Task) -> None:
+def solve_task(root: Path, task: SystemTask) -> None:
     """A system, or a search with all the systems that it still has to try.
 
     Raises LockedError if another process works on it, TrialError if a system of a search fails.
     """
-    if isinstance(task, BisectionTask):
-        _solve_search(root, task)
-    else:
+    if task.bisection is None:
         solve_system(root, task)
+    else:
+        _solve_search(root, task, task.bisection)
 
 
-def _solve_search(root: Path, task: BisectionTask) -> None:
-    folder, search = Folder(root), task.bisection
+def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
+    folder = Folder(root)
     trials, known = dict[float, SystemPlan](), dict[float, float | None]()
 
     def column_at(value: float) -> float | None:
@@ -108,15 +107,14 @@ def _solve_search(root: Path, task: BisectionTask) -> None:
         folder.failure(task.path.stem).unlink(missing_ok=True)
 
 
-def done_before(root: Path) -> Callable[[Task], bool]:
+def done_before(root: Path) -> Callable[[Any], bool]:
     """Whether a task was done, as far as the folder says now."""
     folder = Folder(root)
     there = names(folder.points)
 
-    def is_done(task: Task) -> bool:
-        if not isinstance(task, BisectionTask):
+    def is_done(task: SystemTask) -> bool:
+        if (search := task.bisection) is None:
             return task.path.stem in there
-        search = task.bisection
         keys = {search.first: task.plan.key, search.last: task.upper, **read_trials(task.path)}
         try:
             return _bracket(search, keys, _on_disk(folder)).next is None

@@ -10,11 +10,12 @@ import os
 from collections.abc import Callable, Generator, Iterable, Sequence
 from multiprocessing.connection import wait
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.sweeps.tasks import DIED, Death, Job, Share, Task, TaskResult
+from continuum.sweeps.tasks import DIED, Job, Message, Task, TaskResult
 from continuum.sweeps.workers import Worker
 
 _MOST = 1024
@@ -22,21 +23,16 @@ _MOST = 1024
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
-def _unheard(task: Task, said: Share | Death) -> None:
-    """Report to nobody."""
-    del task, said
-
-
 def run_tasks(
     tasks: Iterable[Task],
     work: Job,
-    is_done: Callable[[Task], bool],
+    is_done: Callable[[Any], bool],
     *,
     workers: int = 1,
     scheduler_file: Path | None = None,
     memory: float = np.inf,
     devices: Sequence[str] = (),
-    meanwhile: Callable[[Task, Share | Death], None] = _unheard,
+    meanwhile: Callable[[Task, Message], None] = lambda task, said: None,
 ) -> Generator[TaskResult, None, None]:
     """Do what is missing, several tasks at once; a task that fails does not stop the others.
 
@@ -51,8 +47,8 @@ def run_tasks(
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
     memory : in bytes; of the tasks that run at once, all but the first fit into it together.
     devices : GPUs as CUDA_VISIBLE_DEVICES names them: each process of this machine sees one, and none sees another's.
-    meanwhile : called when more of a task of this machine is done, and when its process has died; that task is done
-        again when all others have ended, alone.
+    meanwhile : called with all that is heard of a task of this machine: that more of it is done, how it ended, and that
+        its process has died; then it is done again when all others have ended, alone.
     """
     check_workers(workers, 1, devices)
     todo = []
@@ -93,7 +89,7 @@ def _in_parallel(
     work: Job,
     environments: Iterable[dict[str, str]],
     memory: float,
-    meanwhile: Callable[[Task, Share | Death], None],
+    meanwhile: Callable[[Task, Message], None],
 ) -> Generator[TaskResult, None, list[Task]]:
     """Run tasks until all have ended, in one process for each environment; returns those whose process died."""
     waiting, died = list(reversed(todo)), list[Task]()
@@ -114,19 +110,18 @@ def _in_parallel(
                 busy[worker.connection] = worker, task
             for ready in wait([worker.connection for worker, _ in busy.values()]):
                 worker, task = busy[ready]
-                found = worker.take()
-                if isinstance(found, Share | Death):
-                    meanwhile(task, found)
-                if isinstance(found, Share):
+                said = worker.take()
+                meanwhile(task, said)
+                if said.share is not None:
                     continue
                 del busy[ready]
                 free.append(worker)
-                if isinstance(found, Death):
+                if said.death is not None:
                     died.append(task)
-                elif isinstance(found, Exception):
-                    yield TaskResult(task, 0.0, f"{type(found).__name__}: {found}", found)
+                elif said.error is not None:
+                    yield TaskResult(task, 0.0, f"{type(said.error).__name__}: {said.error}", said.error)
                 else:
-                    yield TaskResult(task, found)
+                    yield TaskResult(task, said.seconds)
     except BaseException:
         for worker in workers:  # all at once: each stores what it has of its path
             worker.stop()

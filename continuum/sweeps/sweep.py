@@ -75,20 +75,16 @@ class SweepListing:
 
 @dataclass(frozen=True)
 class SystemTask(Task):
-    """What the engine is given."""
+    """What the engine is given: a system, or a whole search, whose file says which systems it has tried."""
 
     plan: SystemPlan = field(kw_only=True)
+    """Of a search, that of the system at its lower end."""
     growth: Growth | None = field(default=None, kw_only=True)
     """A stored path of the same contact, which an earlier input of the sweep has left."""
-
-
-@dataclass(frozen=True)
-class BisectionTask(SystemTask):
-    """A whole search, which one process does; its file says which systems it has tried."""
-
-    bisection: Bisection = field(kw_only=True)
-    upper: str = field(kw_only=True)
-    """Identity of the system at its upper end; the plan is that of the lower one."""
+    bisection: Bisection | None = field(default=None, kw_only=True)
+    """What is searched for, if anything is."""
+    upper: str = field(default="", kw_only=True)
+    """Identity of the system at the upper end of a search."""
 
 
 def begin(
@@ -167,12 +163,11 @@ def _growth_in_words(tasks: Sequence[SystemTask]) -> list[str]:
     return [f"of the new systems {len(found)} go on with stored paths: {how}"]
 
 
-def solve_system(root: Path, task: Task) -> None:
+def solve_system(root: Path, task: SystemTask) -> None:
     """One system: its path, its numbers, and its place among those that are done.
 
     Raises LockedError if another process works on it.
     """
-    assert isinstance(task, SystemTask)
     folder = Folder(root)
     working = folder.work / task.path.name
     with output.reserved(folder.work / task.path.stem):
@@ -240,7 +235,7 @@ def _search_task(folder: Folder, search: Bisection, lower: SystemTask, upper: Sy
     settings = {**lower.plan.settings, search.key: f"{search.first:g} to {search.last:g}"}
     cost = search.most * max(lower.cost, upper.cost)
     path = folder.search(_name_of(search, lower.plan.key, upper.plan.key))
-    return BisectionTask(path, label_of(settings), cost, max(lower.memory, upper.memory), plan=lower.plan,
+    return SystemTask(path, label_of(settings), cost, max(lower.memory, upper.memory), plan=lower.plan,
                          bisection=search, upper=upper.plan.key)  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from continuum.errors import StickinessError
 
@@ -57,15 +58,8 @@ class TaskResult:
         return self.ok and self.seconds == 0
 
 
-Job = Callable[[Task], None]
+Job = Callable[[Any], None]
 """What a task does: a function of a module, or a partial one, since it travels to another process."""
-
-
-@dataclass(frozen=True)
-class Share:
-    """How much of a task is done, from 0 to 1, as its process says meanwhile."""
-
-    done: float
 
 
 @dataclass(frozen=True)
@@ -80,11 +74,25 @@ class Death:
         return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a word'}"
 
 
-_listener: ContextVar[Callable[[Share], None] | None] = ContextVar("listener", default=None)
+@dataclass(frozen=True)
+class Message:
+    """What is heard of a task from its process: one of these."""
+
+    share: float | None = None
+    """How much of it is done, from 0 to 1; it goes on."""
+    seconds: float = 0.0
+    """Time that it took, where it is done."""
+    error: Exception | None = None
+    """What it raised."""
+    death: Death | None = None
+    """The end of its process."""
+
+
+_listener: ContextVar[Callable[[Message], None] | None] = ContextVar("listener", default=None)
 
 
 @contextmanager
-def heard(listener: Callable[[Share], None]) -> Iterator[None]:
+def heard(listener: Callable[[Message], None]) -> Iterator[None]:
     """What the tasks of this process say of their progress goes to a listener."""
     before = _listener.set(listener)
     try:
@@ -96,7 +104,7 @@ def heard(listener: Callable[[Share], None]) -> Iterator[None]:
 def say(done: float) -> None:
     """Say how much of the task at hand is done, from 0 to 1, to whoever listens."""
     if (listener := _listener.get()) is not None:
-        listener(Share(done))
+        listener(Message(share=done))
 
 
 def timed(work: Job, task: Task) -> float:

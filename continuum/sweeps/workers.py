@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from continuum.errors import StickinessError
-from continuum.sweeps.tasks import Death, Job, Share, Task, heard, timed
+from continuum.sweeps.tasks import Death, Job, Message, Task, heard, timed
 
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.sweeps.workers import serve; serve(int(sys.argv[1]))"
 _TERMINAL = (signal.SIGINT, signal.SIGHUP)
@@ -49,15 +49,16 @@ class Worker:
         with suppress(ConnectionError):  # it has died: the connection says so when it is read
             self.connection.send((work, task))
 
-    def take(self) -> float | Exception | Share | Death:
-        """Wait for the task: the share that is done, the seconds that it took, what it raised, or that it has died."""
+    def take(self) -> Message:
+        """Wait for what its process says of the task, or that it has died."""
         try:
-            found: float | Exception | Share = self.connection.recv()
+            found: Message = self.connection.recv()
         except (EOFError, OSError):
             assert self._process is not None
             process = self._process
             self.end(now=True)
-            return Death(process.pid, signal.Signals(-process.returncode).name if process.returncode < 0 else "")
+            by = signal.Signals(-process.returncode).name if process.returncode < 0 else ""
+            return Message(death=Death(process.pid, by))
         return found
 
     def stop(self) -> None:
@@ -135,13 +136,13 @@ def _stop(number: int, frame: object) -> None:
     raise SystemExit(128 + number)
 
 
-def _answer(message: bytes) -> float | Exception | None:
-    """Do a task: the seconds that it took, or why it failed; None where there is no more."""
+def _answer(message: bytes) -> Message | None:
+    """Do a task: how it ended; None where there is no more."""
     try:
         task: tuple[Job, Task] | None = pickle.loads(message)  # its modules are imported now
     except Exception as error:
-        return StickinessError(f"{type(error).__name__}: {error}")
+        return Message(error=StickinessError(f"{type(error).__name__}: {error}"))
     try:
-        return None if task is None else timed(*task)
+        return None if task is None else Message(seconds=timed(*task))
     except Exception as error:
-        return error
+        return Message(error=error)

@@ -156,6 +156,13 @@ def test_a_lammps_that_is_too_old_is_told_which_one_is_needed(tmp_path, monkeypa
         run_in_process(directory)
 
 
+def test_a_readme_is_as_wide_as_a_terminal_of_120_columns(tmp_path):
+    directory = write_deck(tmp_path / "deck", replace(make_deck(), notes=(200 * "n ",)))
+    lines = (directory / "README.txt").read_text().splitlines()
+    assert "n " * 10 in "".join(lines)
+    assert max(map(len, lines)) <= 118
+
+
 def test_a_deck_of_an_input_says_what_it_is(tmp_path):
     text = (
         'separation = 1.3\n[interatomic]\nkind = "eam"\nfile = "Cu_mishin1.eam.alloy"\n[slab]\nn = 10\ndepth = 4.0\n'

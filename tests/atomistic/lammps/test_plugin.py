@@ -16,8 +16,8 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
-from atomistic.lammps.plugin import HEIGHTMAP, Plugin, PluginError, map_of, pieces_of_law
-from atomistic.lammps.shape import HeightSpline, Waves
+from atomistic.lammps.plugin import HEIGHTMAP, Plugin, PluginError, pieces_of_law
+from atomistic.lammps.shape import HeightSpline, Waves, map_of
 from continuum.model.walls import Wall
 from tests.atomistic.lammps.test_law import WALLS, spread
 

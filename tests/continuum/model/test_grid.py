@@ -39,6 +39,7 @@ def test_integral_is_mean_times_area(grid: Grid) -> None:
     x, _ = grid.positions
     ones = np.ones(grid.shape)
     assert grid.integrate(ones) == pytest.approx(grid.area, rel=1e-13)
+    assert grid.area == pytest.approx(grid.spacing[0] * grid.spacing[1] * ones.size, rel=1e-13)
     assert grid.mean(ones + x) == pytest.approx(
         1 + grid.lengths[0] * (grid.shape[0] - 1) / (2 * grid.shape[0]), rel=1e-12
     )
@@ -82,3 +83,11 @@ def test_a_spectrum_is_kept_unless_it_may_be_destroyed() -> None:
     grid.inverse(spectrum)
     np.testing.assert_array_equal(spectrum, before)
     np.testing.assert_allclose(grid.inverse(spectrum, overwrite=True), values, atol=1e-14)
+
+
+def test_a_grid_knows_its_narrow_and_its_wide_side() -> None:
+    """A line has no side across it."""
+    plane, line = Grid((4, 6), (8.0, 6.0)), Grid((1, 6), (8.0, 3.0))
+    assert (plane.is_line, plane.narrowest, plane.widest_step, plane.shortest_period) == (False, 4, 2.0, 6.0)
+    assert (line.is_line, line.narrowest, line.widest_step, line.shortest_period) == (True, 6, 0.5, 3.0)
+    assert (plane.size, plane.area, plane.cell_area, plane.shape_q) == (24, 48.0, 2.0, (4, 4))

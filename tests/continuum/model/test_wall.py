@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import simpson
+from scipy.integrate import quad, simpson
 from scipy.special import gamma
 
 from continuum.arguments import ArgumentError
 from continuum.model.laws import FORMULAS, evaluate
-from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall, WallTable
 from continuum.model.walls.attraction import AttractionWall, Shape, attraction_on_core
+from continuum.model.walls.exponential import ExponentialWall
+from continuum.model.walls.inverse_powers import InversePowersWall
+from continuum.model.walls.spline import SplineWall
 from continuum.model.walls.tabulated import TabulatedWall
 from continuum.theory import paper
 
@@ -212,6 +217,46 @@ def test_an_untruncated_law_that_is_none_is_refused(make: Callable[[], Wall]) ->
         make()
 
 
+def spline_of_the_paper(z: float, k: float, r: float) -> float:
+    """Eq. (S-6), as it is printed."""
+    if z <= 1:
+        return k / 6 * (z**-10 - z**-4)
+    return -k * (z - 1) * (1 - (z - 1) / r) ** 2 if z < 1 + r else 0.0
+
+
+@pytest.mark.parametrize(
+    ("wall", "traction", "ends"),
+    [
+        (LennardJonesSpline(0.35), lambda z: spline_of_the_paper(z, 0.5, 0.35), (0.7, 1.0, 1.35)),
+        (LennardJonesSpline(1.1, 2.0, core=0.8), lambda z: spline_of_the_paper(z, 2.0, 1.1), (0.8, 1.0, 2.1)),
+        (InversePowers((9, 3), 0.5), lambda z: 0.5 / 6 * (z**-10 - z**-4), (0.7, 1.0, np.inf)),
+        (InversePowers((12, 6), 2.0, 0.9), lambda z: 2.0 / 6 * (z**-13 - z**-7), (0.9, 1.0, np.inf)),
+        (
+            Exponential(0.005, 0.3, 2.0),
+            lambda z: -0.005 / 0.3 * (np.exp(-z / 0.3) if z >= 0 else 1.0) - 2.0 * min(z, 0.0),
+            (-0.3, 0.0, np.inf),
+        ),
+    ],
+    ids=lambda value: type(value).__name__ if isinstance(value, Wall) else "",
+)
+def test_a_law_is_the_printed_one(wall: Wall, traction: Callable[[float], float], ends: tuple[float, ...]) -> None:
+    """Traction, its integral and its slope at gaps on both sides of the joints; below the core it goes on as a line."""
+    law = wall.law
+    assert law is not None
+    core, joint, last = ends
+    for z in [*np.linspace(core + 1e-3, joint - 1e-3, 7), *np.linspace(joint + 1e-3, min(last, joint + 2) + 0.1, 9)]:
+        parts = [z, *(end for end in (joint, last) if z < end), *([] if last == np.inf else [last + 1])]
+        energy = sum(quad(traction, a, b, epsabs=1e-12)[0] for a, b in pairwise(sorted(parts)))
+        slope = (traction(z + 1e-6) - traction(z - 1e-6)) / 2e-6
+        found = [float(values[0]) for values in evaluate(law, np.array([z]))]
+        np.testing.assert_allclose(found, [energy, traction(z), -slope], rtol=1e-7, atol=1e-9)
+    if np.isfinite(wall.core):
+        energy, push, stiffness = (float(values[0]) for values in evaluate(law, np.array([core])))
+        below = [float(values[0]) for values in evaluate(law, np.array([core - 0.2]))]
+        expected = [energy + 0.2 * push + 0.5 * stiffness * 0.2**2, push + 0.2 * stiffness, stiffness]
+        np.testing.assert_allclose(below, expected, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     "wall",
     [
@@ -231,6 +276,41 @@ def test_a_formula_of_one_gap_is_that_of_many(wall: Wall) -> None:
     single = np.array([FORMULAS[law.kind](z, law.parameters) for z in gap]).T
     for one, many in zip(single, evaluate(law, gap), strict=True):
         np.testing.assert_allclose(one, many, rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("table", "wall"),
+    [
+        ({"law": "lennard-jones-spline", "range": 0.3, "core": 0.8}, LennardJonesSpline(0.3, core=0.8)),
+        (
+            {"law": "lennard-jones-spline", "adhesion_length": 0.005, "core": 0.8},
+            LennardJonesSpline(adhesion_length=0.005, core=0.8),
+        ),
+        (
+            {"law": "lennard-jones-9-3", "adhesion_length": 0.005, "core": 0.8},
+            InversePowers((9, 3), core=0.8, adhesion_length=0.005),
+        ),
+        (
+            {"law": "lennard-jones-12-6", "adhesion_length": 0.005, "core": 0.9},
+            InversePowers((12, 6), core=0.9, adhesion_length=0.005),
+        ),
+        (
+            {"law": "exponential", "surface_energy": 0.005, "decay_length": 0.3, "core_stiffness": 2.0},
+            Exponential(0.005, 0.3, 2.0),
+        ),
+    ],
+)
+def test_a_table_of_an_input_is_the_law_that_it_names(table: dict[str, Any], wall: Wall) -> None:
+    given = next(kind for kind in (SplineWall, InversePowersWall, ExponentialWall) if table["law"] in kind_names(kind))
+    read = given(**table)
+    assert read.build() == wall
+    # The range of the paper's law of the same work of adhesion.
+    work = table.get("adhesion_length", table.get("surface_energy", 0.3**2 / 24))
+    assert read.equivalent_range == pytest.approx(LennardJonesSpline(adhesion_length=work).range)
+
+
+def kind_names(table: type[WallTable]) -> tuple[str, ...]:
+    return get_args(get_type_hints(table)["law"])
 
 
 def test_a_hard_wall_touches_where_no_gap_is_left() -> None:

@@ -87,7 +87,7 @@ def test_gap_profiles_are_those_of_the_stored_gaps(tmp_path: Path) -> None:
     assert [title.split("  ")[1] for title in titles] == ["hard wall", "wall with a law"]
     assert set(data.points.law) == {"hard", "lennard-jones-spline"}
     for i, key in enumerate(data.table.keys):
-        (point,) = analyse_run(Folder(data.root).point(key)).points
+        (point,) = analyse_run(Result.read(Folder(data.root).point(key))).points
         assert point.fields is not None
         assert shown["d_rep (a0)"][i] == point.numbers.diameter
         low, high = shown["gap over S-1, least, from the edge"][i], shown["largest, from the edge"][i]

@@ -15,6 +15,7 @@ from continuum.files.inputs import load
 from continuum.measure.curve import Curve, adhesion, normal_stiffness
 from continuum.runs.analysis import analyse_run
 from continuum.runs.config import RunConfig
+from continuum.runs.result import Result
 from continuum.runs.run import follow_run
 from continuum.show.runs import analysis_sheets
 from continuum.theory import paper
@@ -87,7 +88,7 @@ def test_curves_scale_with_their_units(loads: list[float], length: float, pressu
 def test_a_run_with_fields_is_measured_whole(small: Path, tmp_path: Path) -> None:
     result = tmp_path / "small.h5"
     summary = follow_run(load(small, RunConfig), result)
-    found = analyse_run(result)
+    found = analyse_run(Result.read(result))
     assert not found.notes
     assert len(found.points) == len(summary.points) == 5
     for point, step in zip(found.points, summary.points, strict=True):
@@ -125,7 +126,7 @@ def test_a_run_without_fields_says_what_to_do(small: Path, tmp_path: Path, capsy
     follow_run(load(small, RunConfig), tmp_path / "small.h5")
     assert main(["analyse", str(tmp_path / "small.h5")]) == 0
     assert "set fields = true in [output]" in capsys.readouterr().out
-    assert all(point.fields is None for point in analyse_run(tmp_path / "small.h5").points)
+    assert all(point.fields is None for point in analyse_run(Result.read(tmp_path / "small.h5")).points)
 
 
 def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tmp_path: Path) -> None:
@@ -138,7 +139,7 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
         follow_run(load(small, RunConfig), tmp_path / f"{name}.h5")
         if name == "table":
             (tmp_path / "wall.txt").unlink()
-        found = analyse_run(tmp_path / f"{name}.h5")
+        found = analyse_run(Result.read(tmp_path / f"{name}.h5"))
         assert any("no distribution of pressures" in note for note in found.notes) == (name == "hard")
         for point in found.points:
             assert point.fields is not None
@@ -149,7 +150,7 @@ def test_a_stored_run_knows_its_wall_when_the_file_of_it_is_gone(small: Path, tm
 def test_points_that_failed_are_left_out(small: Path, tmp_path: Path) -> None:
     small.write_text(small.read_text() + "\n[solver]\nmax_iterations = 2\n")
     follow_run(load(small, RunConfig), tmp_path / "small.h5")
-    found = analyse_run(tmp_path / "small.h5")
+    found = analyse_run(Result.read(tmp_path / "small.h5"))
     assert any("did not converge" in note for note in found.notes)
     assert len(found.points) < 5
     assert dataclasses.is_dataclass(found)

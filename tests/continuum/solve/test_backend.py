@@ -19,6 +19,7 @@ from continuum.model.surface import SelfAffine
 from continuum.model.walls import LennardJonesSpline
 from continuum.solve import hard, smooth
 from continuum.solve.backend import back_end
+from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.cpu.engine import CpuEngine
 from continuum.solve.smooth_grid import SmoothGrid
 from continuum.solve.solution import Settings, Solution, Status
@@ -133,6 +134,24 @@ def test_the_same_holds_under_a_bound(start: bool, mean: float, pressure: float,
     np.testing.assert_allclose(found[0].traction, found[1].traction, atol=1e-12)
     np.testing.assert_array_equal(found[0].gap == 0, found[1].gap == 0)
     assert np.count_nonzero(found[0].gap == 0) > 100
+
+
+def test_a_residual_leaves_no_larger_duality_gap_than_its_scale_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    """2 <p> sqrt(Σ 1/K²) over q ≠ 0.  A smaller scale costs iterations only, so that states do not show it."""
+    gaps, evaluate = list[tuple[float, float]](), BoundGrid.duality_gap
+
+    def noted(grid: BoundGrid) -> tuple[float, float]:
+        gaps.append(evaluate(grid))
+        return gaps[-1]
+
+    monkeypatch.setattr(BoundGrid, "duality_gap", noted)
+    given = {"pressure": 0.01, "mean_stiffness": 0.0}
+    pressure = solver(64).constrain(heights(64), None, Settings(1e-8), **given).traction
+    assert pressure.mean() == pytest.approx(0.01)
+    grid = Grid.square(64)
+    K, weights = HalfSpace("clamped").stiffness(grid), np.broadcast_to(grid.mode_weights, grid.shape_q)
+    softness = weights.ravel()[1:] / K.ravel()[1:] ** 2
+    assert gaps[-1][1] == pytest.approx(2 * pressure.mean() * np.sqrt(softness.sum()), rel=1e-9)
 
 
 def test_a_device_that_there_is_not_is_said_and_none_is_imported_early() -> None:

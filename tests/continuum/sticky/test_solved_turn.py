@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import continuum as c
 from continuum.cli import main
+from continuum.front.predict import solved
+from continuum.model.fourier import Real
+from continuum.model.laws import Law
 from continuum.show.answer import statements
+from continuum.solve.solution import NotConvergedError, Solution
+from continuum.solve.solver import Solver
 from continuum.sticky.materials import Interface
 from continuum.sticky.prediction import SMALL, Prediction, prediction_of
 from continuum.sticky.simulate import UnresolvedError, simulate
@@ -128,6 +134,34 @@ def test_what_full_contact_costs_is_said_in_parts_of_w(share: float, expected: s
     said = next(line for line in lines if line.startswith("Full contact"))
     assert expected in said
     assert f"{share:g} times w" in said
+
+
+def test_a_turn_that_nobody_asked_for_is_given_up_after_ten_times_what_is_expected(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    interface = Interface(1.0, 1.0, RANGE, None)
+    whole, limited = (solve_turn(surface(), interface, limited=limited) for limited in (False, True))
+    assert np.array_equal(whole.gap, limited.gap)  # where the limit is not met it changes no bit
+    pairs = list[int]()
+    minimise = Solver.minimise
+
+    def counted(solver: Solver, law: Law, offset: Real, *given: Any, **posed: Any) -> Solution:
+        found = minimise(solver, law, offset, *given, **posed)
+        pairs.extend([found.fft_pairs] if offset.size == surface().grid.size else [])
+        return found
+
+    monkeypatch.setattr(Solver, "minimise", counted)
+    monkeypatch.setattr("continuum.sticky.solved_turn.PATIENCE", 0.05)
+    monkeypatch.setattr("continuum.show.answer.PATIENCE", 0.05)
+    with pytest.raises(NotConvergedError, match=r"not found within 15 pairs of transforms, 0\.05 times"):
+        solve_turn(surface(), interface, limited=True)
+    assert 15 <= sum(pairs) <= 2 * 15  # the last solve is as long as its grids, at most
+    found = prediction_of([in_nanometres()], Interface(1e9, 0.02, NANO, None))
+    said = list[str]()
+    assert "its turn: it was not found within 15 pairs" in solved(found, None, 1, said.append).unsolved
+    assert said[0].endswith("given up after 0.05 times that, --solve goes on")
+    assert said[1].startswith("not solved: its turn: ")
+    assert not solved(found, True, 1).unsolved
 
 
 def test_what_does_not_converge_is_said_and_theories_answer(monkeypatch: pytest.MonkeyPatch) -> None:

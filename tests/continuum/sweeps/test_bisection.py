@@ -218,7 +218,7 @@ def test_all_faults_of_a_search_are_named_at_once(tmp_path: Path) -> None:
         ('[sweep]\nkeep = ["adhesion_length < 0.01"]\n[sweep.axes]\n"wall.adhesion_length" = A\n', "",
          "conditions on both ends of a search alike"),
         ('[sweep.axes]\n"wall.adhesion_length" = A\n', "wall.adhesion_length={bisect='lod',from=1,to=2}",
-         "wall.adhesion_length.bisect: a column"),
+         'sweep.axes.wall.adhesion_length.bisect = "lod"\n    allowed: a column'),
         ('[sweep.axes]\n"wall.adhesion_length" = A\n"surface.rms_slope" = [0.1]\n', "surface.rms_slope=A",
          "one search: wall.adhesion_length and surface.rms_slope"),
         ('[sweep.axes]\n"wall.adhesion_length" = A\n', "wall={law='hard'}", "values for the axis wall.adhesion_length"),

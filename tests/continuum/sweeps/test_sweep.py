@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,36 @@ def test_a_setting_that_does_not_suit_an_axis_is_one_message(
     path = described(tmp_path, f"[sweep.axes]\n{sweep}\n")
     assert main(["check", str(path), "--set", given]) == 2
     assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "seeds", "hursts"),
+    [
+        ("surface.seed=[4, 5]", [4, 5], []),
+        ("sweep.axes.surface.seed=[4, 5]", [4, 5], []),
+        ('sweep.axes."surface.seed"={from = 4, to = 6, step = 1}', [4, 5, 6], []),
+        ("sweep.axes.surface.hurst=[0.3, 0.5]", [1, 2, 3], [0.3, 0.5]),
+        ('sweep.axes={"surface.hurst" = [0.3, 0.5]}', [], [0.3, 0.5]),
+        ('sweep.keep=["seed > 1"]', [2, 3], []),
+    ],
+)
+def test_axes_and_conditions_can_be_given_beside_the_file(
+    tmp_path: Path, given: str, seeds: list[int], hursts: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = described(tmp_path, "[sweep.axes]\nsurface.seed = [1, 2, 3]\n")
+    assert main(["check", str(path), "--set", given]) == 0
+    name, _, value = given.partition("=")
+    found = settings(path, settings={name: tomllib.loads(f"x = {value}")["x"]})
+    assert list(dict.fromkeys(one["surface.hurst"] for one in found if "surface.hurst" in one)) == hursts
+    assert list(dict.fromkeys(one["surface.seed"] for one in found if "surface.seed" in one)) == seeds
+    assert f" systems {len(found)} " in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_table_of_a_sweep_that_is_none_is_one_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for text in ("[sweep]\naxes = 3\n", "[sweep]\nzipped = 3\n", "[sweep]\nreduced = 3\n"):
+        path = described(tmp_path, text)
+        assert main(["check", str(path), "--reduced", "--set", "surface.seed=[4, 5]"]) == 2
+        assert "allowed: " in capsys.readouterr().err
 
 
 def test_keys_that_change_together_are_set_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -292,6 +323,17 @@ def test_values_may_be_given_elsewhere(tmp_path: Path) -> None:
     ((_, config),) = Sweep.read(path, reduced=True).systems()
     assert isinstance(config.surface, SelfAffineSurface)
     assert config.surface.hurst == 0.5
+
+
+@pytest.mark.parametrize("command", ["run", "turn"])
+def test_the_input_of_a_sweep_is_told_from_that_of_a_run(
+    tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, str(described(tmp_path, SEEDS)), "-o", str(tmp_path)]) == 2
+    assert "usual cause: the input of a sweep, which is for `continuum sweep run`" in capsys.readouterr().err
+    (tmp_path / "one.toml").write_text(PLAIN)
+    assert main(["sweep", "run", str(tmp_path / "one.toml"), "-o", str(tmp_path)]) == 2
+    assert "the input of a single run, which is for `continuum run`" in capsys.readouterr().err
 
 
 def test_a_run_takes_values_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

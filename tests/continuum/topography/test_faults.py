@@ -141,6 +141,23 @@ def test_the_noise_of_lines_is_measured(noise: float) -> None:
     assert found.noise == pytest.approx(noise, rel=0.25)
 
 
+def test_the_slope_that_lines_make_is_said_in_per_cent() -> None:
+    """Independent offsets of variance s² make a mean square slope of 2 s²/Δ² across them."""
+    ratios = []
+    for seed in range(3):
+        lines = 0.1 * np.random.default_rng(5 + seed).normal(size=(1, 256))
+        heights = cut_out(seed=seed) + lines
+        made = np.mean(np.diff(lines) ** 2) / np.mean(np.diff(heights, axis=1) ** 2)
+        (text,) = (
+            fault.text
+            for fault in find_faults(Topography(PIXEL * heights, (256 * PIXEL, 256 * PIXEL))).faults
+            if fault.kind == "line noise"
+        )
+        ratios.append(float(text.split(" % of the mean square slope")[0].split()[-1]) / 100 / made)
+    # Each share goes with the square of a noise that scatters by 6 %: the mean of three by 7 %.
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.2)
+
+
 def test_the_radius_of_a_tip_is_found() -> None:
     text = next(fault.text for fault in find_faults(as_measured("tip")).faults if fault.kind == "tip")
     radius = float(text.split(" nm")[0].split()[-1])

@@ -1,0 +1,36 @@
+"""What a contact knows of a given gap: elastic energy, separation, displacement."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from continuum.model.grid import Grid
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace, Layer
+from continuum.model.surfaces import sine
+from continuum.model.walls import LennardJonesSpline
+
+GRID, AMPLITUDE = Grid.square(32), 0.3
+HEIGHTS = sine(GRID, AMPLITUDE, (2, 0))
+
+
+def test_a_wave_that_is_flattened_holds_its_elastic_energy() -> None:
+    """Full contact, u = h: ½ K_q <u²> with K_q = E* q/2 and <u²> = a²/2, whatever the mean of the gap."""
+    problem = ContactProblem(GRID, LennardJonesSpline(0.3), HEIGHTS, HalfSpace("clamped"))
+    q = 2 * np.pi * 2 / 32
+    for mean_gap in (0.0, 1.7):
+        energy = problem.elastic_energy(np.full(GRID.shape, mean_gap))
+        assert energy == pytest.approx(q * AMPLITUDE**2 / 8, rel=1e-12)
+    # All of it is of the elasticity where the wall is too far to act.
+    displacement = HEIGHTS - HEIGHTS.mean()
+    assert problem.energy(displacement, 50.0) == pytest.approx(q * AMPLITUDE**2 / 8 * 32**2, rel=1e-12)
+
+
+def test_the_separation_is_that_of_the_mean_gap_less_what_the_load_compresses() -> None:
+    stiffness = 0.1
+    problem = ContactProblem(GRID, LennardJonesSpline(0.3), HEIGHTS, Layer(8.0, 0.3, stiffness))
+    separation = problem.separation(1.5, 0.02, lambda: np.full(GRID.shape, 0.02))
+    gap = np.full(GRID.shape, 1.5)
+    # A pressure pushes the surface down, away from the wall.
+    assert problem.displacement(gap, separation).mean() == pytest.approx(-0.02 / stiffness, rel=1e-9)
