@@ -156,6 +156,7 @@ def test_every_room_says_what_lives_there_and_there_are_few(package: str) -> Non
         ("pandas", {"continuum.paper", "continuum.sweeps.collect"}),
         ("rich", {"continuum.show.console"}),
         ("ducc0", {"continuum.model.fourier"}),
+        ("rocket_fft", {"continuum.solve.cpu.linear"}),
         ("numba", {"continuum.model.laws", "continuum.solve.cpu.compiled", "continuum.solve.cuda.device"}),
         ("nvmath", {"continuum.solve.cuda.device", "continuum.solve.cuda.transforms"}),
         ("threading", {"continuum.solve.cpu.engine", "continuum.sweeps.workers"}),

@@ -207,7 +207,7 @@ class LinearEngine(Engine, Protocol):
     def relax(
         self, levels: tuple[Any, ...], depth: int, shift: float, iterations: int, reduction: float
     ) -> tuple[bool, list[int]]:
-        """All of :func:`continuum.solve.smooth.relax` at once; whether any step was taken, and the transforms made."""
+        """All of :func:`continuum.solve.smooth.minimise_linear`; whether a step was taken, and the transforms made."""
 
 
 class BoundEngine(Engine, Protocol):

@@ -169,7 +169,7 @@ def _coarse_step(grid: SmoothGrid | LinearGrid, levels: int, shift: float, sums:
     size = float(np.sqrt(sums[0]))
     grid.restrict(size)
     assert grid.linear is not None
-    if relax(grid.linear, levels - 1, shift):
+    if minimise_linear(grid.linear, levels - 1, shift):
         both = sums + grid.low_modes(shift, size)
         if np.isfinite(both).all() and both[1] > 0:
             return both, True
@@ -177,7 +177,7 @@ def _coarse_step(grid: SmoothGrid | LinearGrid, levels: int, shift: float, sums:
     return sums + grid.low_gradient(shift), False
 
 
-def relax(grid: LinearGrid, levels: int, shift: float) -> bool:
+def minimise_linear(grid: LinearGrid, levels: int, shift: float) -> bool:
     """Approach the minimum of a linear problem from x = 0 by a few conjugate directions; whether any step was taken."""
     at_once = grid.relax(levels, shift, COARSE_ITERATIONS, COARSE_REDUCTION)
     if at_once is not None:

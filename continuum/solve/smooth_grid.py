@@ -82,7 +82,7 @@ class LinearGrid(_Descending):
         return [self, *(self.linear.chain if self.linear else [])]
 
     def relax(self, levels: int, shift: float, iterations: int, reduction: float) -> bool | None:
-        """All that :func:`continuum.solve.smooth.relax` does, where the device does it in one call; else None."""
+        """All of :func:`continuum.solve.smooth.minimise_linear`, where the device does it in one call; else None."""
         if not self._levels:
             return None
         moved, transforms = self.engine.relax(

@@ -30,7 +30,14 @@ Mask = NDArray[np.bool_]
 """Which tiles are near the wall, one row per row of points; or which points are in contact."""
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
-SOURCES = (Path(laws.__file__), Path(__file__), Path(__file__).with_name("sweeps.py"), Path(conjugate.__file__))
+_HERE = Path(__file__)
+SOURCES = (
+    Path(laws.__file__),
+    Path(conjugate.__file__),
+    _HERE,
+    _HERE.with_name("sweeps.py"),
+    _HERE.with_name("points.py"),
+)
 """Files, beside its own, whose functions, constants and options a sweep is compiled with."""
 
 
@@ -56,3 +63,8 @@ def compiled(function: Kernel) -> Kernel:
 def inlined(function: Kernel) -> Kernel:
     """Compile a part of a sweep of the same file, as if its lines stood there."""
     return cast("Kernel", njit(nogil=True, error_model="numpy", fastmath=_FAST, inline="always")(function))
+
+
+def scalar(function: Kernel) -> Kernel:
+    """Compile a function of scalars that Python calls, too."""
+    return cast("Kernel", njit(function))

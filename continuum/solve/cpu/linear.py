@@ -6,26 +6,24 @@ On grids of at most 256 x 256 points a call costs as much as its work.  There th
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numba import njit
 from rocket_fft import c2c, c2r, r2c
 
 from continuum.model.fourier import Complex, Real
 from continuum.solve.backend import Array
 from continuum.solve.conjugate import Line, conjugate_line
-from continuum.solve.cpu import sweeps
-from continuum.solve.cpu.compiled import SUMS, compiled
+from continuum.solve.cpu import points, sweeps
+from continuum.solve.cpu.compiled import SUMS, compiled, scalar
 from continuum.solve.cpu.engine import CpuEngine
 
 SMALL = 2**16
 """Points of a grid that is swept in one call, at most."""
-_line = cast("Callable[[Real, Line, float, bool], Line]", njit(conjugate_line))
-_restrict, _sampled, _linear_gradient = sweeps._restrict, sweeps._sampled, sweeps._linear_gradient
-_linear_last, _linear_turn, _low_direction = sweeps._linear_last, sweeps._linear_turn, sweeps._low_direction
-_low_modes, _low_gradient = sweeps._low_modes, sweeps._low_gradient
+_line = scalar(conjugate_line)
+_restrict, _linear_gradient, _linear_last = sweeps._restrict, sweeps._linear_gradient, sweeps._linear_last
+_low_modes, _low_gradient, _low_direction = sweeps._low_modes, sweeps._low_gradient, sweeps._low_direction
+_sampled, _linear_turn = points._sampled, points._linear_turn
 
 
 class Level(NamedTuple):
@@ -48,6 +46,33 @@ class Level(NamedTuple):
 
 
 @compiled
+def _gradient(grid: Level, c0: float, alpha: float, beta: float, held: bool, first: bool, low: tuple[int, int]) -> Real:
+    """Finish a step, as :meth:`continuum.solve.smooth_grid.LinearGrid.gradient`; returns the sums."""
+    sums = np.zeros(SUMS)
+    work_q, K = grid.work_q, grid.K
+    if not first:
+        c2c(work_q, work_q, np.array([0]), True, 1.0 / K.shape[0], 1)
+        if held:
+            work_q[0, 0] = 0.0
+    rows, columns = low
+    for a, b in ((0, columns), (columns, K.shape[1])):
+        _linear_gradient(a, b, sums, grid.g, grid.d, grid.x, grid.work, K, c0, alpha, beta, rows, columns, grid.weights)
+    return sums
+
+
+@compiled
+def _turn(grid: Level, beta: float) -> float:
+    """Set the direction, as :meth:`continuum.solve.smooth_grid.LinearGrid.turn`; returns <stiffness d d>."""
+    sums, across = np.zeros(SUMS), np.array([1])
+    rows, n = grid.buffer.shape
+    c2c(grid.work_q, grid.work_q, np.array([0]), False, 1.0, 1)
+    c2r(grid.work_q, grid.buffer, across, False, 1.0, 1)
+    _linear_turn(0, rows, sums, grid.buffer, grid.direction, n, beta, grid.stiffness)
+    r2c(grid.buffer, grid.work_q, across, True, 1.0 / n, 1)
+    return float(sums[0] / (rows * n))
+
+
+@compiled
 def _relax(
     levels: tuple[Level, ...],
     at: int,
@@ -58,61 +83,43 @@ def _relax(
     reduction: float,
     pairs: Real,
 ) -> bool:
-    """Approach the minimum of a linear problem, as :func:`continuum.solve.smooth.relax`; counts the transforms."""
+    """Approach the minimum, as :func:`continuum.solve.smooth.minimise_linear`; counts the pairs of transforms."""
     grid = levels[at]
-    K, weights, g, d, x, work, work_q = grid.K, grid.weights, grid.g, grid.d, grid.x, grid.work, grid.work_q
-    rows, n = grid.buffer.shape
-    columns, points = K.shape[1], rows * n
-    low_rows, low_columns = (grid.low_rows, grid.low_columns) if depth > 1 else (0, 0)
-    along, across = np.array([0]), np.array([1])
-    d[:] = 0.0
-    x[:] = 0.0
-    work[:] = 0.0
+    low = (grid.low_rows, grid.low_columns) if depth > 1 else (0, 0)
+    grid.d[:] = 0.0
+    grid.x[:] = 0.0
+    grid.work[:] = 0.0
     grid.direction[:] = 0.0
-    line = Line(0.0, 0.0, 0.0)
-    alpha, bound = 0.0, 0.0
+    line, alpha, bound = Line(0.0, 0.0, 0.0), 0.0, 0.0
     for iteration in range(iterations):
-        sums = np.zeros(SUMS)
-        if iteration > 0:
-            c2c(work_q, work_q, along, True, 1.0 / rows, 1)
-            if held:
-                work_q[0, 0] = 0.0
-        for a, b in ((0, low_columns), (low_columns, columns)):
-            _linear_gradient(a, b, sums, g, d, x, work, K, c0, alpha, line.beta, low_rows, low_columns, weights)
+        sums = _gradient(grid, c0, alpha, line.beta, held, iteration == 0, low)
         if iteration == 0:
             bound = reduction * reduction * sums[0]
         elif not sums[0] > bound:
             return True
         conjugate = True
         if depth > 1:
-            below = levels[at + 1]
-            size = np.sqrt(sums[0])
-            _sampled(0, below.buffer.shape[0], sums, grid.stiffness, below.stiffness, below.buffer.shape[1])
-            _restrict(0, low_columns, sums, g, below.g, low_rows, low_columns, size)
-            part = np.zeros(SUMS)
+            below, size, part = levels[at + 1], np.sqrt(sums[0]), np.zeros(SUMS)
+            _sampled(0, below.buffer.shape[0], part, grid.stiffness, below.stiffness, below.buffer.shape[1])
+            _restrict(0, low[1], part, grid.g, below.g, low[0], low[1], size)
             conjugate = _relax(levels, at + 1, depth - 1, c0, held, iterations, reduction, pairs)
             if conjugate:
-                _low_modes(0, low_columns, part, g, d, work, K, c0, low_rows, weights, below.x, size)
+                _low_modes(0, low[1], part, grid.g, grid.d, grid.work, grid.K, c0, low[0], grid.weights, below.x, size)
                 conjugate = np.isfinite((sums + part).sum()) and sums[1] + part[1] > 0
             if not conjugate:
                 part[:] = 0.0
-                _low_gradient(0, low_columns, part, g, work, K, c0, low_rows, weights)
+                _low_gradient(0, low[1], part, grid.g, grid.work, grid.K, c0, low[0], grid.weights)
             sums += part
         line = _line(sums, line, 0.0, conjugate)
         if depth > 1:
-            _low_direction(0, low_columns, sums, d, work, low_rows, line.beta)
-        c2c(work_q, work_q, along, False, 1.0, 1)
-        c2r(work_q, grid.buffer, across, False, 1.0, 1)
-        sums[0] = 0.0
-        _linear_turn(0, rows, sums, grid.buffer, grid.direction, n, line.beta, grid.stiffness)
-        r2c(grid.buffer, work_q, across, True, 1.0 / n, 1)
+            _low_direction(0, low[1], sums, grid.d, grid.work, low[0], line.beta)
         pairs[at] += 1.0
-        curvature = line.curvature + sums[0] / points
+        curvature = line.curvature + _turn(grid, line.beta)
         if not curvature > 0:
             return iteration > 0
         alpha = -line.slope / curvature
-    for a, b in ((0, low_columns), (low_columns, columns)):
-        _linear_last(a, b, np.zeros(SUMS), g, d, x, K, c0, alpha, line.beta, low_rows, low_columns)
+    for a, b in ((0, low[1]), (low[1], grid.K.shape[1])):
+        _linear_last(a, b, pairs, grid.g, grid.d, grid.x, grid.K, c0, alpha, line.beta, low[0], low[1])
     return True
 
 

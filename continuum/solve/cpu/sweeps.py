@@ -1,4 +1,4 @@
-"""Fused sweeps of the minimiser over its spectra, and those over the points that need no wall law, compiled.
+"""Fused sweeps of the minimiser over its spectra, compiled.
 
 A sweep over a spectrum is a function of the columns ``first:last`` of a block, which writes that block's sums.
 Spectra are passed as real arrays with padded rows, real and imaginary parts in turn: the compiler vectorises these.
@@ -362,61 +362,3 @@ def _add_square(first: int, last: int, sums: Real, g: Real, work: Real, weights:
     for i in range(g.shape[0]):
         for j in range(first, last):
             sums[0] += weights[j] * (g[i, 2 * j] * g[i, 2 * j] + g[i, 2 * j + 1] * g[i, 2 * j + 1])
-
-
-# Over the points: functions of the rows ``first:last``, as those of :mod:`continuum.solve.cpu.tractions`.
-
-
-@compiled
-def _sampled(first: int, last: int, sums: Real, fine: Real, out: Real, n: int) -> None:
-    """Every second value of a field of the finer grid."""
-    for i in range(first, last):
-        for j in range(n):
-            out[i, j] = fine[2 * i, 2 * j]
-
-
-@compiled
-def _linear_turn(first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Real) -> None:
-    """New direction, d <- beta d - s, and the traction of the wall along it, stiffness d, in place of s.
-
-    sums: of stiffness d².
-    """
-    b = d.dtype.type(beta)
-    for i in range(first, last):
-        direction, step, stiff = d[i, :n], s[i - first, :n], stiffness[i, :n]
-        for j in range(direction.size):
-            direction[j] = b * direction[j] - step[j]
-        # Two loops vectorise where one does not.
-        curvature = d.dtype.type(0.0)
-        for j in range(direction.size):
-            pull = stiff[j] * direction[j]
-            step[j] = pull
-            curvature += pull * direction[j]
-        sums[0] += curvature
-
-
-@compiled
-def _displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
-    """Displacement u = offset + lift - z into ``out``.  sums: of u."""
-    for i in range(first, last):
-        for j in range(n):
-            u = offset[i, j] + lift - z[i, j]
-            out[i - first, j] = u
-            sums[0] += u
-
-
-@compiled
-def _lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
-    """Gap z = offset + lift - u."""
-    for i in range(first, last):
-        for j in range(n):
-            z[i, j] = offset[i, j] + lift - u[i - first, j]
-
-
-@compiled
-def _copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
-    """The values themselves into ``out``.  sums: of them."""
-    for i in range(first, last):
-        for j in range(n):
-            out[i - first, j] = values[i, j]
-            sums[0] += values[i, j]

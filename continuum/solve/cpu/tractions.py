@@ -13,7 +13,7 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.laws import respond
-from continuum.solve.cpu.compiled import TILE, Mask, Single, compiled
+from continuum.solve.cpu.compiled import TILE, Mask, Single, compiled, inlined
 
 
 @compiled
@@ -159,21 +159,32 @@ def _move(
                     for j in range(gap.size):
                         kept[j] = here[1, j]
                 respond(kind, gap, parameters, there)
-                for j in range(gap.size):
-                    change[j] = there[1, j] - kept[j]
-                    slope += change[j] * e[j]
-                    before += kept[j] * e[j]
-                    energy += there[0, j]
-                    size += abs(there[0, j])
-                    kept[j] = there[1, j]
-                    stiff[j] = there[2, j]
-            else:
-                for j in range(gap.size):
-                    change[j] = 0.0
-                if was_near:
-                    for j in range(gap.size):
-                        kept[j] = stiff[j] = 0.0
+                a, b, c, f = _taken(there, e, kept, change, stiff)
+                slope += a
+                before += b
+                energy += c
+                size += f
+                continue
+            change[:] = 0.0
+            if was_near:
+                kept[:] = 0.0
+                stiff[:] = 0.0
     sums[0] = slope
     sums[1] = before
     sums[2] = energy
     sums[3] = size
+
+
+@inlined
+def _taken(there: Real, e: Real, kept: Real, change: Real, stiff: Single) -> tuple[float, float, float, float]:
+    """The response of a tile after a step along e: its change, and what is kept; the sums of `move`."""
+    slope = before = energy = size = 0.0
+    for j in range(e.size):
+        change[j] = there[1, j] - kept[j]
+        slope += change[j] * e[j]
+        before += kept[j] * e[j]
+        energy += there[0, j]
+        size += abs(there[0, j])
+        kept[j] = there[1, j]
+        stiff[j] = there[2, j]
+    return slope, before, energy, size

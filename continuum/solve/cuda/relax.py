@@ -1,6 +1,6 @@
 """Kernels of a coarse step that runs without being asked: its scalars stay on the device.
 
-What they do together is said in :func:`continuum.solve.smooth.relax`, what those over spectra do in
+What they do together is said in :func:`continuum.solve.smooth.minimise_linear`, what those over spectra do in
 :mod:`continuum.solve.cpu.sweeps`.  The ``state`` of a grid holds the numbers named below, and six sums.  Each kernel
 that sums is followed by one that decides: of one block, which adds the parts of all blocks and sets the state.  A grid
 that has come to its end does nothing any more, and so do the grids below it: the order of the launches does not depend

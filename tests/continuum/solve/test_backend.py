@@ -103,7 +103,7 @@ def test_a_small_grid_in_one_call_takes_the_steps_of_its_sweeps(
         made.g.view(np.result_type(kind, np.complex64))[:, :65] = residual_q
         made.g[0, :2] = 0.0
         made.stiffness[:, :128] = 0.5 * contact
-        assert smooth.relax(made, levels, 0.01)
+        assert smooth.minimise_linear(made, levels, 0.01)
         found.append(made.x.view(np.result_type(kind, np.complex64))[:, :65].copy())
         work.append([each.engine.transforms for each in made.chain])
     rounding = 10 * np.finfo(kind).eps

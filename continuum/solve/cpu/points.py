@@ -1,0 +1,64 @@
+"""Compiled sweeps over the points of the surface that need no wall law.
+
+A sweep is a function of the rows ``first:last`` of a block, as those of :mod:`continuum.solve.cpu.tractions`.
+"""
+
+from __future__ import annotations
+
+from continuum.model.fourier import Real
+from continuum.solve.cpu.compiled import compiled
+
+
+@compiled
+def _sampled(first: int, last: int, sums: Real, fine: Real, out: Real, n: int) -> None:
+    """Every second value of a field of the finer grid."""
+    for i in range(first, last):
+        for j in range(n):
+            out[i, j] = fine[2 * i, 2 * j]
+
+
+@compiled
+def _linear_turn(first: int, last: int, sums: Real, s: Real, d: Real, n: int, beta: float, stiffness: Real) -> None:
+    """New direction, d <- beta d - s, and the traction of the wall along it, stiffness d, in place of s.
+
+    sums: of stiffness d².
+    """
+    b = d.dtype.type(beta)
+    for i in range(first, last):
+        direction, step, stiff = d[i, :n], s[i - first, :n], stiffness[i, :n]
+        for j in range(direction.size):
+            direction[j] = b * direction[j] - step[j]
+        # Two loops vectorise where one does not.
+        curvature = d.dtype.type(0.0)
+        for j in range(direction.size):
+            pull = stiff[j] * direction[j]
+            step[j] = pull
+            curvature += pull * direction[j]
+        sums[0] += curvature
+
+
+@compiled
+def _displace(first: int, last: int, sums: Real, out: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+    """Displacement u = offset + lift - z into ``out``.  sums: of u."""
+    for i in range(first, last):
+        for j in range(n):
+            u = offset[i, j] + lift - z[i, j]
+            out[i - first, j] = u
+            sums[0] += u
+
+
+@compiled
+def _lay(first: int, last: int, sums: Real, u: Real, z: Real, n: int, offset: Real, lift: float) -> None:
+    """Gap z = offset + lift - u."""
+    for i in range(first, last):
+        for j in range(n):
+            z[i, j] = offset[i, j] + lift - u[i - first, j]
+
+
+@compiled
+def _copy(first: int, last: int, sums: Real, out: Real, values: Real, n: int) -> None:
+    """The values themselves into ``out``.  sums: of them."""
+    for i in range(first, last):
+        for j in range(n):
+            out[i - first, j] = values[i, j]
+            sums[0] += values[i, j]
