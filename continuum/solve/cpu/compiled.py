@@ -25,6 +25,10 @@ TILE = 64
 
 Mask = NDArray[np.bool_]
 """Which tiles are near the wall, one row per row of points; or which points are in contact."""
+Marks = NDArray[np.uint8]
+"""What a tile of the pressure holds, one row per row of points."""
+Index = NDArray[np.int64]
+"""Numbers of nodes or points."""
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 SOURCES = (Path(laws.__file__), Path(__file__))

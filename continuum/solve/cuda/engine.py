@@ -10,14 +10,14 @@ from continuum.model.fourier import Real, low_rows
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import reused
-from continuum.solve.cuda import device, points, pressing, spectra, walls
+from continuum.solve.cuda import device, extending, points, pressing, spectra, walls
 from continuum.solve.cuda.device import Array, Kernel, Reduction, empty, to_device
 from continuum.solve.cuda.transforms import Transforms
 from continuum.solve.solution import Work
 
 KERNELS = {
     name.removeprefix("_"): kernel
-    for module in (device, points, spectra, walls, pressing)
+    for module in (device, points, spectra, walls, pressing, extending)
     for name, kernel in vars(module).items()
     if isinstance(kernel, Kernel)
 }
