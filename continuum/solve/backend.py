@@ -240,8 +240,11 @@ class BoundEngine(Engine, Protocol):
     def load(self, field: Array) -> None:
         """Begin to transform a field as it is."""
 
-    def comply(self) -> float:
-        """Multiply the spectrum by G = 1/K, zero where K is; returns <f G f> of the field f that was transformed."""
+    def comply(self, *, inverse: bool = False) -> float:
+        """Multiply the spectrum of the field f at hand by G = 1/K, zero where K is; returns <f G f>.
+
+        After the forward transform, and with ``inverse`` before the other one.
+        """
 
     def guess(
         self, p: Array, start: Array, offset: Array, traction: Array, pressure: float | None, wide: float, least: float
@@ -251,10 +254,11 @@ class BoundEngine(Engine, Protocol):
         A gap of ``wide`` and more is wide, and of the start ``least`` is the smallest one.
         """
 
-    def cut_kernel(self, window: float, kernel: Array) -> None:
-        """Make the values of the kernel ``multiply``: K without its mean, its kernel in real space cut off.
+    def stiffen(self, mask: Array, out: Array, least: float, z: Array | None = None, shift: float = 0.0) -> float:
+        """Set out <- M f on the contact, 0 off it, of f = z + shift, or 1 without z; returns its sum.
 
-        ``window`` is the part of the period where a triangular window ends; ``kernel`` is memory for a field.
+        M = Eᵀ K E, with ``least`` for K at q = 0.  For E, which uses :func:`nodes`, see
+        :mod:`continuum.solve.cpu.extending`.
         """
 
     def misses(self, p: Array, z: Array, level: float, error: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
@@ -265,6 +269,18 @@ class BoundEngine(Engine, Protocol):
 
     def duality_gap(self, p: Array, z: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
         """The same as :meth:`continuum.solve.bound_grid.BoundGrid.duality_gap`, in the memory of two fields."""
+
+
+SPACING = 8
+"""Points between the nodes on which the preconditioner under a bound extends the contact, nearly."""
+SPREAD = 0.1
+"""Share of contact near by at which that extension is half the mean of the contact there."""
+
+
+def nodes(grid: Grid) -> tuple[int, int]:
+    """Numbers of these nodes along x and y."""
+    nx, ny = (max(round(points / SPACING), 1) for points in grid.shape)
+    return nx, ny
 
 
 def most_work(height: Real, mean: float, most: float) -> float:

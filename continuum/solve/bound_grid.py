@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.optimize import brentq
 
@@ -22,6 +24,9 @@ class BoundGrid:
     z is held without its level, a number.  s = M z and m, about M 1, vanish off the contact, which the mask marks; a
     trial is a pressure that may become p, and lies in s.  Sums are over the points.
 
+    M = Eᵀ K E: a displacement given on the contact is extended by E to the points around it, and what K makes of that
+    is taken back by Eᵀ.  On the contact E changes nothing; beside it stands the mean of the contact near by.
+
     Parameters
     ----------
     back_end : whose engine holds the arrays.
@@ -31,7 +36,7 @@ class BoundGrid:
     finer : the next finer grid, if there is one.
     """
 
-    FIELDS = 9.2
+    FIELDS = 8.8
     """Memory held on a device that keeps its arrays, in fields."""
     below: BoundGrid | None = None
     mean_stiffness, most = 0.0, np.inf
@@ -56,6 +61,22 @@ class BoundGrid:
     def work(self) -> Work:
         """What was done for the problem at hand."""
         return self.engine.work
+
+    @cached_property
+    def stiffest(self) -> float:
+        """K of the stiffest wave."""
+        return float(max(self._waves.max(), SMALLEST_GAP))
+
+    @cached_property
+    def softest(self) -> float:
+        """K of the softest wave."""
+        return float(self._waves.min())
+
+    @property
+    def _waves(self) -> Real:
+        """K of all modes but the mean; what is not finite counts as zero."""
+        waves: Real = self._surface[1].ravel()[1:]
+        return np.where(np.isfinite(waves), waves, 0.0)
 
     # --- the problem ---------------------------------------------------------------------------------------
 
@@ -91,6 +112,7 @@ class BoundGrid:
         self.engine.set_mean_stiffness(mean_stiffness if np.isfinite(mean_stiffness) else 0.0, held=False)
         self.engine.clear_mask(self.mask)
         self.engine.fill(self.p, 0.0)
+        self.engine.fill(self.m, 1.0)
 
     def set_coarser_problem(self) -> BoundGrid | None:
         """The grid of every second point, with its part of the problem; None if there is none.
@@ -146,44 +168,29 @@ class BoundGrid:
 
     # --- the preconditioner --------------------------------------------------------------------------------
 
-    def make_preconditioner(self, window: float) -> None:
-        """Make M: K with its kernel in real space cut off by a triangular window, this part of the period wide.
-
-        m = 1.
-        """
-        self.engine.cut_kernel(window, self.change)
-        self.engine.fill(self.m, 1.0)
-
     def level(self) -> tuple[float, float]:
         """Where p presses: sums of m z and of m."""
         mz, m = self.engine.sweep("level", p=self.p, z=self.z, m=self.m)[:2]
         return float(mz), float(m)
 
-    def select(self, level: float) -> tuple[float, float, float, float]:
+    def select(self, level: float) -> tuple[float, float, float, float, float]:
         """Find the contact: the points that press or overlap, but for those that yield.
 
-        Returns how many there are, how many are new or gone, and their sums of m z and of m.
+        Returns how many there are, how many are new or gone, their sums of m z and of m, and about the largest gap or
+        overlap of them: never less than that, and more by the eighth root of their number at most.
         """
         sums = self.engine.sweep("select", p=self.p, z=self.z, shift=level, mask=self.mask, m=self.m)
-        count, changed, mz, m = sums[:4]
-        return float(count), float(changed), float(mz), float(m)
+        count, changed, mz, m, eighth = sums[:5]
+        return float(count), float(changed), float(mz), float(m), float(eighth) ** 0.125
 
     def renew(self) -> None:
         """Set m <- M 1 on the contact, or 1 if the sum of that is not positive."""
-        self.engine.sweep("ones", mask=self.mask, m=self.m)
-        self.engine.load(self.m)
-        if not self._stiffen(self.m) > 0:
+        if not self.engine.stiffen(self.mask, self.m, self.softest) > 0:
             self.engine.sweep("ones", mask=self.mask, m=self.m)
 
     def precondition(self, level: float) -> float:
         """Set s <- M (z + level) on the contact; returns its sum."""
-        self.engine.into("contact", mask=self.mask, z=self.z, shift=level, out=self.s)
-        return self._stiffen(self.s)
-
-    def _stiffen(self, out: Array) -> float:
-        """M of what was made, between the points of the contact; returns its sum."""
-        self.engine.spectral("multiply", forward=True, inverse=True)
-        return float(self.engine.out_of("narrow", mask=self.mask, out=out)[0])
+        return self.engine.stiffen(self.mask, self.s, self.softest, self.z, level)
 
     def correct(self, weight: float) -> Real:
         """Set s <- s - weight m, t <- 0 off the contact; sums of s s, z s, (last change of z) s, t, z t, z m."""
@@ -204,7 +211,6 @@ class BoundGrid:
 
     def curvature(self) -> float:
         """<t G t>, after :meth:`turn`."""
-        self.engine.spectral(forward=True)
         return self.engine.comply()
 
     def trial(self, step: float) -> tuple[float, float, float]:
@@ -262,9 +268,7 @@ class BoundGrid:
     def _gap(self, pressure: Array, out: Array) -> tuple[float, float]:
         """Gap under a pressure, without its level, and what :meth:`displace` returns."""
         self.engine.load(pressure)
-        self.engine.spectral(forward=True)
-        self.engine.comply()
-        self.engine.spectral(inverse=True)
+        self.engine.comply(inverse=True)
         energy, size = self.engine.out_of("arrive", p=pressure, offset=self.offset, out=out)[:2] / self.size
         return float(energy), float(size)
 

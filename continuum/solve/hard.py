@@ -10,11 +10,13 @@ contact alone.  Conjugate gradients on the points that press or overlap, after P
 a step that would pull is cut at p = 0 and taken only if the energy falls, shortened if need be (two-metric projection:
 Bertsekas, SIAM J. Control Optim. 20, 221 (1982)).
 
-What makes it fast is the preconditioner: K between the points of the contact, its kernel in real space cut off by a
-triangular window along x and y.  The window keeps it positive (its spectrum is Fejer's kernel) and takes the images
-out, so that nothing needs to be known of K but its spectrum.  The mean mode enters by the rank-one formula of Sherman
-and Morrison, whose limit of no mean stiffness is a given mean pressure.  An iteration costs two pairs of transforms,
-two and a half if its step was cut.
+What makes it fast is the preconditioner.  The inverse of G between the points of the contact is Eᵀ K E, where E extends
+a displacement from there to all points as the free surface follows it.  M has a simpler E: beside the contact the mean
+of the contact near by (:mod:`continuum.solve.cpu.extending`).  It is symmetric and positive whatever E is.  The mean
+mode enters by the rank-one formula of Sherman and Morrison, whose limit of no mean stiffness is a given mean pressure.
+An iteration costs two pairs of transforms, two and a half if its step was cut.
+
+It stops by the largest error of the gap: what closes the contact, or lifts an overlap.  That bounds the residual.
 
 No contact mechanics here beyond the bound: K and the offset are all that it knows.  No field either: those belong to
 the grids, whose operations (:class:`continuum.solve.bound_grid.BoundGrid`) return scalars.
@@ -31,20 +33,24 @@ from continuum.model.fourier import Real
 from continuum.solve.bound_grid import BoundGrid
 from continuum.solve.solution import Iteration, Settings, Solution, Status, Work
 
-COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
+COARSE_TOLERANCES = (1e4, 3e4, 1e5, 1e6)
 """Tolerances of the start on the grids of n/2, n/4, ... points, in units of the tolerance asked for."""
-WINDOW = 0.25
-"""Reach of the window of the preconditioner's kernel, in parts of the period."""
-STALE = 0.1
+STALE = 0.3
 """Change of the contact, in parts of its points, after which M 1 is computed anew."""
 COARSE_ITERATIONS = 400
 """Largest number of iterations on a coarser grid."""
+GAP_ERROR = 0.2
+"""Largest error of the gap, in units of the displacement by which the tolerance moves the stiffest mode.
+
+The residual is a mean over all points, of which few are in contact: alone it would leave gaps of 50 to 100 times
+that displacement there.  With a fifth, the tolerance of 1e-6 h'rms at h'rms = 0.1 leaves 1e-8 a0 on a square grid.
+"""
 SAFETY = 0.7
-"""Part of the tolerance aimed at when the residual computed afresh exceeded it."""
+"""Part of what is allowed that is aimed at when what was computed afresh exceeded it."""
 HALVINGS = 30
 """Shortest step that is tried: this power of ½ of the first."""
 VERIFICATIONS = 5
-"""How often the iteration goes on with a lower tolerance because the residual computed afresh is too large."""
+"""How often the iteration goes on to a smaller error because what was computed afresh is too large."""
 ROUNDING, LARGER_ROUNDING = 1e-13, 1e-12
 """A rise of the energy by this part of its size is none; the larger one where pressures are scaled point by point."""
 
@@ -107,10 +113,11 @@ class _Outcome(NamedTuple):
     scale: float = 0.0
     """Largest duality gap that a residual of one leaves."""
 
-    def excess(self, tolerance: float) -> float:
-        """By which factor the worse of residual and duality gap is too large."""
+    def excess(self, tolerance: float, gap: float) -> float:
+        """By which factor the worst of residual, error of the gap and duality gap is too large."""
         allowed = tolerance * self.scale
-        return max(self.residual / tolerance, self.duality_gap / allowed if self.duality_gap > 0 else 0.0)
+        energy = self.duality_gap / allowed if self.duality_gap > 0 else 0.0
+        return max(self.residual / tolerance, self.gap_error / gap, energy)
 
 
 class _Dual:
@@ -123,7 +130,7 @@ class _Dual:
         self.grid, self.pressure, self.mean_stiffness = grid, pressure, mean_stiffness
         self.bordered = bool(np.isfinite(mean_stiffness))
         self.loaded = mean_stiffness == 0
-        self.level = self.energy = self.in_m = 0.0
+        self.level = self.energy = self.in_m = self.gap_error = 0.0
         self.changed = np.inf
         self.history: list[Iteration] = []
 
@@ -144,7 +151,7 @@ class _Dual:
             return ()
         below = _Dual(coarse, self.pressure, self.mean_stiffness)
         work = below.cascade(settings, factors[1:])
-        below.descend(settings.tolerance * factors[0], COARSE_ITERATIONS)
+        below.descend(below._allowed(settings.tolerance * factors[0]), COARSE_ITERATIONS)
         self._carry_the_load(self.grid.spread())
         return coarse.work, *work
 
@@ -156,37 +163,44 @@ class _Dual:
         elif self.loaded and not self.grid.scale(self.pressure * self.grid.size):
             self.grid.fill(self.pressure)
 
+    def _allowed(self, tolerance: float) -> float:
+        """Largest error of the gap for a tolerance."""
+        return GAP_ERROR * tolerance / self.grid.stiffest
+
     # --- the iteration -------------------------------------------------------------------------------------
 
     def solve(self, settings: Settings) -> tuple[Status, _Outcome]:
-        """Iterate until the residual computed afresh is small, and so the bound on the error of the energy."""
-        bound, outcome = settings.tolerance, _Outcome()
+        """Iterate until what is computed afresh is small: error of the gap, residual, bound on that of the energy."""
+        outcome = _Outcome()
+        gap = allowed = self._allowed(settings.tolerance)
         for _ in range(VERIFICATIONS):
-            status = self.descend(bound, settings.max_iterations)
+            status = self.descend(gap, settings.max_iterations)
             outcome = self._outcome()
-            excess = outcome.excess(settings.tolerance)
-            if not status.ok or excess <= 1:
+            if not status.ok:
                 return status, outcome
-            bound *= SAFETY / excess
+            self.history.append(Iteration(outcome.residual, self.energy, 0.0))
+            excess = outcome.excess(settings.tolerance, allowed)
+            if excess <= 1:
+                return status, outcome
+            gap *= SAFETY / excess
         return Status.LINE_SEARCH, outcome
 
-    def descend(self, bound: float, limit: int) -> Status:
-        """Conjugate gradients on the contact, which is found anew in each iteration."""
+    def descend(self, gap: float, limit: int) -> Status:
+        """Conjugate gradients on the contact, which is found anew in each iteration, to this error of the gap."""
         grid = self.grid
-        if not self.history:
-            grid.make_preconditioner(WINDOW)
         self.energy, _ = grid.displace()
         grid.clear()
         beta = zs_before = step = 0.0
         while True:
-            sums = self._precondition()
+            mz = self._find_contact()
+            if self.gap_error <= gap:
+                return Status.CONVERGED
+            sums = self._precondition(mz)
             residual = float(np.sqrt(sums[0] / grid.size))
             zs, ys, in_t, zt, zm = sums[1:6]
             self.history.append(Iteration(residual, self.energy, step))
             if not np.isfinite(residual):
                 return Status.NON_FINITE
-            if residual <= bound:
-                return Status.CONVERGED
             if len(self.history) > limit:
                 return Status.ITERATION_LIMIT
             # Polak and Ribiere's beta; what it keeps of the last direction has to keep the mean pressure too.
@@ -205,24 +219,28 @@ class _Dual:
                 grid.clear()
                 zs_before = step = 0.0
 
-    def _precondition(self) -> Real:
-        """The contact, s = M z on it, and the sums of :meth:`continuum.solve.bound_grid.BoundGrid.correct`.
-
-        With m about M 1 on the contact, N points, D = N K_0 + sum(m) and Q = 1 - m 1^T/D it is
-        s = Q M Q^T z + m (m^T z) N K_0/D²: symmetric and positive whatever m, and Sherman and Morrison's for m = M 1.
-        """
+    def _find_contact(self) -> float:
+        """Find the contact, and how far its gaps are from closed; returns the sum of m z over it."""
         grid, level = self.grid, self._level()
-        count, changed, mz, self.in_m = grid.select(level)
+        count, changed, mz, self.in_m, self.gap_error = grid.select(level)
         self.changed += changed
         if self.bordered and self.changed > STALE * count:
             self.changed = 0.0
             grid.renew()
-            _, _, mz, self.in_m = grid.select(level)
+            _, _, mz, self.in_m, _ = grid.select(level)
+        return mz
+
+    def _precondition(self, mz: float) -> Real:
+        """Set s = M z on the contact; returns the sums of :meth:`continuum.solve.bound_grid.BoundGrid.correct`.
+
+        With m about M 1 on the contact, N points, D = N K_0 + sum(m) and Q = 1 - m 1^T/D it is
+        s = Q M Q^T z + m (m^T z) N K_0/D²: symmetric and positive whatever m, and Sherman and Morrison's for m = M 1.
+        """
         off = self._share(mz)
-        weight = self._share(grid.precondition(-off))
+        weight = self._share(self.grid.precondition(-off))
         if self.bordered:
-            weight -= self._share(off) * self.mean_stiffness * grid.size
-        return grid.correct(weight)
+            weight -= self._share(off) * self.mean_stiffness * self.grid.size
+        return self.grid.correct(weight)
 
     def _level(self) -> float:
         """What the mean mode will add to the gap: it makes the contact close on average, weighted by m.

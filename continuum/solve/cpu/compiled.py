@@ -28,6 +28,10 @@ Single = NDArray[np.float32]
 """A field in single precision."""
 Mask = NDArray[np.bool_]
 """Which tiles are near the wall, one row per row of points; or which points are in contact."""
+Marks = NDArray[np.uint8]
+"""What a tile of the pressure holds, one row per row of points."""
+Index = NDArray[np.int64]
+"""Numbers of nodes or points."""
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 _HERE = Path(__file__)

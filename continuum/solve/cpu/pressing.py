@@ -4,111 +4,145 @@ Each is a function of the rows ``start:stop`` of a block, which writes that bloc
 up to its level ``shift``, t the direction; s is the preconditioned gap and m the preconditioned field of ones, both
 zero off the contact.  Where p has its largest value, ``most``, and still overlaps, the wall gives way: no contact in
 which p is unknown.
+
+``n`` is the length of a row without its padding.  Most tiles of a rough contact neither press nor overlap: ``touched``
+says which do (2), which did and still hold values of then (1), and where p, t, s and m are zero (0).  ``lowest`` is the
+least z of each tile: one without contact is not looked at as long as its lowest point does not overlap.
 """
 
 from __future__ import annotations
 
 from continuum.model.fourier import Real
-from continuum.solve.cpu.compiled import Mask, compiled
+from continuum.solve.cpu.compiled import TILE, Marks, Mask, compiled
 
 
 @compiled
-def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: float) -> None:
+def _level(start: int, stop: int, sums: Real, p: Real, z: Real, m: Real, most: float, n: int, touched: Marks) -> None:
     """Where p presses, less than it may; sums: of m z, of m."""
     mz = in_m = 0.0
     for i in range(start, stop):
-        for j in range(z.shape[1]):
-            if 0.0 < p[i, j] < most:
-                mz += m[i, j] * z[i, j]
-                in_m += m[i, j]
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
+                continue
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            pi, zi, mi = p[i, a:b], z[i, a:b], m[i, a:b]
+            for j in range(pi.size):
+                here = mi[j] if 0.0 < pi[j] < most else 0.0
+                mz += here * zi[j]
+                in_m += here
     sums[0] = mz
     sums[1] = in_m
 
 
 @compiled
 def _select(
-    start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, mask: Mask, m: Real, most: float
+    start: int,
+    stop: int,
+    sums: Real,
+    p: Real,
+    z: Real,
+    shift: float,
+    mask: Mask,
+    m: Real,
+    most: float,
+    n: int,
+    touched: Marks,
+    lowest: Real,
 ) -> None:
-    """Contact: the points that press or overlap.  sums: of those, how many are new; that are gone; of m z, of m."""
-    entered = left = mz = in_m = count = 0.0
+    """Contact: the points that press or overlap; sums: how many; how many are new or gone; of m z, m, (z + shift)⁸."""
+    changed = mz = in_m = count = eighth = 0.0
     for i in range(start, stop):
-        for j in range(z.shape[1]):
-            gap = z[i, j] + shift
-            touches = (p[i, j] > 0.0 or gap < 0.0) and (p[i, j] < most or gap > 0.0)
-            if touches:
-                count += 1.0
-                if not mask[i, j]:
-                    entered += 1.0
-                mz += m[i, j] * z[i, j]
-                in_m += m[i, j]
-            else:
-                if mask[i, j]:
-                    left += 1.0
-                m[i, j] = 0.0
-            mask[i, j] = touches
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0 and lowest[i, tile] + shift >= 0.0:
+                continue
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            pi, zi, mi, marks = p[i, a:b], z[i, a:b], m[i, a:b], mask[i, a:b]
+            active = 0
+            for j in range(pi.size):
+                gap = zi[j] + shift
+                touches = ((pi[j] > 0.0) | (gap < 0.0)) & ((pi[j] < most) | (gap > 0.0))
+                count += 1.0 if touches else 0.0
+                changed += 1.0 if touches != marks[j] else 0.0
+                mi[j] = mi[j] if touches else 0.0
+                mz += mi[j] * zi[j]
+                in_m += mi[j]
+                fourth = gap * gap * gap * gap if touches else 0.0
+                eighth += fourth * fourth
+                marks[j] = touches
+                active |= touches | (pi[j] > 0.0)
+            if active:
+                touched[i, tile] = 2
+            elif touched[i, tile] == 2:
+                touched[i, tile] = 1
     sums[0] = count
-    sums[1] = entered + left
+    sums[1] = changed
     sums[2] = mz
     sums[3] = in_m
+    sums[4] = eighth
 
 
 @compiled
-def _contact(start: int, stop: int, sums: Real, mask: Mask, z: Real, shift: float, out: Real) -> None:
-    """Set out <- z + shift on the contact, 0 off it."""
-    for i in range(start, stop):
-        for j in range(z.shape[1]):
-            out[i, j] = z[i, j] + shift if mask[i, j] else 0.0
-
-
-@compiled
-def _ones(start: int, stop: int, sums: Real, mask: Mask, m: Real) -> None:
+def _ones(start: int, stop: int, sums: Real, mask: Mask, m: Real, n: int, touched: Marks) -> None:
     """Set m <- 1 on the contact, 0 off it."""
     for i in range(start, stop):
-        for j in range(m.shape[1]):
-            m[i, j] = 1.0 if mask[i, j] else 0.0
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
+                continue
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            marks, mi = mask[i, a:b], m[i, a:b]
+            for j in range(mi.size):
+                mi[j] = 1.0 if marks[j] else 0.0
 
 
 @compiled
-def _multiply(first: int, last: int, sums: Real, work: Real, values_q: Real) -> None:
-    """Spectrum in work, times values for each mode."""
-    for i in range(values_q.shape[0]):
-        for j in range(first, last):
-            work[i, 2 * j] *= values_q[i, j]
-            work[i, 2 * j + 1] *= values_q[i, j]
-
-
-@compiled
-def _narrow(start: int, stop: int, sums: Real, mask: Mask, out: Real) -> None:
-    """Set out <- 0 off the contact; sums: of out."""
-    total = 0.0
-    for i in range(start, stop):
-        for j in range(out.shape[1]):
-            if mask[i, j]:
-                total += out[i, j]
-            else:
-                out[i, j] = 0.0
-    sums[0] = total
+def _stiffness(first: int, last: int, sums: Real, work: Real, K: Real, least: float) -> None:
+    """Spectrum work <- K work, but for the mean: ``least`` times it."""
+    for i in range(K.shape[0]):
+        wi, ki = work[i, 2 * first : 2 * last], K[i, first:last]
+        for j in range(ki.size):
+            k = least if i + first + j == 0 else ki[j]
+            wi[2 * j] *= k
+            wi[2 * j + 1] *= k
 
 
 @compiled
 def _correct(
-    start: int, stop: int, sums: Real, mask: Mask, z: Real, change: Real, t: Real, s: Real, m: Real, weight: float
+    start: int,
+    stop: int,
+    sums: Real,
+    mask: Mask,
+    z: Real,
+    change: Real,
+    t: Real,
+    s: Real,
+    m: Real,
+    weight: float,
+    n: int,
+    touched: Marks,
 ) -> None:
     """Set s <- s - weight m on the contact, t <- 0 off it.  sums: of s², z s, (change of z) s, t, z t, z m."""
     ss = zs = ys = in_t = zt = zm = 0.0
     for i in range(start, stop):
-        for j in range(z.shape[1]):
-            if mask[i, j]:
-                new = s[i, j] - weight * m[i, j]
-                s[i, j] = new
-                ss += new * new
-                zs += z[i, j] * new
-                ys += change[i, j] * new
-                in_t += t[i, j]
-                zt += z[i, j] * t[i, j]
-                zm += z[i, j] * m[i, j]
-            else:
-                t[i, j] = 0.0
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
+                continue
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            marks, zi, yi = mask[i, a:b], z[i, a:b], change[i, a:b]
+            ti, si, mi = t[i, a:b], s[i, a:b], m[i, a:b]
+            for j in range(zi.size):
+                if marks[j]:
+                    new = si[j] - weight * mi[j]
+                    si[j] = new
+                    ss += new * new
+                    zs += zi[j] * new
+                    ys += yi[j] * new
+                    in_t += ti[j]
+                    zt += zi[j] * ti[j]
+                    zm += zi[j] * mi[j]
+                else:
+                    ti[j] = 0.0
+            if touched[i, tile] == 1:
+                touched[i, tile] = 0
     sums[0] = ss
     sums[1] = zs
     sums[2] = ys
@@ -119,128 +153,226 @@ def _correct(
 
 @compiled
 def _turn_on_contact(
-    start: int, stop: int, sums: Real, mask: Mask, t: Real, s: Real, m: Real, beta: float, weight: float, out: Real
+    start: int,
+    stop: int,
+    sums: Real,
+    mask: Mask,
+    t: Real,
+    s: Real,
+    m: Real,
+    beta: float,
+    weight: float,
+    out: Real,
+    n: int,
+    touched: Marks,
 ) -> None:
-    """Direction t <- s + beta (t - weight m), copied into out."""
+    """Direction t <- s + beta (t - weight m), copied into the rows of out that have contact."""
     for i in range(start, stop):
-        for j in range(t.shape[1]):
-            if mask[i, j]:
-                t[i, j] = s[i, j] + beta * (t[i, j] - weight * m[i, j])
-            out[i, j] = t[i, j]
+        if touched[i].max() == 0:
+            continue
+        for tile in range(touched.shape[1]):
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            oi = out[i, a:b]
+            if touched[i, tile] == 0:
+                oi[:] = 0.0
+                continue
+            marks, ti, si, mi = mask[i, a:b], t[i, a:b], s[i, a:b], m[i, a:b]
+            for j in range(oi.size):
+                here = si[j] + beta * (ti[j] - weight * mi[j]) if marks[j] else ti[j]
+                ti[j] = here
+                oi[j] = here
 
 
 @compiled
-def _compliance(start: int, stop: int, sums: Real, work: Real, G: Real, single: int) -> None:
-    """Spectrum work <- G work; sums: <work, G work> as a mean over the grid.
-
-    ``single`` is the index of the last column if it counts once, else -1.
-    """
+def _compliance(first: int, last: int, sums: Real, work: Real, G: Real, weights: Real) -> None:
+    """Spectrum work <- G work; sums: <work, G work> as a mean over the grid."""
     total = 0.0
-    for i in range(start, stop):
-        once = 0.0
-        row = 0.0
-        for j in range(G.shape[1]):
-            g = G[i, j]
-            a = work[i, 2 * j]
-            b = work[i, 2 * j + 1]
-            work[i, 2 * j] = g * a
-            work[i, 2 * j + 1] = g * b
-            both = g * (a * a + b * b)
-            row += both
-            if j == 0 or j == single:
-                once += both
-        total += 2.0 * row - once
+    weight = weights[first:last]
+    for i in range(G.shape[0]):
+        wi, gi = work[i, 2 * first : 2 * last], G[i, first:last]
+        for j in range(gi.size):
+            a, b = wi[2 * j], wi[2 * j + 1]
+            total += weight[j] * gi[j] * (a * a + b * b)
+            wi[2 * j] = gi[j] * a
+            wi[2 * j + 1] = gi[j] * b
     sums[0] = total
 
 
 @compiled
-def _trial(start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real, most: float) -> None:
+def _total(start: int, stop: int, sums: Real, values: Real, n: int, touched: Marks) -> None:
+    """sums: of values, zero where nothing is touched."""
+    total = 0.0
+    for i in range(start, stop):
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
+                continue
+            vi = values[i, tile * TILE : min(tile * TILE + TILE, n)]
+            for j in range(vi.size):
+                total += vi[j]
+    sums[0] = total
+
+
+@compiled
+def _trial(
+    start: int, stop: int, sums: Real, p: Real, t: Real, step: float, out: Real, most: float, n: int, touched: Marks
+) -> None:
     """Pressure out <- p - step t, cut at 0 and ``most``; sums: of what was cut (negative), of p - step t, of out."""
     below = before = after = 0.0
     for i in range(start, stop):
-        for j in range(p.shape[1]):
-            new = p[i, j] - step * t[i, j]
-            below += min(new, 0.0) + min(most - new, 0.0)
-            before += new
-            new = min(max(new, 0.0), most)
-            after += new
-            out[i, j] = new
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
+                continue
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            pi, ti, oi = p[i, a:b], t[i, a:b], out[i, a:b]
+            for j in range(pi.size):
+                new = pi[j] - step * ti[j]
+                below += min(new, 0.0) + min(most - new, 0.0)
+                before += new
+                new = min(max(new, 0.0), most)
+                after += new
+                oi[j] = new
     sums[0] = below
     sums[1] = before
     sums[2] = after
 
 
 @compiled
-def _stretch(start: int, stop: int, sums: Real, p: Real, factor: float, out: Real, most: float) -> None:
+def _stretch(
+    start: int, stop: int, sums: Real, p: Real, factor: float, out: Real, most: float, n: int, touched: Marks
+) -> None:
     """Pressure out <- factor p, at most ``most``, which it stays where it is; sums: of out."""
     total = 0.0
     for i in range(start, stop):
-        for j in range(p.shape[1]):
-            here = p[i, j]
-            here = here if here >= most else min(factor * here, most)
-            out[i, j] = here
-            total += here
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
+                continue
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            pi, oi = p[i, a:b], out[i, a:b]
+            for j in range(pi.size):
+                here = pi[j] if pi[j] >= most else min(factor * pi[j], most)
+                oi[j] = here
+                total += here
     sums[0] = total
 
 
 @compiled
-def _advance(start: int, stop: int, sums: Real, z: Real, step: float, out: Real) -> None:
+def _advance(start: int, stop: int, sums: Real, z: Real, step: float, out: Real, n: int, lowest: Real) -> None:
     """After a free step, out holding G t: out <- -step G t, the change of z; z <- z + out."""
     for i in range(start, stop):
-        for j in range(z.shape[1]):
-            out[i, j] *= -step
-            z[i, j] += out[i, j]
+        for tile in range(lowest.shape[1]):
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            zi, oi = z[i, a:b], out[i, a:b]
+            least = zi[0] - step * oi[0]
+            for j in range(zi.size):
+                change = -step * oi[j]
+                new = zi[j] + change
+                oi[j] = change
+                zi[j] = new
+                least = min(least, new)
+            lowest[i, tile] = least
 
 
 @compiled
-def _arrive(start: int, stop: int, sums: Real, p: Real, offset: Real, out: Real) -> None:
+def _arrive(
+    start: int, stop: int, sums: Real, p: Real, offset: Real, out: Real, n: int, touched: Marks, lowest: Real
+) -> None:
     """Gap out <- out + offset, out holding G p; sums: of p (gap + offset)/2, the energy, and of its size."""
     energy = size = 0.0
     for i in range(start, stop):
-        for j in range(p.shape[1]):
-            gap = out[i, j] + offset[i, j]
-            out[i, j] = gap
-            energy += 0.5 * p[i, j] * (gap + offset[i, j])
-            size += p[i, j] * (abs(gap) + abs(offset[i, j]))
+        for tile in range(lowest.shape[1]):
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            hi, oi = offset[i, a:b], out[i, a:b]
+            least = hi[0] + oi[0]
+            for j in range(oi.size):
+                gap = oi[j] + hi[j]
+                oi[j] = gap
+                least = min(least, gap)
+            lowest[i, tile] = least
+            if touched[i, tile] == 0:
+                continue
+            pi = p[i, a:b]
+            for j in range(oi.size):
+                energy += 0.5 * pi[j] * (oi[j] + hi[j])
+                size += pi[j] * (abs(oi[j]) + abs(hi[j]))
     sums[0] = energy
     sums[1] = size
 
 
 @compiled
-def _accept(start: int, stop: int, sums: Real, z: Real, new: Real) -> None:
+def _accept(start: int, stop: int, sums: Real, z: Real, new: Real, n: int) -> None:
     """Set z <- new and new <- the change of z."""
     for i in range(start, stop):
-        for j in range(z.shape[1]):
-            change = new[i, j] - z[i, j]
-            z[i, j] = new[i, j]
-            new[i, j] = change
+        zi, there = z[i, :n], new[i, :n]
+        for j in range(zi.size):
+            gap = there[j]
+            there[j] = gap - zi[j]
+            zi[j] = gap
 
 
 @compiled
-def _misses(start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, out: Real, most: float) -> None:
-    """Set out <- what closing the contact and lifting the overlaps adds to u."""
+def _misses(
+    start: int, stop: int, sums: Real, p: Real, z: Real, shift: float, out: Real, most: float, n: int, worst: Real
+) -> None:
+    """Set out <- what closing the contact and lifting the overlaps adds to u; worst <- the largest of each row."""
     for i in range(start, stop):
-        for j in range(z.shape[1]):
-            gap = z[i, j] + shift
-            out[i, j] = gap if (p[i, j] > 0.0 or gap < 0.0) and (p[i, j] < most or gap > 0.0) else 0.0
+        pi, zi, oi = p[i, :n], z[i, :n], out[i, :n]
+        largest = 0.0
+        for j in range(oi.size):
+            gap = zi[j] + shift
+            oi[j] = gap if ((pi[j] > 0.0) | (gap < 0.0)) & ((pi[j] < most) | (gap > 0.0)) else 0.0
+            largest = max(largest, abs(oi[j]))
+        worst[i] = largest
 
 
 @compiled
-def _finish(start: int, stop: int, sums: Real, p: Real, z: Real, by: float, smallest: float, most: float) -> None:
+def _missed(first: int, last: int, sums: Real, work: Real, K: Real, weights: Real) -> None:
+    """sums: |K work|² as a mean over the grid."""
+    total = 0.0
+    weight = weights[first:last]
+    for i in range(K.shape[0]):
+        wi, ki = work[i, 2 * first : 2 * last], K[i, first:last]
+        for j in range(ki.size):
+            a, b = ki[j] * wi[2 * j], ki[j] * wi[2 * j + 1]
+            total += weight[j] * (a * a + b * b)
+    sums[0] = total
+
+
+@compiled
+def _above(start: int, stop: int, sums: Real, p: Real, z: Real, least: float, n: int, touched: Marks) -> None:
+    """sums: of p (z - least), of p."""
+    work = total = 0.0
+    for i in range(start, stop):
+        for tile in range(touched.shape[1]):
+            if touched[i, tile] == 0:
+                continue
+            a, b = tile * TILE, min(tile * TILE + TILE, n)
+            pi, zi = p[i, a:b], z[i, a:b]
+            for j in range(pi.size):
+                work += pi[j] * (zi[j] - least)
+                total += pi[j]
+    sums[0] = work
+    sums[1] = total
+
+
+@compiled
+def _finish(
+    start: int, stop: int, sums: Real, p: Real, z: Real, by: float, smallest: float, most: float, n: int
+) -> None:
     """Gap z <- z + by, exactly zero where p presses, negative where the wall gives way, and positive elsewhere."""
     for i in range(start, stop):
-        for j in range(z.shape[1]):
-            gap = z[i, j] + by
-            if p[i, j] > 0.0:
-                z[i, j] = min(gap, 0.0) if p[i, j] >= most else 0.0
+        pi, zi = p[i, :n], z[i, :n]
+        for j in range(zi.size):
+            gap = zi[j] + by
+            if pi[j] > 0.0:
+                zi[j] = min(gap, 0.0) if pi[j] >= most else 0.0
             else:
-                z[i, j] = smallest if gap < smallest else gap
+                zi[j] = smallest if gap < smallest else gap
 
 
 @compiled
-def _spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real) -> None:
+def _spread(start: int, stop: int, sums: Real, coarse: Real, fine: Real, n: int) -> None:
     """Pressure of the grid of every second point onto the finer one, bilinearly; sums: of it."""
-    rows, columns = coarse.shape
+    rows, columns = coarse.shape[0], n // 2
     for i in range(start, stop):
         a = i // 2
         b = (a + i % 2) % rows

@@ -6,9 +6,9 @@ import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
-from continuum.solve.backend import most_work
+from continuum.solve.backend import SPREAD, most_work, nodes
 from continuum.solve.cuda.device import Array, empty
-from continuum.solve.cuda.engine import CudaEngine
+from continuum.solve.cuda.engine import KERNELS, CudaEngine
 
 
 class CudaBoundEngine(CudaEngine):
@@ -22,8 +22,8 @@ class CudaBoundEngine(CudaEngine):
     def __init__(self, grid: Grid, K: Real, finer: CudaBoundEngine | None = None) -> None:
         super().__init__(grid, K, None, finer)
         self._stiffness_q = np.where(np.isfinite(K), K, 0.0)
-        self._own["values_q"] = self.windowed = empty(*grid.shape_q)
-        self._own |= {"factor": 1.0, "most": np.inf}
+        self.field_on_nodes, self.density = (empty(*nodes(grid)) for _ in range(2))
+        self._own |= {"values_q": self.K, "factor": 1.0, "most": np.inf, "spread": SPREAD, "density": self.density}
         self._mean_stiffness = 0.0
 
     def set_mean_stiffness(self, stiffness: float, *, held: bool) -> None:
@@ -60,7 +60,22 @@ class CudaBoundEngine(CudaEngine):
     def load(self, field: Array) -> None:
         self.into("copy", values=field)
 
-    def comply(self) -> float:
+    def stiffen(self, mask: Array, out: Array, least: float, z: Array | None = None, shift: float = 0.0) -> float:
+        field = {"mask": mask, "field": self.field_on_nodes}
+        given = field | {"z": out if z is None else z, "shift": shift, "ones": int(z is None)}
+        self.sweep("gather", **given)
+        self.into("extend", **given)
+        KERNELS["put"](1, self.K, least)
+        self.spectral("multiply", forward=True)
+        KERNELS["put"](1, self.K, self._mean_stiffness)
+        self.transforms += 1
+        self.transform.inverse(self.w)
+        self.sweep("withdraw", **field)
+        return float(self.sweep("give_back", out=out, **field)[0])
+
+    def comply(self, *, inverse: bool = False) -> float:
+        del inverse  # is made where the field is used
+        self.spectral(forward=True)
         return float(self.sweep("compliance")[0])
 
     # --- what is asked at once -----------------------------------------------------------------------------
@@ -78,14 +93,6 @@ class CudaBoundEngine(CudaEngine):
             pressure = -float(total / count)
         stiffest = max(float(self._stiffness_q.ravel()[1:].max()), self._mean_stiffness)
         self.sweep("guess", p=p, z=start, more=pressure, stiffest=stiffest, least=least)
-
-    def cut_kernel(self, window: float, kernel: Array) -> None:
-        self.sweep("kernel_q")
-        self.transform.inverse(self.w)
-        self.sweep("window", columns=self.grid.shape[1], part=window)
-        self.transform.forward(self.w)
-        self.transforms += 2
-        self.sweep("positive")
 
     def misses(self, p: Array, z: Array, level: float, error: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
         largest = float(self.into("misses", largest=0, p=p, z=z, shift=level)[0])

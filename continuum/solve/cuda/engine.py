@@ -10,7 +10,7 @@ from continuum.model.fourier import Real, low_rows
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import reused
-from continuum.solve.cuda import points, pressing, relax, spectra, sums, walls
+from continuum.solve.cuda import extending, points, pressing, relax, spectra, sums, walls
 from continuum.solve.cuda.device import Array, Kernel, empty, to_device
 from continuum.solve.cuda.sums import Reduction
 from continuum.solve.cuda.transforms import Transforms
@@ -18,7 +18,7 @@ from continuum.solve.solution import Work
 
 KERNELS = {
     name.removeprefix("_"): kernel
-    for module in (sums, points, spectra, walls, relax, pressing)
+    for module in (sums, points, spectra, walls, relax, pressing, extending)
     for name, kernel in vars(module).items()
     if isinstance(kernel, Kernel)
 }

@@ -70,33 +70,6 @@ def _spread(fine: Real, coarse: Real, sums: Sums) -> None:
 
 
 @Kernel
-def _kernel_q(work: Real, K: Real) -> None:
-    """Spectrum work <- K without its mean: that has its own way, and a stiff one would smear over the longest waves."""
-    for i in range(cuda.blockIdx.x, K.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, K.shape[1], cuda.blockDim.x):
-            set_complex(work, i, j, K[i, j] if i > 0 or j > 0 else 0.0, 0.0)
-
-
-@Kernel
-def _window(work: Real, columns: int, part: float, scale: float) -> None:
-    """The field in work, times scale, cut off by a triangular window, this part of the period wide."""
-    rows = work.shape[0]
-    for i in range(cuda.blockIdx.x, rows, cuda.gridDim.x):
-        x = larger(0.0, 1.0 - min(i, rows - i) / (part * rows))
-        for j in range(cuda.threadIdx.x, columns, cuda.blockDim.x):
-            y = larger(0.0, 1.0 - min(j, columns - j) / (part * columns))
-            work[i, j] *= scale * x * y
-
-
-@Kernel
-def _positive(values_q: Real, work: Real) -> None:
-    """Real part of the spectrum in work, where it is positive."""
-    for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
-            values_q[i, j] = larger(complex_at(work, i, j)[0], 0.0)
-
-
-@Kernel
 def _multiply(work: Real, values_q: Real, factor: float) -> None:
     for i in range(cuda.blockIdx.x, values_q.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, values_q.shape[1], cuda.blockDim.x):
@@ -118,7 +91,7 @@ def _level(p: Real, z: Real, m: Real, most: float, sums: Sums) -> None:
 
 @Kernel
 def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, most: float, sums: Sums) -> None:
-    mz = in_m = count = changed = 0.0
+    mz = in_m = count = changed = eighth = 0.0
     for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
             gap = z[i, j] + shift
@@ -130,9 +103,10 @@ def _select(p: Real, z: Real, shift: float, mask: Mask, m: Real, most: float, su
                 count += 1.0
                 mz += m[i, j] * z[i, j]
                 in_m += m[i, j]
+                eighth += (gap * gap * gap * gap) ** 2
             else:
                 m[i, j] = 0.0
-    leave(sums, (count, changed, mz, in_m))
+    leave(sums, (count, changed, mz, in_m, eighth))
 
 
 @Kernel
@@ -140,24 +114,6 @@ def _ones(m: Real, mask: Mask) -> None:
     for i in range(cuda.blockIdx.x, mask.shape[0], cuda.gridDim.x):
         for j in range(cuda.threadIdx.x, mask.shape[1], cuda.blockDim.x):
             m[i, j] = 1.0 if mask[i, j] else 0.0
-
-
-@Kernel
-def _contact(work: Real, mask: Mask, z: Real, shift: float, scale: float) -> None:
-    for i in range(cuda.blockIdx.x, z.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, z.shape[1], cuda.blockDim.x):
-            work[i, j] = scale * (z[i, j] + shift) if mask[i, j] else 0.0
-
-
-@Kernel
-def _narrow(out: Real, work: Real, mask: Mask, sums: Sums) -> None:
-    total = 0.0
-    for i in range(cuda.blockIdx.x, out.shape[0], cuda.gridDim.x):
-        for j in range(cuda.threadIdx.x, out.shape[1], cuda.blockDim.x):
-            here = work[i, j] if mask[i, j] else 0.0
-            out[i, j] = here
-            total += here
-    leave(sums, (total,))
 
 
 @Kernel
