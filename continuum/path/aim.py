@@ -9,13 +9,23 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import equilibrium
-from continuum.path.secant import area_logarithm
+from continuum.path.secant import area_logarithm, area_slope, asperity_slope
 from continuum.path.state import Branch, Outcome, PathState, Search, event, nearness
-from continuum.solve.solution import Settings
+from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
 
-CLOSE = 10.0
-"""A loose trial that misses the area by fewer tolerances is not repeated: the next one has the full tolerance."""
+NEAR = 3.0
+"""Tolerances from the target that a coarser grid comes to in any case; it is asked for where to begin only."""
+FEWEST, STEEPEST = 20.0, 4.0
+"""Points by which areas must differ to tell a slope, and the largest one, in units of that of the surface: beyond, the
+area has jumped."""
+LOOSE, LOOSEST = 100.0, 1e-5
+"""Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
+
+
+def loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:
+    """Settings of trials, of which few are worth the tolerance asked for."""
+    return replace(settings, tolerance=max(settings.tolerance, min(factor * settings.tolerance, most)))
 
 
 class SearchWork:
@@ -46,6 +56,8 @@ class Aim:
     branch: Branch
     solver: Solver
     work: SearchWork
+    side: float = 0.0
+    """1 where a branch is followed from less than the target, -1 from more; 0 apart, where no state is known."""
 
     @property
     def allowed(self) -> float:
@@ -65,9 +77,17 @@ class Aim:
         size = self.problem.grid.size
         return area_logarithm(part * self.target, size) - area_logarithm(state.totals.area_rep, size)
 
-    def close(self, state: PathState) -> bool:
-        """Whether what is left to the target is so little that the next trial may be the last."""
-        return abs(state.totals.area_rep - self.target) <= CLOSE * self.allowed
+    def saw(self, one: PathState, other: PathState) -> None:
+        """Keep the slope between two states for the steps to come, unless a few points say nothing of it."""
+        if abs(other.totals.area_rep - one.totals.area_rep) * self.problem.grid.size > FEWEST:
+            slope = area_slope(self.problem, one, other)
+            if STEEPEST * asperity_slope(self.problem, self.target) < slope < 0:
+                self.work.slope = slope
+
+    @property
+    def slope(self) -> float:
+        """Change of ln(area) over that of the mean gap that the search saw last, or that of the surface, in 1/a0."""
+        return self.work.slope if self.work.slope < 0 else asperity_slope(self.problem, self.target)
 
     def short(self, state: PathState, before: PathState) -> bool:
         """Whether a state is on that side of the target on which the one before it is."""
@@ -75,15 +95,37 @@ class Aim:
         return (self.target - state.totals.area_rep) * sign > 0
 
     @property
+    def guesses(self) -> bool:
+        """Whether this is a coarser grid, which is asked for where to begin only."""
+        return self.problem.grid.size < self.work.size
+
+    def near(self, state: PathState) -> bool:
+        """Whether a coarser grid need not come closer to its target, where that is costly, as near a jump."""
+        return self.guesses and abs(self.left(state)) <= NEAR * self.search.area_tolerance
+
+    @property
     def adhesive(self) -> bool:
         return self.problem.wall.work_of_adhesion > 0
 
     def trial(self, at: float, settings: Settings, start: Real | None, *, near: bool = False) -> PathState:
-        """Equilibrium at a mean gap; near its start it is looked for on the fine grid, and in that basin, only."""
+        """Equilibrium at a mean gap; near its start it is looked for on the fine grid, and in that basin, only.
+
+        With the tolerance of trials it goes on to the one asked for if its area serves.
+        """
         if near:
             settings = replace(settings, warm_grids=0)
-        state = equilibrium(self.problem, nearness(self.problem), at, settings, start, self.branch, self.solver)
+        closer = Closer(self.settings.tolerance, self._worth) if self.rough_at(settings.tolerance) else None
+        state = equilibrium(self.problem, nearness(self.problem), at, settings, start, self.branch, self.solver, closer)
         return self.work.add(state)
+
+    def _worth(self, gap: Real) -> bool:
+        """Whether the area of a trial meets the target or, on a branch, has not gone beyond it."""
+        over = np.count_nonzero(self.problem.wall.touches(gap)) / self.problem.grid.size - self.target
+        return bool((over * self.side if self.side else abs(over)) <= self.allowed)
+
+    def rough_at(self, residual: float) -> bool:
+        """Whether a state of this residual, or a tolerance, is not what is asked for."""
+        return residual > 2 * self.settings.tolerance
 
     def done(self, state: PathState, outcome: Outcome | None = None, beyond: PathState | None = None) -> PathState:
         events = () if beyond is None else (event(nearness(self.problem), self.branch, state, beyond),)

@@ -4,32 +4,33 @@ The area is a count of points that falls with the gap, but with jumps, and diffe
 root finders that may evaluate anywhere do not serve: a trial must start from a state on its own side of the root.  The
 root is kept in a bracket of two equilibria, ``before`` and ``after`` in the direction of the search, by the secant of
 the logarithm of the area (near full contact of what is left of the surface), or by halving where that is slow; each
-trial starts from ``before``.  Without adhesion there
-is one state at each mean gap, and trials have a looser tolerance: a state that meets the target is solved to the full
-one and looked at again.  With adhesion a loose trial may be about to jump, and there is no way back from that: only a
-search that begins apart, under an attraction that reaches little farther than the wall, makes some, and begins anew
-without them where it ends at a jump.
+trial starts from ``before``.
+
+A trial is looked at when it has reached a looser tolerance, and goes on to the one asked for only if its area serves:
+if it meets the target or, where a branch is followed, has not gone beyond it.  A search that begins apart may go on
+from a loose trial, which may be about to jump.  If it does, the search begins again before that.
 
 Where no state is known, the approach is followed on the coarsest grid that carries the surface, up to just before the
-target, and carried from grid to grid.  A grid that carries it only roughly still tells at which mean gap to begin.
+target, and carried from grid to grid.  On the last one before the finest the area is met so closely that the finest
+grid mostly begins where it ends.  A grid that carries the surface only roughly still tells at which mean gap to begin.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
-from continuum.path.aim import Aim, SearchWork
+from continuum.path.aim import NEAR, Aim, SearchWork, loosened
 from continuum.path.coarser import carried_gap, coarser_problem
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.full_contact import NEARLY_FULL, find_nearly_full
 from continuum.path.secant import (
     area_logarithm,
-    area_slope,
     attracts_little,
     lowest_height,
     rough_slope,
@@ -49,21 +50,25 @@ from continuum.path.state import (
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 
-LOOSE, LOOSEST = 100.0, 1e-5
-"""Tolerance of trials, in units of the tolerance asked for, but at most so much, in E*: beyond, areas say nothing."""
 NARROW = 0.5
 """Beyond this contact trials have the full tolerance: what is left of the gap is too small for a loose one."""
 FEW_POINTS = 4.5
 """A change of the area by fewer points is no jump before the bracket is a sixteenth of the resolution."""
 FARTHER, NO_FARTHER = 1000.0, 1e-4
-"""As LOOSE and LOOSEST, for trials on coarser grids, where attraction adds little: they only tell where to begin."""
+"""Tolerance of trials on coarser grids, as LOOSE and LOOSEST: they only tell where to begin."""
 COLD_TRIALS = 4
 """Mean gaps that are tried from the undeformed surface, before the search begins where nothing touches."""
 JUMP_STEP, JUMP_TRIALS = 4.0, 4
 """Where a coarser grid has jumped over the area, first step in units of its bracket, and steps, each as many times the
 last, in which a state before the jump is looked for."""
-COARSER = 3.0
-"""Tolerances and resolution of the search on the next coarser grid, in units of those on this one."""
+APART_TRIALS, LITTLE = 3, 0.3
+"""Trials from the state of a coarser grid, and what is left of ln(area) at most for one after the other, or for a step
+without a trial: by the slope, which is known to a fifth or so."""
+CARRIED = 30.0
+"""Tolerance of the state that is carried to a finer grid, in units of that grid's: what the finer grid adds is more."""
+COARSER, LAST = 3.0, 0.5
+"""Resolution of the search on the next coarser grid and tolerance of its area, in units of those on this one; on the
+last one before the finest the second."""
 MOST_TRIALS = 80
 """A search gives up after so many equilibria."""
 
@@ -99,10 +104,9 @@ def find_area(
     """
     solver, work = solver or solver_of(problem, settings), work or SearchWork(problem.grid.size)
     known = previous if isinstance(previous, list) else list(previous)
-    hysteretic = problem.wall.work_of_adhesion > 0 and (bool(known) or not attracts_little(problem))
-    careful = hysteretic or target > NARROW
-    loose = loose or (settings if careful else _loosened(settings))
-    aim = Aim(problem, target, settings, loose, search, branch, solver, work)
+    loose = loose or (settings if target > NARROW else loosened(settings))
+    side = float(np.sign(target - known[-1].totals.area_rep)) if known and problem.wall.work_of_adhesion > 0 else 0.0
+    aim = Aim(problem, target, settings, loose, search, branch, solver, work, side)
     if target > NEARLY_FULL and problem.wall.bound == 0 and problem.open_boundary is None:
         return _nearly_full(aim, known)
     after = None
@@ -112,7 +116,7 @@ def find_area(
         if aim.met(known[0]):
             return _again(aim, known[0])
         if older is not None:
-            work.slope = area_slope(problem, older, known[0])
+            aim.saw(older, known[0])
             after = older if _beyond(older, known[0], target, branch) else None
     else:
         first, after = _apart(aim)
@@ -142,29 +146,33 @@ def _again(aim: Aim, state: PathState) -> PathState:
 
 def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
     """Trials from the last state before the target, the one in ``known``, until one of them meets it."""
-    now, misled, rough = aim.loose, False, aim.loose != aim.settings
+    now, misled = aim.loose, False
     while aim.work.solves < MOST_TRIALS:
         before = known[0]
-        if aim.met(before) and not rough:
+        rough = aim.rough_at(before.solution.residual)
+        enough = aim.met(before) or (bracket.trials > 1 and aim.near(before))
+        if enough and not rough:
             return aim.done(before)
-        if rough and aim.close(before):
-            now = aim.settings
         at, closed = bracket.next(before)
-        if rough and (closed or aim.met(before)):
-            if closed and aim.adhesive:
-                # It may have been about to jump: once more, with equilibria only.
-                first, after = _apart(replace(aim, loose=aim.settings))
-                known[:] = [first]
-                bracket, now, rough = _Bracket(aim, after), aim.settings, False
-                continue
+        if rough and (closed or enough):
             # The last state to the full tolerance.
             now = aim.settings
             state = aim.trial(height(aim.problem, before), now, before.gap, near=True)
+            if aim.adhesive and state.status.ok and not (aim.met(state) or aim.short(state, before)):
+                # It was about to jump: once more from before that.
+                if aim.near(state):
+                    return aim.done(state)
+                after = numbers(state)
+                del before, state
+                known[:] = [_before(aim, after)]
+                if not known[0].status.ok:
+                    return aim.done(known[0])
+                bracket = _Bracket(aim, after)
+                continue
         else:
             # Without adhesion there is one state, however it is reached: coarser grids may help as they like.
-            last = rough and now == aim.settings
-            near = aim.adhesive and (last or misled or bracket.after is not None)
-            state = aim.trial(at, now, before.gap, near=near)
+            near = aim.adhesive and (misled or closed or bracket.trials > 1)
+            state = aim.trial(at, aim.settings if closed else now, before.gap, near=near)
             if closed:
                 if state.status.ok and not (aim.met(state) or aim.short(state, before)):
                     return aim.done(before, Outcome.JUMPED_OVER, state)
@@ -173,14 +181,26 @@ def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
         if not state.status.ok:
             return aim.done(state)
         if closed or aim.met(state) or aim.met(before) or aim.short(state, before):
-            bracket.stalled = state.totals.area_rep == before.totals.area_rep
-            if height(aim.problem, state) != height(aim.problem, before):
-                aim.work.slope = area_slope(aim.problem, before, state)
-            known[:], rough = [state], now != aim.settings
+            bracket.stalled = abs(aim.left(state)) > 0.5 * abs(aim.left(before))
+            aim.saw(before, state)
+            known[:] = [state]
         else:
+            if aim.left(before) - aim.left(state) < LITTLE:
+                aim.saw(before, state)
             bracket.after = numbers(state)
         del before, state  # while the next one is looked for, one field is held
     return aim.done(known[0], Outcome.NOT_FOUND)
+
+
+def _before(aim: Aim, beyond: PathState) -> PathState:
+    """An equilibrium short of the target, apart from a state that has gone beyond: from the undeformed surface."""
+    problem = aim.problem
+    for attempt in range(COLD_TRIALS):
+        at = height(problem, beyond) + aim.left(beyond, 1 - aim.search.area_tolerance * 4**attempt) / aim.slope
+        state = aim.trial(at, aim.settings, None)
+        if aim.serves(state) or not state.status.ok:
+            return state
+    return _apart(replace(aim, loose=aim.settings))[0]
 
 
 class _Bracket:
@@ -190,6 +210,7 @@ class _Bracket:
         self.aim, self.after = aim, after
         self.width, self.span, self.slow = np.inf, np.inf, 0
         self.step, self.stalled = 0.0, False
+        self.trials = 0
 
     def next(self, before: PathState) -> tuple[float, bool]:
         """Mean gap of the next trial, and whether it is the far end of a bracket that is to be made no narrower."""
@@ -200,10 +221,10 @@ class _Bracket:
         return self._between(before, self.after)
 
     def _onward(self, before: PathState) -> float:
-        """Next mean gap outside of the bracket; farther if the area did not change on the last step."""
+        """Next mean gap outside of the bracket; farther if the last step did not get halfway."""
         problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
-        self.width, self.span, self.slow = np.inf, np.inf, 0
-        guess = abs(step_to(problem, before, target, self.aim.work.slope))
+        self.width, self.span, self.slow, self.trials = np.inf, np.inf, 0, 0
+        guess = step_to(problem, before, target, self.aim.work.slope)
         if self.aim.work.jump > 0:
             guess, self.aim.work.jump = JUMP_STEP * self.aim.work.jump, 0.0
         self.step = max(guess, 2 * self.step if self.stalled else resolution)
@@ -212,6 +233,7 @@ class _Bracket:
 
     def _between(self, before: PathState, after: PathState) -> tuple[float, bool]:
         """Next mean gap inside of the bracket: by the secant, or half the way where that is slow."""
+        self.trials += 1
         near, far = height(self.aim.problem, after), height(self.aim.problem, before)
         old, self.width = self.width, abs(far - near)
         wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
@@ -228,10 +250,6 @@ class _Bracket:
         return far + fraction * (near - far), closed
 
 
-def _loosened(settings: Settings, factor: float = LOOSE, most: float = LOOSEST) -> Settings:
-    return replace(settings, tolerance=max(settings.tolerance, min(factor * settings.tolerance, most)))
-
-
 def _beyond(older: PathState, last: PathState, target: float, branch: Branch) -> bool:
     """Whether the path has jumped over the target before, from the last state to the older one."""
     same = (older.branch == "retract") == (branch == "retract")
@@ -246,35 +264,36 @@ def _apart(aim: Aim) -> tuple[PathState, PathState | None]:
 
     Without adhesion, where there is one branch, the state may lie on either side.
     """
-    tolerance, weak = aim.search.area_tolerance, attracts_little(aim.problem)
-    # A grid of half the points sees up to a hundredth more area; what is found beyond the target is of no use on a
-    # branch, and costs most where attraction is strong.
-    parts: tuple[float, ...] = (1 - tolerance, 0.8, 0.5)
-    if not aim.adhesive:
-        parts = (1 + 0.8 * tolerance,)
-    elif weak:
-        parts = (1 - 0.5 * tolerance, 1 - 3 * tolerance, 0.8, 0.5)
+    tolerance = aim.search.area_tolerance
+    # A grid of half the points sees up to a hundredth more area; on a branch what is found beyond the target is of no
+    # use.
+    parts = (1 - 0.5 * tolerance, 0.8, 0.5) if aim.adhesive else (1 + 0.8 * tolerance,)
     beyond: PathState | None = None
     for part in parts:
         guess = _from_coarser(aim, min(part * aim.target, 1.0))
         if guess is None:
             break
-        at, start, jump = guess
-        for _ in range(JUMP_TRIALS if jump > 0 else 2 if weak else 1):
-            state = aim.trial(at, aim.loose, start)
+        at, jump = guess.mean_gap, guess.jump
+        for attempt in range(JUMP_TRIALS if jump > 0 else APART_TRIALS):
+            start = guess.start if at <= guess.farthest else None
+            state = aim.trial(at, aim.loose, start, near=at == guess.found)
             if aim.serves(state):
                 aim.work.jump = jump
                 return state, beyond
             if not state.status.ok:
                 break
+            if beyond is not None and jump == 0:
+                aim.saw(beyond, state)
             beyond = numbers(state)
             if jump > 0:
-                jump, start = JUMP_STEP * jump, None
+                jump *= JUMP_STEP
                 at += jump
-            elif weak:
-                # Farther by what it is beyond the target, and by a tolerance.
-                at += aim.left(state, 1 - tolerance) / rough_slope(aim.problem)
-        del guess, start, state
+            elif aim.guesses or aim.left(state) > -LITTLE:
+                # Back by what it is beyond the target, and by a tolerance, or two.
+                at += aim.left(state, 1 - (attempt + 0.5) * tolerance) / aim.slope
+            else:
+                break
+        del guess, state
     return _undeformed(aim, beyond)
 
 
@@ -289,48 +308,66 @@ def _undeformed(aim: Aim, beyond: PathState | None) -> tuple[PathState, PathStat
         return problem.wall.zero_gap + level - float(np.quantile(heights, min(part * aim.target, 1.0)))
 
     # Of what would overlap, a little less than a half touches; strong attraction adds to it.
-    first = [overlapping(part) for part in ((1.2, 0.5, 0.1) if weak else (0.5, 0.1))]
+    first = [overlapping(part) for part in (1.2 if weak else 0.8, 0.5, 0.1)]
     at = next((each for each in first if each > lowest_height(problem)), np.nan)
-    slope = rough_slope(problem)
-    for attempt in range(COLD_TRIALS if np.isfinite(at + slope) else 0):
+    for attempt in range(COLD_TRIALS if np.isfinite(at + rough_slope(problem)) else 0):
         state = aim.trial(at, aim.loose, None)
         if aim.serves(state):
             return state, beyond
         if not state.status.ok:
             break
-        if attempt > 0 and beyond is not None and (seen := area_slope(problem, beyond, state)) < 0:
-            slope = seen
+        if attempt > 0 and beyond is not None:
+            aim.saw(beyond, state)
         # Back to nine tenths of the target, and to less each time.
         beyond = numbers(state)
-        at += aim.left(state, 0.9 ** (attempt + 1)) / slope
+        at += aim.left(state, 0.9 ** (attempt + 1)) / aim.slope
         del state
     return aim.trial(overlapping(0.0) + min(problem.wall.range, 10.0), aim.loose, None), beyond
 
 
-def _from_coarser(aim: Aim, target: float) -> tuple[float, Real | None, float] | None:
-    """Mean gap and gap of the state of that area on the next coarser grid, if that carries the surface.
+class _Guess(NamedTuple):
+    """What the next coarser grid says of an area."""
 
-    Where the area jumps over the target there, they are those before the jump, with the width of its bracket.
+    mean_gap: float
+    """At which to look for it."""
+    start: Real | None
+    """Gap to begin from; None to begin at rest."""
+    found: float
+    """Mean gap of that start."""
+    farthest: float
+    """Mean gap up to which to begin there: beyond, it would be the way back, on another branch."""
+    jump: float
+    """Width of the bracket, where the area jumps over the target there; the rest is of the state before."""
+
+
+def _from_coarser(aim: Aim, target: float) -> _Guess | None:
+    """Where the state of that area is on the next coarser grid, if that carries the surface.
+
     One that carries it roughly tells no more than the mean gap, but where attraction adds little.
     """
-    coarse, loose, search = coarser_problem(aim.problem, aim.solver.smallest), aim.loose, aim.search
+    coarse, search = coarser_problem(aim.problem, aim.solver.smallest), aim.search
     weak, carries = attracts_little(aim.problem), coarse is not None
     if not carries:
         coarse = coarser_problem(aim.problem, aim.solver.smallest, roughly=True)
     if coarse is None:
         return None
-    most = (FARTHER, NO_FARTHER) if weak else (LOOSE, LOOSEST)
-    rough = replace(loose, tolerance=max(COARSER * loose.tolerance, _loosened(aim.settings, *most).tolerance))
-    # Never so rough that the guess says nothing: after many grids the tolerance would exceed the area itself.
-    tolerance = max(search.area_tolerance, min(COARSER * search.area_tolerance, 0.3))
+    close = loosened(aim.settings, CARRIED, NO_FARTHER)
+    rough = loosened(close, FARTHER, NO_FARTHER)
+    # On the last grid before the finest one the area is met so closely that no step is left.
+    tolerance = (COARSER if aim.guesses or not carries else LAST) * search.area_tolerance
+    tolerance = min(max(tolerance, FEW_POINTS / (target * coarse.grid.size)), max(search.area_tolerance, 0.3))
+    # Attraction holds what has snapped in: from there only steps onward lead to states of the approach.
+    short = 1.0 - tolerance if aim.adhesive and aim.guesses else 1.0
     roughly = replace(search, area_tolerance=tolerance, area_resolution=COARSER * search.area_resolution)
-    found = find_area(coarse, target, rough, roughly, (), aim.branch, loose=rough, work=aim.work)
+    found = find_area(coarse, short * target, close, roughly, (), aim.branch, loose=rough, work=aim.work)
     if not found.solution.status.ok:
         return None
     # What is left to the target, by the slope that the search saw last.
-    size, slope = coarse.grid.size, aim.work.slope
+    size = coarse.grid.size
     left = area_logarithm(target, size) - area_logarithm(found.totals.area_rep, size)
-    step = left / slope if slope < 0 and attracts_little(coarse) else 0.0
+    few = tolerance if left > 0 or not aim.adhesive else NEAR * tolerance
+    step = left / aim.slope if found.outcome is None and few < abs(left) < LITTLE else 0.0
     jump = 0.0 if found.beyond is None else abs(found.mean_gap - found.beyond.mean_gap)
     start = carried_gap(coarse, aim.problem, found) if carries or weak else None
-    return found.mean_gap + step, start, jump
+    farthest = found.mean_gap if aim.adhesive else np.inf
+    return _Guess(found.mean_gap + step, start, found.mean_gap if start is not None else np.nan, farthest, jump)

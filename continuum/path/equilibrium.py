@@ -16,7 +16,7 @@ from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.path.state import Branch, Control, PathState, gone, state_of
 from continuum.solve.non_periodic import NonPeriodicSolver
-from continuum.solve.solution import Settings, Solution, Status, Work
+from continuum.solve.solution import Closer, Settings, Solution, Status, Work
 from continuum.solve.solver import Solver
 
 STRETCH = 50
@@ -40,8 +40,13 @@ def equilibrium(
     start: Real | None = None,
     branch: Branch = "start",
     solver: Solver | None = None,
+    closer: Closer | None = None,
 ) -> PathState:
-    """Equilibrium at one separation, mean gap or mean pressure: as :func:`continuum.path.loading.solve` says."""
+    """Equilibrium at one separation, mean gap or mean pressure: as :func:`continuum.path.loading.solve` says.
+
+    ``closer`` is a finer tolerance, if the gap at that of the settings is worth it; under a bound it is left alone,
+    under a tension it holds from the beginning.
+    """
     if control == "mean-gap" and problem.open_boundary is not None:
         raise ArgumentError("mean-gap", target, NO_MEAN_GAP)
     if control == "mean-pressure" and target < 0 and start is None:
@@ -66,11 +71,12 @@ def equilibrium(
     # A solver made here is not kept for longer than it solves.
     solver = solver or solver_of(problem, settings)
     if pressure < 0 and mean == 0:
-        solution = _pull(problem, solver, lift, start, settings, pressure)
+        tight = settings if closer is None else replace(settings, tolerance=closer.tolerance)
+        solution = _pull(problem, solver, lift, start, tight, pressure)
         if not _may_hold(problem, solution.gap, -pressure):
             return gone(problem, target, branch, solution)
     else:
-        solution = _solution(problem, solver, lift, mean, pressure, start, settings)
+        solution = _solution(problem, solver, lift, mean, pressure, start, settings, closer)
     if solution.status.ok and solution.gap.min() < problem.wall.core:
         solution = replace(solution, status=Status.BELOW_CORE)
     if solution.status.ok and settings.stability and problem.wall.law is not None:
@@ -86,13 +92,15 @@ def _solution(
     pressure: float,
     start: Real | None,
     settings: Settings,
+    closer: Closer | None = None,
 ) -> Solution:
     """Solve with the solver that the wall asks for: the smooth one for a law, the constrained one for a bound."""
     law, heights = problem.wall.law, problem.heights
     if law is None:
         most = problem.wall.hardness
         return solver.constrain(heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean, most=most)
-    return solver.minimise(law, heights, start, settings, pressure=pressure, lift=lift, mean_stiffness=mean)
+    posed = {"pressure": pressure, "lift": lift, "mean_stiffness": mean}
+    return solver.minimise(law, heights, start, settings, closer=closer, **posed)
 
 
 def _examined(problem: ContactProblem, solver: Solver, solution: Solution, mean: float, settings: Settings) -> Solution:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from continuum.arguments import ArgumentError, field
-from continuum.measure.contact import Totals
+from continuum.measure.contact import Totals, totals_of
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
+from continuum.path.aim import loosened
 from continuum.path.area import find_area
 from continuum.path.equilibrium import equilibrium, solver_of
 from continuum.path.state import (
@@ -35,7 +37,7 @@ from continuum.path.state import (
     settled,
     state_of,
 )
-from continuum.solve.solution import Settings
+from continuum.solve.solution import Closer, Settings
 from continuum.solve.solver import Solver
 
 
@@ -201,7 +203,9 @@ def _walk(
     while True:
         at = target if abs(step) >= abs(target - here) else here + step
         start = _shifted(problem, control, good[-1], at)
-        trial = equilibrium(problem, control, at, settings, start, branch, solver)
+        worth = partial(_worth, problem, good[-1].totals, search, abs(at - here))
+        closer = Closer(settings.tolerance, worth)
+        trial = equilibrium(problem, control, at, loosened(settings), start, branch, solver, closer)
         del start
         settings = replace(settings, warm_grids=0)
         left = trial.outcome is Outcome.PULLED_OFF
@@ -227,6 +231,14 @@ def _walk(
         pairs, solves = pairs + trial.solution.fft_pairs, solves + 1
         del before, trial  # while the next one is looked for, one field is held
     return replace(trial, target=target, events=tuple(events), search_pairs=pairs, search_solves=solves, lowest=lowest)
+
+
+def _worth(problem: ContactProblem, before: Totals, search: Search, step: float, gap: Real) -> bool:
+    """Whether a trial is more than the end of a step that will be halved, for which a loose one does."""
+    if step <= (search.event_resolution or 0.0):
+        return True
+    change = _difference(before, totals_of(problem.grid, problem.wall, gap), problem.wall.largest_tension)
+    return change <= search.event_threshold
 
 
 def _difference(one: Totals, other: Totals, tension: float) -> float:

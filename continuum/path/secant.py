@@ -13,7 +13,8 @@ RIGID = (0.2, 100.0)
 the less there is left to go the more."""
 DECAY, FIRST = 2.2, 4.0
 """The area of rough surfaces decays with the mean gap as exp(-2.2 u/h_rms) (Persson, Phys. Rev. Lett. 99, 125502
-(2007), has 2 - 2.5); a first step by that is at most so many times the rigid one."""
+(2007), has 2 - 2.5); a first step by that, to e times the area, is at most so many times the rigid one.  Beside a
+contact the gap rises as the 3/2 power of the distance, so that shorter steps give way the more, as 1/sqrt(ln A)."""
 WEAK = 0.3
 """Range, in h_rms, up to which the attraction adds little to the area where a search begins."""
 
@@ -27,6 +28,16 @@ def rough_slope(problem: ContactProblem) -> float:
     """Slope d ln(area)/d(mean gap) of a rough surface without adhesion, roughly, in 1/a0; none of a flat one: -inf."""
     rms = float(sample(problem.heights).std())
     return -DECAY / rms if rms > 0 else -np.inf
+
+
+def asperity_slope(problem: ContactProblem, area: float) -> float:
+    """As :func:`rough_slope`, at a small area: by the summits of the surface at hand, of which there may be few.
+
+    That of the area that would overlap, undeformed, about a contact of 1.5 times the area.
+    """
+    rough, part = rough_slope(problem), np.clip(1.5 * area, 0.0, 1 / 1.3) * np.array([1 / 1.3, 1.3])
+    low, high = np.quantile(sample(problem.heights), part)
+    return min(0.8 * rough, -2 * np.log(1.3) / float(high - low)) if high > low else rough
 
 
 def lowest_height(problem: ContactProblem) -> float:
@@ -61,22 +72,23 @@ def secant_fraction(before: PathState, after: PathState, target: float, size: in
 
 
 def step_to(problem: ContactProblem, before: PathState, target: float, slope: float) -> float:
-    """Step by which the mean gap is lowered.
+    """Step of the mean gap towards the target, its length.
 
     The area changes less than if the surface were moved rigidly, which gives the scale.
     """
     wall, gap = problem.wall, sample(before.gap)
-    rigid = float(np.quantile(gap, target)) - wall.zero_gap
+    rigid = abs(float(np.quantile(gap, target)) - wall.zero_gap)
     if before.totals.area_rep == 0:
         return rigid
-    fewest, most = RIGID
-    if not slope < 0:
-        if not attracts_little(problem):
-            return rigid
-        slope, fewest, most = rough_slope(problem), 1.0, FIRST
     size = problem.grid.size
-    secant = (area_logarithm(before.totals.area_rep, size) - area_logarithm(target, size)) / slope
-    return float(np.clip(secant / rigid, fewest, most)) * rigid if rigid else secant
+    left = abs(area_logarithm(target, size) - area_logarithm(before.totals.area_rep, size))
+    (fewest, most), rough = RIGID, left / -asperity_slope(problem, target)
+    if slope < 0:
+        # Under strong attraction the rigid step ends at the rim of the contact and tells nothing.
+        return float(np.clip(left / -slope, fewest * rigid, max(most * rigid, FIRST * rough)))
+    if not attracts_little(problem):
+        return max(rigid, rough)
+    return float(np.clip(rough, rigid, FIRST * rigid / min(left, 1.0) ** 0.5)) if left else rigid
 
 
 def sample(field: Real) -> Real:

@@ -9,7 +9,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.laws import Law, evaluate
 from continuum.model.open_boundary import OpenBoundary
-from continuum.solve.solution import Settings, Solution, Status
+from continuum.solve.solution import Closer, Settings, Solution, Status
 from continuum.solve.solver import Solver
 from continuum.solve.stability import Stability
 
@@ -42,6 +42,7 @@ class NonPeriodicSolver(Solver):
         pressure: float = 0.0,
         lift: float = 0.0,
         mean_stiffness: float | None = None,
+        closer: Closer | None = None,
     ) -> Solution:
         """Minimise as the periodic solver does.
 
@@ -53,14 +54,18 @@ class NonPeriodicSolver(Solver):
 
         The rest is as for :meth:`continuum.solve.solver.Solver.minimise`.
         """
-        reach = _reach(law, settings.tolerance)
+        reach = _reach(law, settings.tolerance if closer is None else closer.tolerance)
+        if closer is not None:
+            worth = closer.worth
+            closer = Closer(closer.tolerance / 2, lambda gap: worth(self.boundary.inside(gap)))
         for far in self._distances(offset, lift, reach):
             around = self.boundary.around(offset, far)
             begin = None if start is None else self._start(law, around, start, lift, loaded=mean_stiffness == 0)
             mean = self._mean(mean_stiffness)
             found = super().minimise(
-                law, around, begin, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean
-            )
+                law, around, begin, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean,
+                closer=closer,
+            )  # fmt: skip
             if not found.status.ok or _beside(self.boundary, found.gap).min() > reach:
                 break
         return self._inside(found)

@@ -22,6 +22,7 @@ the grids, whose operations (:class:`continuum.solve.smooth_grid.SmoothGrid`) re
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from continuum.model.fourier import Real
 from continuum.model.laws import Law
 from continuum.solve.conjugate import Line, conjugate_line
 from continuum.solve.smooth_grid import LinearGrid, SmoothGrid
-from continuum.solve.solution import Iteration, Settings, Solution, Status
+from continuum.solve.solution import Closer, Iteration, Settings, Solution, Status
 
 COARSE_TOLERANCES = (3e1, 1e2, 1e3, 1e4)
 """Tolerances of a cold start on the grids of n/2, n/4, ... points, in units of that asked for; measured optimum."""
@@ -58,6 +59,7 @@ def minimise(
     pressure: float,
     lift: float,
     mean_stiffness: float,
+    closer: Closer | None = None,
 ) -> Solution:
     """Minimise ½ <u, K u> + <φ(offset + lift - u)> - F <u> over u, on a level that knows K.
 
@@ -67,15 +69,18 @@ def minimise(
     if not grid.set_problem(law, offset, start, lift=lift, pressure=pressure, mean_stiffness=mean_stiffness):
         return Solution(offset if start is None else start, Status.NON_FINITE, np.inf, 0, law=law)
     history: list[Iteration] = []
-    status = _solve(grid, levels, settings, 0, history, started=start is not None)
+    status = _solve(grid, levels, settings, 0, history, started=start is not None, closer=closer)
+    tolerance = settings.tolerance
+    if closer is not None and history[-1].residual <= closer.tolerance:
+        tolerance = closer.tolerance
 
     # The gradient afresh, from z alone: g has gathered rounding errors on the way.
     residual = grid.residual()
-    if status is Status.CONVERGED and not residual <= 2 * settings.tolerance:
+    if status is Status.CONVERGED and not residual <= 2 * tolerance:
         status = Status.LINE_SEARCH
     # Near the end of its range the energy of a law is the difference of far larger numbers: by their rounding the last
     # step of a solve may seem to rise.
-    if status is Status.ENERGY_ROSE and residual <= settings.tolerance:
+    if status is Status.ENERGY_ROSE and residual <= tolerance:
         status = Status.CONVERGED
     work = tuple(each for each in grid.work if each.fft_pairs)
     seconds = time.perf_counter() - began
@@ -83,30 +88,40 @@ def minimise(
 
 
 def _solve(
-    grid: SmoothGrid, levels: int, settings: Settings, depth: int, history: list[Iteration], *, started: bool
+    grid: SmoothGrid,
+    levels: int,
+    settings: Settings,
+    depth: int,
+    history: list[Iteration],
+    *,
+    started: bool,
+    closer: Closer | None = None,
 ) -> Status:
     """Minimise on one level, from the solution on the next coarser grid, that one's from the next, and so on.
 
     The coarsest begins from u = 0 or, if there is a start, from its part of that.
     """
     tolerance, iterations = settings.tolerance, settings.max_iterations
+    if closer is not None:
+        # Coarser grids prepare for the finer tolerance, which the solve may go on to.
+        settings = replace(settings, tolerance=closer.tolerance)
     if depth:
         tolerance, iterations = tolerance * COARSE_TOLERANCES[depth - 1], min(iterations, COARSE_LIMIT)
     coarse = grid.coarser if depth < (settings.warm_grids if started else len(COARSE_TOLERANCES)) else None
     if started:
         grid.go_to_start()
-        status = _descend(grid, levels, settings.shift, tolerance, 0 if coarse else iterations, history)
+        status = _descend(grid, levels, settings.shift, tolerance, 0 if coarse else iterations, history, closer)
         if coarse is None or status is not Status.ITERATION_LIMIT:
             return status
-        if history.pop().residual <= CLOSE * tolerance:
-            return _descend(grid, levels, settings.shift, tolerance, iterations, history, complete=True)
+        if history.pop().residual <= CLOSE * (settings.tolerance if depth == 0 else tolerance):
+            return _descend(grid, levels, settings.shift, tolerance, iterations, history, closer, complete=True)
     if coarse is None:
         grid.go_to_zero()
     else:
         grid.set_coarser_problem(started=started)
         _solve(coarse, levels, settings, depth + 1, [], started=started)
         grid.go_to_coarser()
-    return _descend(grid, levels, settings.shift, tolerance, iterations, history)
+    return _descend(grid, levels, settings.shift, tolerance, iterations, history, closer)
 
 
 class _Step(NamedTuple):
@@ -131,6 +146,7 @@ def _descend(
     bound: float,
     iterations: int,
     history: list[Iteration],
+    closer: Closer | None = None,
     *,
     complete: bool = False,
 ) -> Status:
@@ -147,7 +163,9 @@ def _descend(
             grid.clear()
             return Status.NON_FINITE
         if residual <= bound:
-            return Status.CONVERGED
+            if closer is None or residual <= closer.tolerance or not closer.worth(grid.look()):
+                return Status.CONVERGED
+            bound, closer = closer.tolerance, None
         if iteration == iterations:
             return Status.ITERATION_LIMIT
         conjugate = True

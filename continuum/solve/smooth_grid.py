@@ -350,6 +350,10 @@ class SmoothGrid(_Descending):
         self._press()
         return float(np.sqrt(self.engine.spectral("add_square", forward=True, g=self.g)[0]))
 
+    def look(self) -> Real:
+        """The gap z so far, shape ``grid.shape``, in a0: neither to be changed nor to be kept."""
+        return self.engine.download(self.z)
+
     def hand_out(self) -> Real:
         """Hand z out as an array of the host that nobody else uses, shape ``grid.shape``, in a0."""
         gap = self.engine.download(self.z)

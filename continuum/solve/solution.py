@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -83,6 +84,15 @@ class Settings:
         number("shift", self.shift, above=0)
         count("warm_grids", self.warm_grids, 0)
         count("threads", self.threads, 1, MOST_THREADS)
+
+
+class Closer(NamedTuple):
+    """A finer tolerance for a solve that turns out to be worth it, once it has reached that of its settings."""
+
+    tolerance: float
+    """In E*."""
+    worth: Callable[[Real], bool]
+    """Whether to go on, from the gap so far, which is not to be changed or kept."""
 
 
 class Iteration(NamedTuple):
