@@ -316,8 +316,9 @@ def _write_data(file: BinaryIO, deck: Deck) -> None:
 
 def _write_rows(file: BinaryIO, form: str, ids: NDArray[np.int64], values: Real) -> None:
     """A line for each atom.  Three times as fast as :func:`numpy.savetxt`, and in little memory."""
-    for first in range(0, len(ids), 10_000):
-        part = slice(first, first + 10_000)
+    at_once = 10_000
+    for first in range(0, len(ids), at_once):
+        part = slice(first, first + at_once)
         rows = np.column_stack([ids[part], values[part]])
         file.write((form * len(rows) % tuple(rows.ravel().tolist())).encode())
 
