@@ -13,7 +13,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import continuum.sweeps.collect
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, pair
@@ -34,6 +34,10 @@ from continuum.sweeps.engine import check_workers, run_tasks
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
 from continuum.sweeps.tasks import Death, Share, Task, TaskResult
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
@@ -66,6 +70,18 @@ class SweepRun:
 
     def collect(self) -> PointTable:
         return continuum.sweeps.collect.collect(self.folder)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All points of the sweep: see :meth:`PointTable.to_pandas`."""
+        return self.collect().to_pandas()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All points of the sweep, by its axes: see :meth:`PointTable.to_xarray`."""
+        return self.collect().to_xarray()
+
+    def means(self, over: str = "surface.seed") -> pandas.DataFrame:
+        """Means of the sweep over what differs in one key only: see :meth:`PointTable.means`."""
+        return self.collect().means(over)
 
 
 def sweep(
