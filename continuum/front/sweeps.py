@@ -13,7 +13,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import continuum.sweeps.collect
 from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, pair
@@ -27,7 +27,7 @@ from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
-from continuum.sweeps.collect import PointTable
+from continuum.sweeps.collect import PointTable, TableSource
 from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
 from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
@@ -35,17 +35,13 @@ from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
 from continuum.sweeps.tasks import Death, Share, Task, TaskResult
 
-if TYPE_CHECKING:
-    import pandas
-    import xarray
-
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
 """Called after each system with how it ended, how many have, and how many there are."""
 
 
 @dataclass(frozen=True)
-class SweepRun:
+class SweepRun(TableSource):
     """What one call did of a sweep."""
 
     folder: Path
@@ -69,19 +65,8 @@ class SweepRun:
         return not self.failed and not self.held
 
     def collect(self) -> PointTable:
+        """All points that are done."""
         return continuum.sweeps.collect.collect(self.folder)
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """All points of the sweep: see :meth:`PointTable.to_pandas`."""
-        return self.collect().to_pandas()
-
-    def to_xarray(self) -> xarray.Dataset:
-        """All points of the sweep, by its axes: see :meth:`PointTable.to_xarray`."""
-        return self.collect().to_xarray()
-
-    def means(self, over: str = "surface.seed") -> pandas.DataFrame:
-        """Means of the sweep over what differs in one key only: see :meth:`PointTable.means`."""
-        return self.collect().means(over)
 
 
 def sweep(

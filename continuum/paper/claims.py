@@ -74,6 +74,8 @@ def _kappa_rep(rows: DataFrame) -> Finding:
     kappa = 1 / bandwidth_means(rows, inverse)
     text = f"1/κ_rep = {spread_text(inverse)}, κ_rep = {1 / inverse.mean():.3g}{bandwidth_text(kappa)}"
     parts = [f"; λ_s = {size:g}: {1 / mean:.3g}" for size, mean in inverse.groupby(rows.lambda_s).mean().items()]
+    walls = inverse.groupby(rows.law).mean()
+    parts += [f"; wall {law}: {1 / mean:.3g}" for law, mean in walls.items() if len(walls) > 1]
     return Finding(
         verdict_word((kappa - 2).abs().max() < 0.2, kappa.between(1.6, 2.6).all()), text + "".join(parts), len(rows)
     )

@@ -166,7 +166,8 @@ def draw_kappas(numbers: DataFrame) -> Figure:
                   label=r"the turns: $\kappa_\mathrm{att} = \kappa_\mathrm{rep}$")  # fmt: skip
     else:
         left.plot(sticky[_THEORY], sticky[_MEASURED], "o", color=_STICKY, markerfacecolor="none",
-                  markersize=8, markeredgewidth=0.6, label="sticky: mean load < 0")  # fmt: skip
+                  markersize=8, markeredgewidth=0.6,
+                  label="sticky: mean load < 0" if len(sticky) else None)  # fmt: skip
     draw_points(right, points, "A_rep/A_att theory", "A_rep/A_att", "scatter")
     for axis, quantity, equations in (
         (left, r"1/\kappa_\mathrm{att}", "Eqs. (3) and (4)"),

@@ -102,6 +102,10 @@ def test_contacts_that_do_not_are_found_out() -> None:
     soft = by_claim(claim_verdicts(sweep_points(table(kappa_rep=8.0))))
     assert soft["kappa_rep is close to 2 without adhesion"].word == "not reproduced"
     assert "κ_rep = 8" in soft["kappa_rep is close to 2 without adhesion"].found
+    points = sweep_points(table(kappa_rep=2.5))
+    hard = points.assign(law="hard", kappa_rep=2.0)
+    both = by_claim(claim_verdicts(concat([points, hard], ignore_index=True)))
+    assert "wall hard: 2; wall lennard-jones-spline: 2.5" in both["kappa_rep is close to 2 without adhesion"].found
     # Sticky where 1/κ_att > 1/8, predicted where it is > 1/2.
     assert soft["sticky if and only if 1/kappa_att of theory > 1/kappa_rep"].word != "reproduced"
     wide = by_claim(claim_verdicts(sweep_points(table(strip=3.0))))
@@ -281,7 +285,9 @@ def test_what_figure_4_does_not_show_is_not_in_its_legend() -> None:
     found = relations.kappas(sweep_points(table()).query("reference and area_att > 0"))
     for shown, there in ((found, True), (found[found["1/kappa_att theory"] < 0.2], False)):
         (legend,) = plot.styled(relations.draw_kappas)(shown).legends
-        assert any("sticky by theory" in text.get_text() for text in legend.get_texts()) == there
+        said = [text.get_text() for text in legend.get_texts()]
+        for entry in ("sticky by theory", "sticky: mean load"):
+            assert any(entry in text for text in said) == there
 
 
 def test_a_search_of_another_column_is_no_search_for_the_turn() -> None:
