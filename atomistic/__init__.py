@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from atomistic.lammps.doctor import doctor
     from atomistic.lammps.result import LammpsError
     from atomistic.lammps.shape import Round, Waves
+    from atomistic.relax.certify import DeckCertificate
     from atomistic.relax.deckrun import DeckRun
     from atomistic.response.lattice import LatticeResponse
 
@@ -33,6 +34,7 @@ _WHERE = {
     "ladder.validate": ("Validation", "validate"),
     "lammps.deck": ("Deck",),
     "lammps.doctor": ("doctor",),
+    "relax.certify": ("DeckCertificate",),
     "relax.deckrun": ("DeckRun",),
     "crystal.crystal": ("Slab",),
     "crystal.interatomic": ("LennardJones", "Springs"),
@@ -47,6 +49,7 @@ _MODULES = {name: module for module, names in _WHERE.items() for name in names}
 
 __all__ = [
     "Deck",
+    "DeckCertificate",
     "DeckRun",
     "Elastic",
     "EmbeddedAtom",

@@ -27,7 +27,7 @@ from continuum.files.reference import template
 from continuum.files.tables import Document, refuse
 from continuum.options import Formats
 from continuum.options import like as like_of
-from continuum.show.console import progress, show
+from continuum.show.console import progress, show, warn
 from continuum.show.sheet import pairs
 from continuum.tables import Fault
 
@@ -112,12 +112,18 @@ def read(
     *,
     output: Annotated[Path, Parameter(help="folder of the HDF5 file, the figure and the walls")] = Path("results"),
     compare: Annotated[bool, Parameter(help="put the continuum of the same wall beside it")] = False,
+    certify: Annotated[bool, Parameter(help="evaluate its equilibria by other means than LAMMPS did")] = False,
     format: Formats = None,
 ) -> int:
     from continuum.show.plot import written_as
 
     run = decks.read(directory)
     code = _show(run, compare=compare)
+    if certify:
+        found = run.certify()
+        show(found.sheet())
+        warn(found.faults)
+        code = code if found.ok else NOT_CONVERGED
     with written_as(format):
         stored, figure, *walls = run.write(output, compare=compare)
     print(f"result   {stored}")

@@ -27,7 +27,8 @@ figure-s3, a further figure, `verdicts`, `page` (all) or `dispute` (theories bes
     "certify": """do stored states satisfy the equations, by other means than the solver's?
 
 Residual, area, load and curvature of the energy are evaluated from heights and gap by other transforms, sums and \
-derivatives, and compared with what is stored: for a run, or for a sample of the systems of a sweep.""",
+derivatives, and compared with what is stored: for a run, or for a sample of the systems of a sweep.  Those of a \
+LAMMPS deck: `atomistic read DIR --certify`.""",
     "predict": """is my surface sticky? every criterion on a measured topography
 
 Roughness of a measured topography, or of two that face each other, the verdict of every criterion of stickiness \

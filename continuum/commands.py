@@ -5,6 +5,8 @@ from __future__ import annotations
 import inspect
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -112,10 +114,10 @@ def _ended(result: Result) -> int:
 
 @like(certificates.certify)
 def certify(path: Path, **given: Any) -> int:
-    with progress(1, path.stem) as report:
-        found = certificates.certify(
-            path, progress=lambda done, total: report(done, f"{done} of {total} files"), **given
-        )
+    with ExitStack() as bars:
+        # How many files there are is known once the first is done.
+        bar = cache(lambda total: bars.enter_context(progress(total, path.stem)))
+        found = certificates.certify(path, progress=lambda done, total: bar(total)(done, "files"), **given)
     show(found.sheet())
     warn(found.faults)
     return OK if found.ok else NOT_CONVERGED

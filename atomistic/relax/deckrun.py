@@ -40,6 +40,7 @@ from continuum.path import loading
 from continuum.solve.solution import Settings
 
 if TYPE_CHECKING:
+    from atomistic.relax.certify import DeckCertificate
     from continuum.show.sheet import Sheet
 
 SCHEMA, VERSION = "stickiness/deck-run", 2
@@ -219,6 +220,24 @@ class DeckRun:
 
         beside = self._continuum if flag("compare", compare) and not self.incomparable else ()
         return deck_run_sheets(self, beside, self.incomparable if compare else "")
+
+    def certify(self) -> DeckCertificate:
+        """Its equilibria evaluated by other means than LAMMPS found them by: are they, and are their numbers right?
+
+        The wall takes part as the law and the heights of the deck, not as formulas of LAMMPS; the crystal as the forces
+        that a new LAMMPS without wall finds where the atoms were left.  The energy is looked at along random
+        displacements.
+
+        Raises
+        ------
+        DeckError
+            If it holds windows of a motion, which are no equilibria, or its wall acts where the atoms are.
+        LammpsError
+            If LAMMPS cannot be loaded.
+        """
+        from atomistic.relax.certify import DeckCertificate, certify_deck
+
+        return DeckCertificate(self.directory, tuple(certify_deck(self)))
 
     def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
         """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.

@@ -27,7 +27,7 @@ from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS, back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
-from continuum.sweeps.collect import PointTable
+from continuum.sweeps.collect import PointTable, TableSource
 from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
 from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
@@ -41,7 +41,7 @@ After = Callable[[TaskResult, int, int], None]
 
 
 @dataclass(frozen=True)
-class SweepRun:
+class SweepRun(TableSource):
     """What one call did of a sweep."""
 
     folder: Path
@@ -65,6 +65,7 @@ class SweepRun:
         return not self.failed and not self.held
 
     def collect(self) -> PointTable:
+        """All points that are done."""
         return continuum.sweeps.collect.collect(self.folder)
 
 

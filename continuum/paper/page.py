@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from pandas import DataFrame
 
 from continuum.arguments import choice, file_name
 from continuum.files import output
 from continuum.front.sweeps import SweepRun
-from continuum.paper.claims import Claim, Finding, Word, claim_verdicts, verdict_sheet
+from continuum.paper.claims import Claim, claim_points, claim_verdicts, stored_points, verdict_sheet
 from continuum.paper.dispute import write_dispute
 from continuum.paper.figures import FIGURES, Drawing, save_drawing
+from continuum.paper.findings import Finding, Word
 from continuum.paper.points import FigureError, SweepData
 from continuum.show.sheet import Sheet
 from continuum.sweeps.collect import PointTable, collect
@@ -77,27 +79,46 @@ def figure(name: str, sweep: str | Path | SweepRun) -> Figure:
 def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
 
+    Beside the page lies the table of points by which each sweep is judged, ``paper-NAME-points.csv``, so that it can
+    be judged again by other rules where its files are not kept.
+
     Parameters
     ----------
     sweeps : their figures carry the names of the folders.
-    path : of the page, in Markdown; figures lie beside it.
+    path : of the page, in Markdown; figures and tables lie beside it.
     """
     names = [data.root.resolve().name for data in sweeps]
     if len(set(names)) < len(names):
         msg = f"folders of different names, whose figures do not overwrite one another, not {', '.join(names)}"
         raise FigureError(msg)
-    verdicts = [claim_verdicts(data.points) for data in sweeps]
-    written, tables = list[Path](), ["## Verdicts\n", _matrix(names, verdicts), ""]
-    parts = ["# The paper's figures and claims, from stored sweeps\n", _answer(verdicts), ""]
-    for folder, data, found in zip(names, sweeps, verdicts, strict=True):
-        parts += [f"## Sweep `{folder}`\n", provenance_line(data.table), _sizes(data), ""]
+    written, sections, points = list[Path](), dict[str, str](), dict[str, DataFrame]()
+    for folder, data in zip(names, sweeps, strict=True):
+        parts = [provenance_line(data.table), _sizes(data), ""]
         for name, drawing in drawings_of(data):
             stem = path.with_name(f"paper-{folder}-{name}")
             written += save_drawing(drawing, stem)
             parts += drawing.shown(stem)
-        looked = [each for each in found if each[1].points]
-        tables += [f"### Verdicts of `{folder}`\n", verdict_sheet(looked).markdown(), ""]
-    return [output.save(path, "\n".join([*parts, *tables]).rstrip() + "\n"), *written]
+        written.append(output.save(path.with_name(f"paper-{folder}-points.csv"), claim_points(data.points)))
+        sections[folder], points[folder] = "\n".join(parts).strip(), stored_points(written[-1])
+    return [output.save(path, page_text(sections, points)), *written]
+
+
+def page_text(sections: Mapping[str, str], points: Mapping[str, DataFrame]) -> str:
+    """A page in Markdown: what its sweeps say of each claim, their figures, and all verdicts.
+
+    Parameters
+    ----------
+    sections : what stands below the name of each sweep, figures and where they come from.
+    points : the table by which each is judged.
+    """
+    verdicts = {name: claim_verdicts(points[name]) for name in sections}
+    parts = ["# The paper's figures and claims, from stored sweeps\n", _answer(list(verdicts.values())), ""]
+    for name, section in sections.items():
+        parts += [f"## Sweep `{name}`\n", section, ""]
+    parts += ["## Verdicts\n", _matrix(verdicts, [_bandwidths(points[name]) for name in verdicts]), ""]
+    for name, found in verdicts.items():
+        parts += [f"### Verdicts of `{name}`\n", *_told(found)]
+    return "\n".join(parts).rstrip() + "\n"
 
 
 def _answer(verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:
@@ -118,18 +139,35 @@ def _answer(verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:
     return "\n".join(f"* **{heads[word]}**: {'; '.join(claims)}." for word, claims in said.items() if claims)
 
 
-def _matrix(names: Sequence[str], verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:
-    """Claims by sweeps: each cell is a verdict, and leads to the sweep."""
+def _told(found: Sequence[tuple[Claim, Finding]]) -> Iterator[str]:
+    """The verdicts of a sweep with their numbers, and which claims it does not test, by the reason."""
+    if tested := [(claim, finding) for claim, finding in found if finding.word != "not tested"]:
+        yield verdict_sheet(tested).markdown() + "\n"
+    reasons: dict[str, list[str]] = {}
+    for claim, finding in found:
+        if finding.word == "not tested":
+            reasons.setdefault(finding.found, []).append(claim.text)
+    for reason, claims in reasons.items():
+        yield f"*Not tested*, {reason}: {'; '.join(claims)}.\n"
+
+
+def _bandwidths(points: DataFrame) -> str:
+    """Smallest and largest λ_L/λ_s of a sweep."""
+    ends = sorted({f"{value:g}" for value in (points.lambda_L / points.lambda_s).agg(["min", "max"])}, key=float)
+    return " - ".join(ends)
+
+
+def _matrix(verdicts: Mapping[str, list[tuple[Claim, Finding]]], bandwidths: Sequence[str]) -> str:
+    """Claims by sweeps, each with its bandwidths: each cell is a verdict, and leads to the sweep."""
 
     def cell(folder: str, finding: Finding) -> str:
         place = f"sweep-{re.sub(r'[^a-z0-9-]', '', folder.lower())}"
         return f"[{finding.word}](#{place})" if finding.points else "-"
 
-    rows = [
-        (claim.text, *(cell(name, found[i][1]) for name, found in zip(names, verdicts, strict=True)))
-        for i, (claim, _) in enumerate(verdicts[0])
-    ]
-    return Sheet.of("All verdicts", ("claim of the paper", *names), rows).markdown()
+    rows = [("*bandwidths λ_L/λ_s*", *bandwidths)]
+    for claims in zip(*verdicts.values(), strict=True):
+        rows.append((claims[0][0].text, *(cell(name, one[1]) for name, one in zip(verdicts, claims, strict=True))))
+    return Sheet.of("All verdicts", ("claim of the paper", *verdicts), rows).markdown()
 
 
 def drawings_of(data: SweepData) -> Iterator[tuple[str, Drawing]]:
@@ -169,6 +207,7 @@ def _sizes(data: SweepData) -> str:
     size = {json.dumps(table.setting(key, "grid.n")) for key in table.keys}
     return (
         f"\nPoints of the grid {', '.join(sorted(size))}; λ_s = {in_order(points.lambda_s)} a0; "
+        f"λ_L = {in_order(points.lambda_L)} a0; λ_L/λ_s = {in_order(points.lambda_L / points.lambda_s)}; "
         f"l_a = {in_order(points.length)} a0. {points.valid.sum()} points have A_rep >= 10 λ_s². κ is read at the "
         "first of them from 1 % area on."
     )

@@ -139,8 +139,9 @@ def _turn(trials: DataFrame) -> DataFrame | None:
 def _draw_borders(axis: Axes, numbers: DataFrame) -> None:
     """What turns sticky, against 1/κ_att of theory: by the paper's κ_rep, by the measured one, and as it was found."""
     ends = axis.get_xlim()
-    axis.axvspan(min(0.5, ends[1]), ends[1], color=_STICKY, alpha=0.1, linewidth=0,
-                 label=r"sticky by theory, $\kappa_\mathrm{rep} = 2$")  # fmt: skip
+    if ends[1] > 0.5:  # else nothing of it would show but its entry in the legend
+        axis.axvspan(0.5, ends[1], color=_STICKY, alpha=0.1, linewidth=0,
+                     label=r"sticky by theory, $\kappa_\mathrm{rep} = 2$")  # fmt: skip
     turns = numbers["turn"]
     lines = ((numbers[~turns][_REPULSIVE].dropna(), "--", r"the same, $\kappa_\mathrm{rep}$ as measured"),
              (numbers[turns][_THEORY], "-", f"turn, by bisection of {turns.sum()} surfaces"))  # fmt: skip
@@ -165,7 +166,8 @@ def draw_kappas(numbers: DataFrame) -> Figure:
                   label=r"the turns: $\kappa_\mathrm{att} = \kappa_\mathrm{rep}$")  # fmt: skip
     else:
         left.plot(sticky[_THEORY], sticky[_MEASURED], "o", color=_STICKY, markerfacecolor="none",
-                  markersize=8, markeredgewidth=0.6, label="sticky: mean load < 0")  # fmt: skip
+                  markersize=8, markeredgewidth=0.6,
+                  label="sticky: mean load < 0" if len(sticky) else None)  # fmt: skip
     draw_points(right, points, "A_rep/A_att theory", "A_rep/A_att", "scatter")
     for axis, quantity, equations in (
         (left, r"1/\kappa_\mathrm{att}", "Eqs. (3) and (4)"),
@@ -192,7 +194,8 @@ def draw_perimeters(numbers: DataFrame) -> Figure:
     )
     plot.log_ticks(axis)
     axis.axhline(1, color="0.5", linewidth=0.9, label="equal", zorder=0)
-    axis.axvline(10, color="0.5", linewidth=0.9, linestyle=":", label=r"below $10\,a_0$ cells show", zorder=0)
+    if axis.get_xlim()[1] > 10:
+        axis.axvline(10, color="0.5", linewidth=0.9, linestyle=":", label=r"below $10\,a_0$ cells show", zorder=0)
     axis.set(xlabel=r"mean chord $d$ of $A_\mathrm{rep}$ ($a_0$)", ylabel=r"$P\,d/(\pi A_\mathrm{rep})$")
     plot.legend_below(figure, *symbol_key(numbers), plot.labelled(axis))
     return figure

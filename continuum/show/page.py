@@ -13,6 +13,8 @@ import continuum
 from continuum.files import output
 from continuum.show.sheet import Sheet
 
+PIXELS = 2
+"""Of a picture for each point of the screen: a figure as wide as a printed page is then as wide as the text."""
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 div.sheet { overflow-x: auto; }
@@ -96,6 +98,7 @@ class Page:
 
 
 def picture(png: bytes, instead: str) -> str:
-    """A picture as part of a page, with words for who cannot see it."""
+    """A picture as part of a page, with words for who cannot see it; all have letters of one size."""
     data = base64.b64encode(png).decode("ascii")
-    return f'<img alt="{html.escape(instead)}" src="data:image/png;base64,{data}">'
+    width = int.from_bytes(png[16:20], "big") // PIXELS  # in points of the screen, as the head of each PNG has it
+    return f'<img alt="{html.escape(instead)}" width="{width}" src="data:image/png;base64,{data}">'

@@ -165,6 +165,23 @@ class PointTable:
         return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
 
 
+class TableSource:
+    """What has the points of a sweep in its files: the forms of :class:`PointTable`."""
+
+    def collect(self) -> PointTable:
+        """All points that are done."""
+        raise NotImplementedError
+
+    def to_pandas(self) -> pandas.DataFrame:
+        return self.collect().to_pandas()
+
+    def to_xarray(self) -> xarray.Dataset:
+        return self.collect().to_xarray()
+
+    def means(self, over: str = "surface.seed") -> pandas.DataFrame:
+        return self.collect().means(over)
+
+
 def collect(root: str | Path) -> PointTable:
     """Read all that is done; a file that cannot be read is one fault, and the rest is there.
 

@@ -109,6 +109,23 @@ def expectations(found: DataFrame) -> Iterator[tuple[str, str]]:
     yield "4. at one bandwidth λ_s = 8 and 16 agree within 10 %, or three standard errors", verdict(apart)
 
 
+def limits(found: DataFrame, column: str = "kappa_rep", cut: float = 8.0) -> Iterator[str]:
+    """What a mean tends to at infinite bandwidth, by three ways in which the rest may vanish: which is not known."""
+    width = found.width
+    forms = {"λ_s/λ_L": 1 / width, "(λ_s/λ_L)^(1/2)": width**-0.5, "1/ln(λ_L/λ_s)": 1 / np.log(width)}
+    for wall, path in found[(found.lambda_s == cut) & (found.surfaces >= 3)].groupby("wall"):
+        value, error = path[column].to_numpy(), path[f"{column}_error"].to_numpy()
+        for name, form in forms.items():
+            sides = np.stack([np.ones(len(path)), form[path.index]], axis=1) / error[:, None]
+            scatter = np.linalg.inv(sides.T @ sides)
+            fit = scatter @ sides.T @ (value / error)
+            misfit = float(np.sum((sides @ fit - value / error) ** 2))
+            yield (
+                f"{column}, {wall}, λ_s = {cut:g}: {fit[0]:.3g} ± {np.sqrt(scatter[0, 0]):.2g} at infinite bandwidth "
+                f"if the rest is as {name} (χ² {misfit:.2g} of {len(path) - 2})"
+            )
+
+
 @plot.styled
 def draw(found: DataFrame) -> Figure:
     """κ_rep, A_rep/A_att and d_rep over what the paper says of them, against the bandwidth."""
@@ -145,6 +162,7 @@ def main() -> None:
     if given.figure:
         plot.save_figure(draw(found), given.figure, own=True)
     sys.stdout.write(f"{table(found)}\n\n" + "".join(f"* {text}: {word}\n" for text, word in expectations(found)))
+    sys.stdout.write("\n" + "".join(f"* {text}\n" for text in limits(found)))
 
 
 if __name__ == "__main__":

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pandas import DataFrame, read_csv
+from pandas import DataFrame, concat, read_csv
 
 from continuum.paper import relations
-from continuum.paper.claims import Claim, Finding, claim_verdicts
+from continuum.paper.claims import Claim, claim_verdicts, stored_points
 from continuum.paper.figures import FIGURES, save_drawing
+from continuum.paper.findings import Finding
 from continuum.paper.page import plot_figure, write_page
 from continuum.paper.points import FigureError, SweepData, sweep_points
 from continuum.show import plot
@@ -26,6 +27,7 @@ from continuum.sweeps.measured import COLUMNS
 from continuum.sweeps.sweep import SweepListing, System
 from continuum.theory import paper
 from tests.printed import faults_in_print
+from tests.studies.judge import judged_again
 
 LENGTHS = (0.0, 0.0005, 0.005, 0.05)
 AREAS = np.geomspace(0.01, 0.15, 5)
@@ -50,6 +52,7 @@ def system(slope: float, lambda_s: float, length: float, kappa_rep: float, strip
             "kappa": slope * area / load, "kappa_rep": kappa_rep, "perimeter": around, "diameter": d, "chord": d,
             "kappa_att": slope * area / pulled if pulled else np.inf, "rms_height": 3.0, "rms_slope": slope,
             "rms_curvature": curvature, "range": reach, "effective_range": reach, "work_of_adhesion": length,
+            "width": paper.attraction_width(slope, d, reach) if length else np.nan,
         })  # fmt: skip
     return rows
 
@@ -69,11 +72,17 @@ def table(
     listing = SweepListing(
         "made", tuple(Axis((k,), tuple((v,) for v in a)) for k, a in zip(keys, axes, strict=True)),
         {"surface.hurst": 0.8, "surface.seed": 1, "grid.n": [4096, 4096], "grid.period": [4096.0, 4096.0],
-         "surface.lambda_L": 2048.0}, systems,
+         "surface.lambda_L": 2048.0, "wall.law": "lennard-jones-spline"}, systems,
     )  # fmt: skip
     index = np.repeat(np.arange(len(places)), AREAS.size)
     made = {"version 0": len(places)}
     return PointTable(listing, tuple(s.key for s in systems), index, values, np.ones(len(places)), 0, 0, (), made)
+
+
+OTHER_LAWS = "other laws of the wall follow Eqs. (3) and (4) with the range of Eq. (S-5)"
+MAUGIS = "Eqs. (3) and (4) hold even where lambda_Maugis exceeds 1"
+GAP = "the gap outside a contact is that of Eq. (S-1), x^(3/2), where it reaches the range"
+RANGE = "the range of Eq. (S-5) is that of the spline within 6 %"
 
 
 def by_claim(found: list[tuple[Claim, Finding]]) -> dict[str, Finding]:
@@ -83,7 +92,8 @@ def by_claim(found: list[tuple[Claim, Finding]]) -> dict[str, Finding]:
 def test_contacts_that_follow_the_paper_reproduce_it() -> None:
     found = claim_verdicts(sweep_points(table()))
     words = {claim.text: finding.word for claim, finding in found if "Greenwood" not in claim.text}
-    assert words.pop("kappa does not depend on lambda_L") == "not tested"
+    for untested in ("kappa does not depend on lambda_L", OTHER_LAWS, MAUGIS):
+        assert words.pop(untested) == "not tested"
     assert set(words.values()) == {"reproduced"}, words
     assert all(finding.points > 0 for claim, finding in found if claim.text in words)
 
@@ -92,12 +102,49 @@ def test_contacts_that_do_not_are_found_out() -> None:
     soft = by_claim(claim_verdicts(sweep_points(table(kappa_rep=8.0))))
     assert soft["kappa_rep is close to 2 without adhesion"].word == "not reproduced"
     assert "κ_rep = 8" in soft["kappa_rep is close to 2 without adhesion"].found
+    points = sweep_points(table(kappa_rep=2.5))
+    hard = points.assign(law="hard", kappa_rep=2.0)
+    both = by_claim(claim_verdicts(concat([points, hard], ignore_index=True)))
+    assert "wall hard: 2; wall lennard-jones-spline: 2.5" in both["kappa_rep is close to 2 without adhesion"].found
     # Sticky where 1/κ_att > 1/8, predicted where it is > 1/2.
     assert soft["sticky if and only if 1/kappa_att of theory > 1/kappa_rep"].word != "reproduced"
     wide = by_claim(claim_verdicts(sweep_points(table(strip=3.0))))
     assert wide["A_att is a strip of width d_att along the perimeter"].word == "not reproduced"
     assert wide["A_rep/A_att follows Eq. (4) where A_att < A_rep"].word == "not reproduced"
     assert wide["N_att = (w/range) A_att"].word == "reproduced"
+
+
+@pytest.mark.parametrize(
+    ("claim", "given", "column"),
+    [
+        (OTHER_LAWS, {"law": "lennard-jones-9-3"}, "kappa_att"),
+        (OTHER_LAWS, {"law": "attraction-on-core", "shape": "exponential"}, "kappa_att"),
+        (MAUGIS, {"diameter": 1e5}, "kappa_att"),
+        (GAP, {}, "width"),
+    ],
+)
+def test_ratios_of_the_further_claims_are_held_against_one(claim: str, given: dict[str, Any], column: str) -> None:
+    points = sweep_points(table()).assign(**given)
+    for factor, word in ((1.0, "reproduced"), (1.3, "reproduced with a remark"), (2.0, "not reproduced")):
+        found = by_claim(claim_verdicts(points.assign(**{column: points[column] * factor})))[claim]
+        assert found.word == word
+        assert found.points > 0
+
+
+def test_one_law_that_is_off_is_not_outweighed_by_another() -> None:
+    points = sweep_points(table())
+    long = points.assign(law="lennard-jones-9-3", kappa_att=points.kappa_att / 2)
+    short = points.assign(law="lennard-jones-12-6", kappa_att=points.kappa_att * 2)
+    found = by_claim(claim_verdicts(concat([long, short], ignore_index=True)))[OTHER_LAWS]
+    assert found.word == "not reproduced"
+    assert "lennard-jones-12-6: 0.5, lennard-jones-9-3: 2" in found.found
+
+
+def test_the_range_of_the_spline_is_told() -> None:
+    points = sweep_points(table())
+    for factor, word in ((1.0566, "reproduced"), (1.07, "not reproduced")):
+        rows = points.assign(effective_range=points["range"] * factor)
+        assert by_claim(claim_verdicts(rows))[RANGE].word == word
 
 
 def test_right_on_average_by_too_much_here_and_too_little_there_is_not_reproduced() -> None:
@@ -135,11 +182,15 @@ def test_the_page_has_all_verdicts_of_all_sweeps_in_one_table(tmp_path: Path, mo
     good, soft = (
         SweepData(table(**given), tmp_path / name) for name, given in (("good", {}), ("Soft_1", {"kappa_rep": 8.0}))
     )
-    (page,) = write_page([good, soft], tmp_path / "paper.md")
+    page, *_ = write_page([good, soft], tmp_path / "paper.md")
     lines = page.read_text().splitlines()
     row = next(line for line in lines if line.startswith("| kappa_rep is close to 2"))
     assert row.split(" | ")[1:] == ["[reproduced](#sweep-good)", "[not reproduced](#sweep-soft1) |"]
+    assert "| *bandwidths λ_L/λ_s* | 64 - 128 | 64 - 128 |" in lines
     assert "## Sweep `good`" in lines
+    own = lines[lines.index("### Verdicts of `good`") : lines.index("### Verdicts of `Soft_1`")]
+    assert [line for line in own if line.startswith("*Not tested*") and "kappa does not depend on lambda_L" in line]
+    assert not [line for line in own if line.startswith("|") and "not tested" in line]
     # The answer in words comes before all tables, and counts the sweeps that say so.
     answers = [line for line in lines[: lines.index("## Sweep `good`")] if line.startswith("* ")]
     (bad,) = (line for line in answers if line.startswith("* **Not reproduced by some**"))
@@ -163,6 +214,27 @@ AXES: dict[str, dict[str, tuple[Any, ...]]] = {
     "lambda-L": {"surface.lambda_L": (512.0, 1024.0, 2048.0)},
     "other-potentials": {"wall.law": ("lennard-jones-spline", "lennard-jones-9-3")},
 }
+
+
+def test_a_sweep_is_judged_from_the_table_beside_the_page_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("continuum.paper.page._meant", lambda data: iter(()))
+    data = SweepData(table(kappa_rep=2.3, strip=1.6), tmp_path / "made")
+    page, numbers = write_page([data], tmp_path / "paper.md")
+    assert numbers.name == "paper-made-points.csv"
+    stored, found = claim_verdicts(stored_points(numbers)), claim_verdicts(data.points)
+    assert [(here.word, here.points) for _, here in stored] == [(there.word, there.points) for _, there in found]
+    assert len({here.word for _, here in stored}) == 4
+    assert judged_again(page) == page.read_text()
+    # A table of before a claim was made lacks its columns: it is not tested there.
+    numbers.write_text(read_csv(numbers).drop(columns="width").to_csv(index=False))
+    assert by_claim(claim_verdicts(stored_points(numbers)))[GAP].word == "not tested"
+
+
+def test_verdicts_of_the_measured_page_are_by_the_rules_of_today() -> None:
+    page = ROOT / "docs" / "measured" / "paper.md"
+    assert judged_again(page) == page.read_text()
 
 
 @pytest.mark.parametrize("name", [name for name, figure in FIGURES.items() if not figure.whole])
@@ -207,6 +279,15 @@ def test_the_border_of_figure_4_is_where_a_search_found_the_turn() -> None:
     assert lines["turn, by bisection of 1 surfaces"][0] == turn["1/kappa_att theory"]
     assert lines[r"the same, $\kappa_\mathrm{rep}$ as measured"][0] == pytest.approx(1 / kappa_rep)
     assert faults_in_print(figure) == []
+
+
+def test_what_figure_4_does_not_show_is_not_in_its_legend() -> None:
+    found = relations.kappas(sweep_points(table()).query("reference and area_att > 0"))
+    for shown, there in ((found, True), (found[found["1/kappa_att theory"] < 0.2], False)):
+        (legend,) = plot.styled(relations.draw_kappas)(shown).legends
+        said = [text.get_text() for text in legend.get_texts()]
+        for entry in ("sticky by theory", "sticky: mean load"):
+            assert any(entry in text for text in said) == there
 
 
 def test_a_search_of_another_column_is_no_search_for_the_turn() -> None:

@@ -104,6 +104,7 @@ def test_the_command_certifies_a_sample_of_a_sweep(tmp_path: Path, capsys: pytes
     assert main(["certify", str(root), "--sample", "2"]) == 0
     out = capsys.readouterr().out
     assert "states of 2 files" in out
+    assert "2/2  files" in out
     assert "sound" in out
     path = forged(stored(tmp_path), "load", lambda values: 2 * values)
     assert main(["certify", str(path)]) == 1

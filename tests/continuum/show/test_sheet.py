@@ -60,5 +60,6 @@ def test_a_page_stands_alone_and_escapes_what_it_is_told(tmp_path: Path) -> None
     text = page.write(tmp_path / "page.html").read_text()
     assert "<script" not in text
     assert text.count("&lt;") == 5  # the title twice
-    assert 'src="data:image/png;base64,' in text
+    # An inch of a figure has 300 pixels, whatever its width: letters are of one size.
+    assert 'width="150" src="data:image/png;base64,' in text
     assert "http" not in text

@@ -263,8 +263,11 @@ def test_a_browser_opens_the_page(place: Path, tmp_path: Path) -> None:
         pytest.skip("needs chromium")
     picture = tmp_path / "page.png"
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--window-size=1100,1600", f"--screenshot={picture}"]
-    options.append(f"--user-data-dir={tmp_path / 'profile'}")
+    options += [f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
     url = (place / "index.html").resolve().as_uri()
     done = subprocess.run([browser, *options, url], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert picture.stat().st_size > 20_000
+    # What the browser has made of it has a table of verdicts and every figure of the folder.
+    assert "Claims of the paper" in done.stdout
+    assert done.stdout.count("<img") == len(list(place.glob("*.png")))

@@ -97,14 +97,18 @@ def test_pandas_and_xarray_have_what_the_files_have(table: PointTable, done: Any
         for name in ("load", "area_rep", "kappa_rep"):
             np.testing.assert_equal(cube[name].sel(place).item(), values[name])
         assert values["inverse_kappa"] * values["kappa"] == pytest.approx(1)
+    # What a sweep returns has them, too.
+    assert done.to_pandas().equals(frame)
+    xarray.testing.assert_identical(done.to_xarray(), cube)
     c.sweep_collect(done.folder, tmp_path)
     with xarray.open_dataset(tmp_path / "table.h5", engine="h5netcdf") as stored:
         xarray.testing.assert_equal(cube, stored)
         assert cube.attrs.items() <= stored.attrs.items()
 
 
-def test_means_are_over_surfaces_and_have_no_seed(table: PointTable) -> None:
+def test_means_are_over_surfaces_and_have_no_seed(table: PointTable, done: Any) -> None:
     frame, means = table.to_pandas(), table.means()
+    assert done.means().equals(means)
     assert "surface.seed" not in means
     assert list(means["count"]) == [3, 3, 3, 3]
     for row in means.itertuples():
