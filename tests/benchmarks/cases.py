@@ -16,6 +16,8 @@ __all__ = [
     "MOST_POINTS",
     "PAIRS_ALLOWED",
     "PEER_ADHESION_LENGTH",
+    "PEER_AREAS",
+    "PEER_LENGTHS",
     "PRESSURE",
     "SEEDS",
     "SIZES",
@@ -30,6 +32,7 @@ MOST_POINTS = {
     "work": 4096,
     "iteration": 4096,
     "adhesive": 2048,
+    "areas": 1024,
     "hard_wall": 2048,
     "seeds": 1024,
     "slow": 512,
@@ -45,6 +48,9 @@ MOST_POINTS = {
 ADHESION_LENGTHS = (0.0, 0.005, 0.05)
 PEER_ADHESION_LENGTH = 0.005
 """At which the peers are compared."""
+PEER_LENGTHS = (0.0005, 0.005)
+PEER_AREAS = (0.003, 0.01, 0.05, 0.2)
+"""Adhesion lengths and repulsive areas at which the adhesive peer is compared from few contacts to many."""
 SEEDS = (1, 2, 3)
 AREA = 0.01
 """Repulsive area fraction near which the work per load point is counted."""

@@ -216,6 +216,26 @@ def adhesive(rows: list[Row]) -> str:
     )
 
 
+def areas(rows: list[Row]) -> str:
+    """Ours and the adhesive peer from few contacts to many, at one mean gap and one residual."""
+    cells, ratios = [], []
+    for row in rows:
+        theirs, ours = row["theirs"], row["ours"]
+        ratios.append(theirs["cpu"] / ours["cpu"])
+        first, second = row["states"]
+        cells.append(
+            [f"{row['n']}²", f"{row['adhesion_length']:g}", f"{100 * second['pixels_rep'] / row['n'] ** 2:.2f}",
+             str(row["seed"]), f"{theirs['cpu']:.2f} / {ours['cpu']:.3f}", f"**{ratios[-1]:.1f}**",
+             f"{ours['fft_pairs']:.1f}", str(row["pixels_different"]), _apart("pressure")(first, second)]
+        )  # fmt: skip
+    head = ["grid", "l_a/a0", "area, %", "seed", "CPU s, Adhesion (NuMPI) / ours", "ratio", "FFT pairs, ours"]
+    return (
+        "### Adhesive contact, from few contacts to many\n\n"
+        + table([*head, "pixels differing", "rel. diff. of loads"], cells)
+        + f"\nThe ratio is {median(ratios):.0f} in the median, {min(ratios):.0f} to {max(ratios):.0f}.\n"
+    )
+
+
 def hard_wall(rows: list[Row]) -> str:
     """Ours and the peers at one mean pressure."""
     shown: Shown = {
@@ -342,6 +362,7 @@ TABLES: dict[str, Callable[[list[Row]], str]] = {
     "work": work,
     "iteration": iteration,
     "adhesive": adhesive,
+    "areas": areas,
     "hard_wall": hard_wall,
     "turn": turn,
     "kinds": kinds,

@@ -28,7 +28,16 @@ from typing import Any
 from continuum.files.provenance import now, provenance
 from tests.benchmarks import report
 from tests.benchmarks.atoms import CRYSTALS, WALLS
-from tests.benchmarks.cases import ADHESION_LENGTHS, MOST_POINTS, PEER_ADHESION_LENGTH, SEEDS, SIZES, TOLERANCE
+from tests.benchmarks.cases import (
+    ADHESION_LENGTHS,
+    MOST_POINTS,
+    PEER_ADHESION_LENGTH,
+    PEER_AREAS,
+    PEER_LENGTHS,
+    SEEDS,
+    SIZES,
+    TOLERANCE,
+)
 from tests.benchmarks.kinds import KINDS
 from tests.benchmarks.paths import AREAS
 
@@ -186,24 +195,42 @@ def adhesive(n: int) -> Plan:
         def measured(results: Results, point: Row = point, optimiser: str = optimiser) -> Row:
             target = results.search(**point)["mean_gap"]
             pressure = results.job("ours.mean_gap_at", **point, mean_gap=target)["pressure"]
-            with tempfile.TemporaryDirectory() as folder:
-                mine, theirs = f"{folder}/mine.npy", f"{folder}/theirs.npy"
-                asked = {"mean_gap": target, "pressure": pressure, "optimiser": optimiser, "gtol": PEER_GTOL}
-
-                def peer() -> Row:
-                    return results.job("peers.adhesion", **point, **asked, save=theirs)
-
-                first = peer()
-                state = results.job("ours.judge", **point, files=[theirs])["states"][0]
-                same = {"mean_gap": state["mean_gap"], "tolerance": state["rms_residual"]}
-                row = _turns(peer, lambda: results.job("ours.mean_gap_at", **point, **same, save=mine), first)
-                row |= results.job("ours.judge", **point, files=[theirs, mine])
-                # Two codes may end in two states: is the peer's one of ours?
-                same["tolerance"] /= 10
-                results.job("ours.mean_gap_at", **point, **same, start=theirs, save=mine)
-                return row | {"from_theirs": results.job("ours.judge", **point, files=[theirs, mine])}
+            return _beside_adhesion(results, point, target, pressure, optimiser)
 
         yield point | {"peer": f"Adhesion ({optimiser})"}, measured
+
+
+def _beside_adhesion(results: Results, point: Row, target: float, pressure: float, optimiser: str) -> Row:
+    """Times and states of the two codes at one mean gap, and what the peer's state becomes in ours."""
+    with tempfile.TemporaryDirectory() as folder:
+        mine, theirs = f"{folder}/mine.npy", f"{folder}/theirs.npy"
+        asked = {"mean_gap": target, "pressure": pressure, "optimiser": optimiser, "gtol": PEER_GTOL}
+
+        def peer() -> Row:
+            return results.job("peers.adhesion", **point, **asked, save=theirs)
+
+        first = peer()
+        state = results.job("ours.judge", **point, files=[theirs])["states"][0]
+        same = {"mean_gap": state["mean_gap"], "tolerance": state["rms_residual"]}
+        row = _turns(peer, lambda: results.job("ours.mean_gap_at", **point, **same, save=mine), first)
+        row |= results.job("ours.judge", **point, files=[theirs, mine])
+        # Two codes may end in two states: is the peer's one of ours?
+        same["tolerance"] /= 10
+        results.job("ours.mean_gap_at", **point, **same, start=theirs, save=mine)
+        return row | {"from_theirs": results.job("ours.judge", **point, files=[theirs, mine])}
+
+
+def areas(n: int) -> Plan:
+    """Against the quicker optimiser of Adhesion, from few contacts to many; a second surface on the smallest grid."""
+    seeds = SEEDS[:2] if n <= MOST_POINTS["slow"] else SEEDS[:1]
+    for length, area, seed in product(PEER_LENGTHS, PEER_AREAS, seeds if n <= MOST_POINTS["areas"] else ()):
+        point = {"n": n, "seed": seed, "adhesion_length": length}
+
+        def measured(results: Results, point: Row = point, area: float = area) -> Row:
+            found = results.job("ours.gap_of", **point, area=area)
+            return _beside_adhesion(results, point, found["mean_gap"], found["pressure"], "NuMPI")
+
+        yield point | {"area": area}, measured
 
 
 def hard_wall(n: int) -> Plan:
@@ -279,7 +306,7 @@ def searches(n: int) -> Plan:
         yield point | {"area": "path"}, lambda results, point=point: results.job("paths.path", **point)
 
 
-TABLES = {table.__name__: table for table in (work, iteration, adhesive, hard_wall, turn, kinds, searches)}
+TABLES = {table.__name__: table for table in (work, iteration, adhesive, areas, hard_wall, turn, kinds, searches)}
 """Each plans its rows on one grid; `report` has a function of the same name that writes them as text."""
 
 
@@ -330,7 +357,7 @@ def main(arguments: list[str] | None = None) -> None:
         known = results.content["rows"].get(name, [])
         known[:] = [row for row in known if row["sources"] == _sources("atomistic", "atoms")]
     for i, (name, point, measured) in enumerate(plan, 1):
-        if "adhesion_length" in point and name != "atoms":
+        if "adhesion_length" in point and name not in ("atoms", "areas"):
             with suppress(Missing):
                 results.search(**point)
         results.measure(name, point, partial(measured, results), f"{i}/{len(plan)}")
