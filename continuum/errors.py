@@ -41,4 +41,4 @@ class InputError(StickinessError):
 
 
 class OutputError(InputError, ValueError):
-    """Nothing can be written where it should be; what was there is as it was."""
+    """An output cannot be written where it should be; what was there is as it was."""

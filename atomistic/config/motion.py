@@ -31,7 +31,7 @@ class TimeWindows(NamedTuple):
     """What the wall does in the time windows of a run."""
 
     table: MotionTable
-    """That says so."""
+    """The table of the input that says what the wall does."""
     separations: tuple[float, ...]
     """At the beginning of the first window and at the end of each, in a0."""
     offsets: tuple[float, ...]

@@ -14,7 +14,7 @@ from continuum.files import output
 from continuum.show.sheet import Sheet
 
 PIXELS = 2
-"""Of a picture for each point of the screen: a figure as wide as a printed page is then as wide as the text."""
+"""Pixels of a picture for each point of the screen: a figure as wide as a printed page is then as wide as the text."""
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 div.sheet { overflow-x: auto; }

@@ -11,9 +11,10 @@ offset is needed.  The line search needs no transform, since along d::
     E'(α) = <d, g> + α <d, K d> + <(p(z - α d) - p(z)) d>
 
 The preconditioned gradient is M g, M = 1/(K + c0), for short waves.  For waves that the next coarser grid carries it is
-minus the step that this grid takes from (every second z, its part of g): a full approximation scheme.  Stiff contacts
-and rims close to snapping, which make M g slow, are found there at a fraction of the cost.  The coarse step is a
-direction only: line search and gradient are those of the fine grid.
+minus the step that this grid finds in the linear problem (K + φ'') x = -g, with φ'' at every second point and its part
+of g, by a few conjugate directions that the grid below it helps in the same way.  Stiff contacts and rims close to
+snapping, which make M g slow, are resolved there at a fraction of the cost.  The coarse step is a direction only: line
+search and gradient are those of the fine grid.
 
 No contact mechanics here: K, the offset and a law of the gap are all that it knows.  No field either: those belong to
 the grids, whose operations (:class:`continuum.solve.smooth_grid.SmoothGrid`) return scalars.

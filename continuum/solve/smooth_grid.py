@@ -72,9 +72,8 @@ class LinearGrid(_Descending):
         self.engine: LinearEngine = back_end.linear_engine(self.grid, stiffness_q, threads, below, smooth.engine)
         spectra = smooth.g, smooth.d, smooth.engine.w
         self.g, self.d, self.x, self.stiffness, self.direction = self.engine.fields(spectra)
-        coarser = self.linear
         level = self.engine.level(self.g, self.d, self.x, self.stiffness, self.direction)
-        self._levels: tuple[Any, ...] = () if level is None else (level, *(coarser._levels if coarser else ()))
+        self._levels: tuple[Any, ...] = () if level is None else (level, *(self.linear._levels if self.linear else ()))
 
     @property
     def chain(self) -> list[LinearGrid]:
@@ -143,7 +142,7 @@ class SmoothGrid(_Descending):
     z: Array = None
     direction: Array = None
     traction: Array = None
-    """That of the wall at z, and its stiffness in single precision."""
+    """Traction of the wall at z; its stiffness is kept beside it in single precision."""
 
     def __init__(
         self,

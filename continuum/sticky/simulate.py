@@ -48,9 +48,9 @@ class SolvedMap:
     """Over ``grid``, in its unit."""
     wall: Wall = field(repr=False)
     grid: Grid = field(repr=False)
-    """Of the map and its mirror images, in the unit of the solver."""
+    """Grid of the map and its mirror images, in the unit of the solver."""
     map: Grid = field(repr=False)
-    """Of the map itself, whose points are the first of ``grid`` in each direction; in the units of the interface."""
+    """Grid of the map itself, whose points are the first of ``grid`` in each direction; in units of the interface."""
     warnings: tuple[str, ...]
 
 

@@ -78,7 +78,7 @@ class SystemTask(Task):
     """What the engine is given: a system, or a whole search, whose file says which systems it has tried."""
 
     plan: SystemPlan = field(kw_only=True)
-    """Of a search, that of the system at its lower end."""
+    """The plan of the system; that at the lower end of a search."""
     growth: Growth | None = field(default=None, kw_only=True)
     """A stored path of the same contact, which an earlier input of the sweep has left."""
     bisection: Bisection | None = field(default=None, kw_only=True)

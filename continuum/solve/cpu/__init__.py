@@ -16,7 +16,7 @@ class CpuBackEnd(BackEnd):
     """Processor cores: there are always some, which processes share."""
 
     PRECISION: type = np.float32
-    """Of linear problems: a step of a coarser grid is a direction only."""
+    """Precision of linear problems: a step of a coarser grid is a direction only."""
     SMALLEST = 128
     """On smaller grids calls, not points, would take the time."""
 

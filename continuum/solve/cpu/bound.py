@@ -65,7 +65,7 @@ class CpuBoundEngine(CpuEngine):
         self._touch_all()
 
     def _touch_all(self) -> None:
-        """Nothing is known of the tiles."""
+        """Take every tile as one that may have been touched."""
         self.touched[...] = 2
 
     def download(self, field: Real) -> Real:

@@ -25,7 +25,7 @@ def _between(values: Real, i: int, j: int, rows: int, columns: int) -> float:
 
 @Kernel
 def _gather(field: Real, density: Real, mask: Mask, z: Real, shift: float, ones: int) -> None:
-    """Of the contact, onto the nodes: field <- z + shift, or 1; density <- 1."""
+    """Gather the contact onto the nodes: field <- z + shift, or 1; density <- 1."""
     (rows, columns), (nx, ny) = mask.shape, field.shape
     scale = float(nx) * ny / (float(rows) * columns)
     for a in range(cuda.blockIdx.x, nx, cuda.gridDim.x):

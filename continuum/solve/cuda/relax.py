@@ -20,7 +20,7 @@ from continuum.solve.cuda.sums import SUMS, leave
 RUNS, MOVED, CONJUGATE = 0, 1, 2
 """Flags: the descent goes on; it has taken a step; the step of the coarser grid descends."""
 BETA, SLOPE, CURVATURE, ALPHA = 3, 4, 5, 6
-"""Of the direction, and the step along it."""
+"""Numbers of the direction, and the step along it."""
 SIZE, BOUND = 7, 8
 """Root-mean-square gradient, and the square at which a descent ends."""
 PAIRS = 9
