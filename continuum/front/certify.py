@@ -1,4 +1,4 @@
-"""Stored results certified: do their states satisfy the equations, by means that took no part in finding them?"""
+"""Check whether stored states satisfy the equations, independently of the solver."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from continuum.sweeps.sweep import systems_of
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was certified of a run, or of a sample of a sweep."""
+    """Result of checking a run, or a sample of a sweep."""
 
     points: tuple[PointCertificate, ...]
     read: int
-    """Number of files that were looked at."""
+    """Number of files that were read."""
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What does not agree, with file and point; none if all is sound."""
+        """Disagreements, with file and point; empty if all points agree."""
         return tuple(f"{one.path}, step {one.step}: {fault}" for one in self.points for fault in one.faults)
 
     @property
@@ -52,7 +52,7 @@ class Certificate:
                  found.residual, one.allowed, found.curvature, "sound" if not one.faults else "; ".join(one.faults))
             )  # fmt: skip
         again = "; states were computed again, as the files hold no gaps" if any(p.again for p in self.points) else ""
-        title = f"{len(self.points)} states of {self.read} files, evaluated by other means{again}"
+        title = f"{len(self.points)} states of {self.read} files, checked independently of the solver{again}"
         return Sheet.of(title, columns, rows)
 
 
@@ -65,14 +65,14 @@ def certify(
 ) -> Certificate:
     """Evaluate stored states by other transforms, sums and derivatives than the solver's, and compare.
 
-    Residual, area and load follow from heights and gap alone; the energy is looked at along random displacements.  Runs
-    that store fields are certified from these; the others are followed again, and what is stored is compared with that.
+    Residual, area and load follow from heights and gap alone; the second derivative of the energy is taken along
+    random displacements.  Runs that store fields are checked from these; other runs are computed again and compared.
 
     Parameters
     ----------
     path : a stored run, or the folder of a sweep.
-    sample : number of systems of a sweep that are certified, drawn at random.
-    seed : of that draw.
+    sample : number of systems of a sweep to check, drawn at random.
+    seed : seed of the random draw.
     progress : called after each file with how many are done and how many there are.
 
     Raises

@@ -1,4 +1,4 @@
-"""The turn of a contact of your own: from which work of adhesion on the surface is sticky."""
+"""The turn of a contact: the work of adhesion above which the surface is sticky."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from continuum.show.sheet import Sheet, pairs
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """A turn, or where the search for it ended."""
+    """The turn of a contact, or the last bracket of the search for it."""
 
     state: State
-    """State at the given area whose load is nearest to zero; its contact has the wall of that work."""
+    """State at the given area whose load is nearest to zero."""
 
     @property
     def bracket(self) -> Event | None:
@@ -31,7 +31,7 @@ class Turn:
 
     @property
     def jumps(self) -> bool:
-        """Whether the load jumps over zero: the surface snaps, and there is no state of vanishing load."""
+        """Whether the load jumps over zero: the surface snaps, and no state has zero load."""
         return self.bracket is not None and self.bracket.kind == "jump-in"
 
     @property
@@ -45,7 +45,7 @@ class Turn:
         return self.state.status
 
     def require(self) -> Turn:
-        """The turn itself, if it was found.
+        """Return the turn if it was found.
 
         Raises
         ------

@@ -165,7 +165,7 @@ class RunConfig(Document):
     result_version: ClassVar[int] = 3
     not_identity: ClassVar[frozenset[str]] = frozenset({"output"})
     newer: ClassVar[frozenset[str]] = frozenset({"counterface"})
-    of_others: ClassVar[Mapping[str, str]] = {"sweep": "the input of a sweep, which is for `continuum sweep run`"}
+    of_others: ClassVar[Mapping[str, str]] = {"sweep": "this is the input of a sweep: use `continuum sweep run`"}
 
     grid: GridTable
     """points and period"""

@@ -386,7 +386,7 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path, capsys: pytest.
     np.save(tmp_path / "map.npy", surface(32).heights)
     command = ["predict", str(tmp_path / "map.npy"), "--size", "3um", "--unit", "nm", "--material", "mica"]
     assert main([*command, "-o", str(tmp_path / "map.npy" / "below")]) == 2
-    assert "no folder for results" in capsys.readouterr().err
+    assert "cannot make a folder for results" in capsys.readouterr().err
 
 
 def test_the_page_does_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:

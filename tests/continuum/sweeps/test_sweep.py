@@ -330,10 +330,10 @@ def test_the_input_of_a_sweep_is_told_from_that_of_a_run(
     tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([command, str(described(tmp_path, SEEDS)), "-o", str(tmp_path)]) == 2
-    assert "usual cause: the input of a sweep, which is for `continuum sweep run`" in capsys.readouterr().err
+    assert "this is the input of a sweep: use `continuum sweep run`" in capsys.readouterr().err
     (tmp_path / "one.toml").write_text(PLAIN)
     assert main(["sweep", "run", str(tmp_path / "one.toml"), "-o", str(tmp_path)]) == 2
-    assert "the input of a single run, which is for `continuum run`" in capsys.readouterr().err
+    assert "this is the input of a single run: use `continuum run`" in capsys.readouterr().err
 
 
 def test_a_run_takes_values_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -466,7 +466,7 @@ def test_a_folder_that_cannot_be_written_to_is_one_message(
     path = described(tmp_path, SEEDS)
     (tmp_path / "file").write_text("in the way")
     assert main(["sweep", "run", str(path), "-o", str(tmp_path / "file")]) == 2
-    assert "no folder for results can be made there" in capsys.readouterr().err
+    assert "cannot make a folder for results there" in capsys.readouterr().err
     root = tmp_path / "out" / "many"
     tasks = begin(Sweep.read(path), root)
 
