@@ -204,10 +204,10 @@ _RIM = (
     Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above {JKR_LIMIT:g}: adhesion changes the gap",
           most=JKR_LIMIT),
 )  # fmt: skip
-_JKR = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is below {JKR_LIMIT:g}: asperities are not "
-                      "JKR's", least=JKR_LIMIT))  # fmt: skip
-_DMT = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above {DMT_LIMIT}: the asperities are not in the DMT limit",
-                      most=DMT_LIMIT))  # fmt: skip
+_JKR = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is below {JKR_LIMIT:g}: the asperities "
+                      "are not in the JKR limit", least=JKR_LIMIT))  # fmt: skip
+_DMT = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above {DMT_LIMIT}: the asperities "
+                      "are not in the DMT limit", most=DMT_LIMIT))  # fmt: skip
 _ENERGY = (_STEEP, Limit(lambda c: c.range - c.rms_height, "the range of adhesion exceeds h_rms; the theory takes it "
                          "as zero", most=0))  # fmt: skip
 _TURN = (

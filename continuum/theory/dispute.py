@@ -1,4 +1,4 @@
-"""What each camp predicts for the experiment that decides: λ_s is shortened, h_rms, λ_L and the wall law are held.
+"""Predictions of each theory for the deciding experiment: λ_s is reduced at constant h_rms, λ_L and wall law.
 
 Each function gives the exponent x in w ~ λ_s^x, w the work of adhesion at which a surface of Hurst exponent H turns
 sticky, for λ_s much shorter than λ_L.  Slopes and curvatures are those of a self-affine surface,
@@ -34,10 +34,10 @@ def fuller_tabor_exponent(hurst: float) -> float:
 
 
 def long_wave_exponent(hurst: float) -> float:
-    """0 whatever H: only h_rms and λ_L count.
+    """0 for any H: only h_rms and λ_L matter.
 
     The bearing-area model (:func:`continuum.theory.rough.bearing_area_limit`); Joe, Thouless and Barber 2018, after
     whom the pull-off force does not depend on slope and curvature; Violano and others 2019, after whom the short-wave
-    cut-off does not matter.  Of the last two only these statements were at hand.
+    cut-off does not matter.  Of the last two papers only these statements were available.
     """
     return 0.0 * hurst

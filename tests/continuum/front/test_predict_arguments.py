@@ -87,13 +87,13 @@ BAD_FILES: dict[str, tuple[str, bytes | np.ndarray[Any, Any], str]] = {
     "one point": ("map.npy", np.ones((1, 1)), "at least 64 heights"),
     "one short row": ("map.npy", ROUGH[:1], "at least 64 heights"),
     "one short column": ("map.npy", ROUGH[:, :1], "at least 64 heights"),
-    "one row of equals": ("map.npy", np.ones((1, 99)), "all heights are the same"),
+    "one row of equals": ("map.npy", np.ones((1, 99)), "all heights are equal"),
     "one row without a number": ("map.npy", np.full((1, 99), np.nan), "99 of 99 heights are missing"),
-    "equals": ("map.npy", np.ones((32, 32)), "all heights are the same"),
+    "equals": ("map.npy", np.ones((32, 32)), "all heights are equal"),
     "no number": ("map.npy", np.full((32, 32), np.nan), "1024 of 1024 heights are missing"),
     "three directions": ("map.npy", np.zeros((20, 20, 20)), "two-dimensional"),
     "too large": ("map.npy", 1e200 * ROUGH, "heights of more than"),
-    "too small": ("map.npy", 1e-300 * ROUGH, "all heights are the same"),
+    "too small": ("map.npy", 1e-300 * ROUGH, "all heights are equal"),
 }
 
 

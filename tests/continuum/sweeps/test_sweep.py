@@ -266,7 +266,7 @@ def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) 
 @pytest.mark.parametrize(
     ("sweep", "says"),
     [
-        ("", "a table [sweep] with the axes"),
+        ("", "add a table [sweep] with axes"),
         ('[sweep.axes]\n"surface.seed" = 3\n', "a list of values, or a range"),
         ('[sweep.axes]\n"surface.seed" = []\n', "at least one value"),
         ('[sweep.axes]\n"surface.seed" = [1, 1]\n', "the same one twice"),
