@@ -1,4 +1,4 @@
-"""A stored run certified: its numbers beside those of its states, evaluated by other means."""
+"""Check a stored run: compare its numbers with those of an independent evaluation of its states."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from continuum.runs.result import Result
 from continuum.runs.run import states_of
 
 ENOUGH = 1.5
-"""Residuals may exceed tolerance and rounding by so much, as differences see a kink of the law not as the law does:
-1.3 was seen."""
+"""Factor by which residuals may exceed tolerance and rounding, as finite differences smooth a kink of the law: 1.3 was
+observed."""
 
 
 @dataclass(frozen=True)
 class PointCertificate:
-    """One point of a stored run, and what its state says."""
+    """One point of a stored run, with the independent evaluation of its state."""
 
     path: Path
     step: int
@@ -34,7 +34,7 @@ class PointCertificate:
     tolerance: float
     """Tolerance of the run, in E*."""
     again: bool
-    """Whether the state was not stored, and was computed again."""
+    """Whether the state was computed again, as it was not stored."""
 
     @property
     def allowed(self) -> float:
@@ -43,7 +43,7 @@ class PointCertificate:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What does not agree, in words; none for a sound point."""
+        """Disagreements, in words; empty if all numbers agree."""
         here, found, allowed = self.point, self.found, self.allowed
         faults = []
         if not found.residual <= allowed:
@@ -53,15 +53,15 @@ class PointCertificate:
         if abs(found.load - here.load) > allowed:
             faults.append(f"N/A0 is {found.load:.6e} E*, and {here.load:.6e} E* is stored")
         if found.curvature <= 0:
-            faults.append("the energy falls along a displacement: a saddle")
+            faults.append("the energy decreases along a displacement, so that this is a saddle point")
         return tuple(faults)
 
 
 def certify_run(path: Path) -> Iterator[PointCertificate]:
-    """Certify each converged point of a stored run, one after the other.
+    """Check each converged point of a stored run.
 
-    Gaps are those of the file where it holds them, in single precision; otherwise the path is followed again, and its
-    gaps are those of the solver, while what is compared with is stored.
+    Gaps come from the file if it has them (in single precision); otherwise the path is computed again, and its gaps
+    are compared with the stored numbers.
 
     Raises
     ------
@@ -75,10 +75,10 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
     try:
         system = build(config)
     except (OSError, ValueError) as error:
-        raise StoreError(f"{path}: its surface or wall cannot be made again: {error}") from error
+        raise StoreError(f"{path}: its surface or wall cannot be built again: {error}") from error
     if system.problem.open_boundary is not None and system.problem.wall.law is None:
         raise StoreError(f"{path}: cannot be certified: {NO_TRACTION}")
-    # Of gaps on the way to an imprint the heights are not stored.
+    # The heights of an intermediate imprint are not stored.
     stored = result.gap(0) is not None and np.isinf(system.problem.wall.hardness)
     states = _stored(result, system) if stored else _again(system)
     for step, (problem, gap) in enumerate(states):

@@ -1,4 +1,4 @@
-"""The input of a continuum run: its path of loading, and the whole file."""
+"""The input of a continuum run: the loading path, and the whole file."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _Targets = Annotated[tuple[float, ...], BeforeValidator(_spread), Field(min_leng
 
 
 def _unordered(control: Control, targets: tuple[float, ...], *, nearer: bool) -> Iterator[Fault]:
-    """Faults of targets that do not all lead nearer, or farther, or that no state can have."""
+    """Faults of targets that are not monotonic, or that no state can have."""
     falling = nearer == (control in ("separation", "mean-gap"))
     if any(b >= a if falling else b <= a for a, b in itertools.pairwise(targets)):
         cause = "a retraction in the same list: write the approach, and retract = true for the way back"
@@ -51,7 +51,7 @@ def _unordered(control: Control, targets: tuple[float, ...], *, nearer: bool) ->
 
 
 class RetractionTable(Table):
-    """[loading.retraction]: the way back, where it is not that of the approach."""
+    """[loading.retraction]: the way back, if it has other targets than the approach."""
 
     control: Control
     """what is given at each point of the way back"""
@@ -78,17 +78,18 @@ class LoadingTable(Table):
     """another way back, instead of retract"""
     area_tolerance: Fraction | Annotated[tuple[Fraction, ...], Field(min_length=1)] = 0.01
     """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0; or
-    one for each target; half a point of the grid always counts as met"""
+    one for each target; half a grid point is always accepted"""
     turn: Fraction | None = None
-    """look at each area for the work of adhesion at which the load changes its sign, the turn, instead of the state at
-    the wall's own work: width of the bracket of works, relative to the turn, as 0.02"""
+    """find at each area the work of adhesion at which the load changes its sign, the turn, instead of the state at the
+    given work; the value is the width of the bracket of works, relative to the turn, as 0.02"""
     area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
     """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
-    """width to which jumps between points are bracketed, in units of the control; not looked for if not given"""
+    """width to which jumps between points are bracketed, in units of the control; jumps are not bracketed if not
+    given"""
     event_threshold: Fraction = 0.01
-    """smallest jump that counts, as a fraction of A0: of repulsive area, of contact area, or of attractive load
-    over the largest tension of the wall"""
+    """smallest jump to report, as a fraction of A0: in repulsive area, in contact area, or in attractive load over the
+    largest tension of the wall"""
 
     @property
     def legs(self) -> tuple[tuple[Control, tuple[float, ...]], ...]:
@@ -99,7 +100,7 @@ class LoadingTable(Table):
 
     @property
     def stretches(self) -> Iterator[tuple[Control, tuple[float, ...], Search]]:
-        """The legs, cut where areas are to be met more or less closely from there on."""
+        """The legs, cut where the tolerance of the area changes."""
         resolutions = self.area_resolution, self.event_resolution, self.event_threshold
         for control, targets in self.legs:
             if isinstance(self.area_tolerance, float):
@@ -145,16 +146,16 @@ class LoadingTable(Table):
 
 
 class OutputTable(Table):
-    """[output]: what is stored beside areas, loads and contact maps."""
+    """[output]: what is stored in addition to areas, loads and contact maps."""
 
     fields: bool = False
     """whether to store heights and gaps in full, in single precision"""
     last_state: bool | None = None
-    """whether to store the gap of the last point in double precision, from which a longer path goes on; by default on
-    grids of at most 1024 x 1024 points"""
+    """whether to store the gap of the last point in double precision, so that a longer path can continue from it; by
+    default on grids of at most 1024 x 1024 points"""
 
     def keeps_last_state(self, shape: tuple[int, int]) -> bool:
-        """Whether the gap of the last point is stored in double precision, of a grid of this shape."""
+        """Whether the gap of the last point is stored in double precision on a grid of this shape."""
         return math.prod(shape) <= 1024**2 if self.last_state is None else self.last_state
 
 
@@ -186,7 +187,7 @@ class RunConfig(Document):
 
     @property
     def shortest(self) -> float | None:
-        """Shortest wavelength of what is pressed, in a0, if it is known."""
+        """Shortest wavelength of the combined surface, in a0; None if unknown."""
         if self.counterface is None:
             return self.surface.shortest
         both = self.surface.shortest, self.counterface.surface.shortest
@@ -194,7 +195,7 @@ class RunConfig(Document):
 
     @property
     def expected_slope(self) -> float | None:
-        """Slope h'rms of what is pressed, without a grid; None if it is not drawn."""
+        """Expected slope h'rms of the combined surface, independent of the grid; None if it is not random."""
         slope = self.surface.expected_slope
         if self.counterface is None or slope is None:
             return slope
@@ -204,7 +205,7 @@ class RunConfig(Document):
     def on(self, device: str) -> Self:
         """The same run on another device.
 
-        Raises InputError if there is none of that name.
+        Raises InputError if there is no device of that name.
         """
         try:
             solver = SolverTable.model_validate({**dict(self.solver), "device": device})
@@ -229,7 +230,7 @@ class RunConfig(Document):
     @constraint
     def _work_to_change(self) -> Iterator[Fault]:
         if self.loading.turn is not None and not self.wall.work_key:
-            cause = f"the work of adhesion is no key of law {getattr(self.wall, self.wall.kind_key)!r}"
+            cause = f"the work of adhesion is not a key of law {getattr(self.wall, self.wall.kind_key)!r}"
             allowed = 'only with a law whose work is given: "lennard-jones-spline", "attraction-on-core"'
             yield Fault(("loading", "turn"), allowed, cause)
 
@@ -248,7 +249,9 @@ class RunConfig(Document):
                 yield Fault((*key, "control"), f'another control than "{control}" where the wall yields', YIELDS)
             elif control == "mean-pressure" and max(targets) >= self.wall.largest_pressure:
                 most = f"values below the hardness, {self.wall.largest_pressure:g} E*"
-                yield Fault((*key, "targets"), most, "all of the surface yields at a mean pressure of the hardness")
+                yield Fault(
+                    (*key, "targets"), most, "the whole surface yields at a mean pressure equal to the hardness"
+                )
 
     @constraint
     def _no_line_alone(self) -> Iterator[Fault]:

@@ -1,4 +1,4 @@
-"""How much memory this process may use: that of the machine, or what a batch system or a container allows of it."""
+"""Memory that this process may use: that of the machine, or the limit of a batch system or a container."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def physical_memory() -> float:
     Raises
     ------
     InputError
-        If a variable of SLURM holds no amount of memory.
+        If a variable of SLURM is not an amount of memory.
     """
     allowed = min(slurm_limit(os.environ), cgroup_limit(Path("/")))
     try:
@@ -41,7 +41,7 @@ def slurm_limit(environment: Mapping[str, str]) -> float:
     Raises
     ------
     InputError
-        If a variable holds no amount of memory.
+        If a variable is not an amount of memory.
     """
     limit = np.inf
     for name, counter in _SLURM.items():
@@ -50,9 +50,7 @@ def slurm_limit(environment: Mapping[str, str]) -> float:
             times = environment[counter] if counter else "1"
             if not found or not times.isdecimal():
                 given = f"{name} = {environment[name]!r}" + (f" with {counter} = {times!r}" if counter else "")
-                msg = (
-                    f"{given}: allowed: a number of MB, as SLURM sets it; unset the variable if this is no job of SLURM"
-                )
+                msg = f"{given}: allowed: a number of MB, as SLURM sets it; unset the variable outside a SLURM job"
                 raise InputError(msg)
             # --mem=0 is all memory of the node.
             limit = min(limit, int(found[1]) * _UNITS[found[2].upper()] * int(times) or np.inf)
@@ -60,7 +58,7 @@ def slurm_limit(environment: Mapping[str, str]) -> float:
 
 
 def cgroup_limit(root: Path) -> float:
-    """The lowest limit of the control groups of this process and of all that these lie in; infinite without one.
+    """The lowest limit of the control groups of this process and of their parents; infinite without one.
 
     Parameters
     ----------
@@ -78,7 +76,7 @@ def cgroup_limit(root: Path) -> float:
 
 
 def _limits(root: Path) -> Iterator[Path]:
-    """Files that hold the limits of this process, whatever version of control groups there is."""
+    """Files with the limits of this process, in either version of control groups."""
     groups = root / "sys" / "fs" / "cgroup"
     try:
         lines = (root / "proc" / "self" / "cgroup").read_text().splitlines()

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 MOST = 1_000_000
-"""Values of a range, and systems of a sweep, at most."""
+"""Largest number of values of a range, and of systems of a sweep."""
 _HUGE = 1e150  # numbers whose differences and ratios are numbers, too
 
 
 def expand_range(given: Any) -> tuple[Any, ...]:
     """The values of a list, or of a range ``{from, to, step | factor | count}``, its end included.
 
-    Raises ValueError if it is neither.
+    Raises ValueError if it is neither a list nor a range.
     """
     if isinstance(given, (tuple, list)):
         return tuple(given)
@@ -37,12 +37,12 @@ def expand_range(given: Any) -> tuple[Any, ...]:
         return tuple(first + i * by for i in range(_enough((last - first) / by)))
     if steps == ["factor"] and by > 0 and first * last > 0 and by != 1 and math.log(last / first) / math.log(by) >= 0:
         return tuple(first * by**i for i in range(_enough(math.log(last / first) / math.log(by))))
-    msg = "a step or factor that leads from the one to the other"
+    msg = "a step or factor that leads from the first to the last value"
     raise ValueError(msg)
 
 
 def _enough(steps: float) -> int:
-    """Values for so many steps."""
+    """Number of values for a number of steps, checked against the limit."""
     if steps >= MOST:
         msg = f"at most {MOST} values, not {steps + 1:.3g}"
         raise ValueError(msg)

@@ -165,7 +165,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
         and path.name != TABLE and left not in path.resolve().parents
     ]  # fmt: skip
     if not files:
-        raise InputError(f"{folder}: this folder has no map in it")
+        raise InputError(f"{folder}: a folder without a map in it")
     found, odd = list[Scan](), list[str]()
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()

@@ -70,7 +70,7 @@ def test_theories_are_silent_and_the_solver_decides() -> None:
     ("given", "said"),
     [
         ({"coating": "3nm"}, "write thickness"),
-        ({"coating": "3GPa:3nm:0.3"}, "no unit of length"),
+        ({"coating": "3GPa:3nm:0.3"}, "not a unit of length"),
         ({"coating": "3nm:4GPa:0.7"}, "at most 0.5"),
         ({"coating": "3nm:4GPa:x"}, "not a number"),
         ({"coating": "0nm:4GPa:0.3"}, "positive"),

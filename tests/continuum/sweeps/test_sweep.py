@@ -279,7 +279,7 @@ def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) 
         ('[sweep.axes]\n"solver.threads" = [1, 2]\n', "threads 1 and threads 2 are one and the same"),
         ('[[sweep.zipped]]\n"surface.seed" = [1, 1]\n"grid.n" = [8, 8]\n', "different values of surface.seed"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9}\n', "one of step, factor and count"),
-        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, step = -1}\n', "leads from the one to the other"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, step = -1}\n', "leads from the first to the last value"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, count = 10000000000000}\n', "at most 1000000 values"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, factor = 1.0000000001}\n', "at most 1000000 values"),
         ('[sweep.axes]\n"surface.sed" = [1, 2]\n', "did you mean seed?"),

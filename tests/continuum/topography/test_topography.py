@@ -100,11 +100,11 @@ def test_what_is_no_map_is_refused_with_one_message_and_nothing_written(
         (["--size", "100nm"], "does not say the unit"),
         (["--unit", "nm"], "does not say the size"),
         (["--size", "100", "--unit", "nm"], "a unit of length is missing"),
-        (["--size", "100GPa", "--unit", "nm"], "no unit of length"),
+        (["--size", "100GPa", "--unit", "nm"], "not a unit of length"),
         (["--size=-1nm", "--unit", "nm"], "positive"),
         (["--size", "nm", "--unit", "nm"], "not a number"),
         (["--size", "1um,1um,1um", "--unit", "nm"], "one or two lengths"),
-        (["--size", "100nm", "--unit", "furlong"], "no unit of length"),
+        (["--size", "100nm", "--unit", "furlong"], "not a unit of length"),
         (["--size", "100nm", "--unit", "nm", "--unit", "nm"], "--unit: 2 values for one map"),
     ],
 )
