@@ -79,12 +79,8 @@ class StepCertificate:
 def certify_deck(run: DeckRun) -> Iterator[StepCertificate]:
     """Certify each equilibrium that a run of a deck has found, one after the other.
 
-    Raises
-    ------
-    DeckError
-        If its windows are of a motion, or its wall is no function of the lattice site.
-    LammpsError
-        If LAMMPS cannot be loaded, or cannot read the slab.
+    Raises DeckError if its windows are of a motion, or its wall is no function of the lattice site; LammpsError if
+    LAMMPS cannot be loaded, or cannot read the slab.
     """
     directory, law_error = run.directory, _error_of_formulas(run.directory)
     with Session(directory) as crystal:

@@ -25,10 +25,8 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
     port : of this machine; a free one if it is 0.
     browser : whether to open the page in a browser; its address is printed in any case.
 
-    Raises
-    ------
-    InputError
-        If the file is not there, a folder is no sweep, or the program that serves the page is not installed.
+    Raises InputError if the file is not there, a folder is no sweep, or the program that serves the page is not
+    installed.
     """
     count("port", port, 0, 65535)
     flag("browser", browser)

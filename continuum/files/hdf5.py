@@ -144,10 +144,7 @@ def _names_in(file: h5py.File) -> list[str]:
 def only_array(path: str | Path) -> str:
     """The name of the only dataset of numbers in two dimensions, or if there is none in one, of a user's own HDF5 file.
 
-    Raises
-    ------
-    StoreError
-        If there is none, or several: the message names them.
+    Raises StoreError if there is none, or several: the message names them.
     """
     with opened(path) as file:
         shapes = {name: file[name].shape for name in _names_in(file) if file[name].dtype.kind in "iuf"}

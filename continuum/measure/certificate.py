@@ -56,10 +56,8 @@ def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int 
     rounded : whether the gap was stored in single precision.
     seed : of the random displacements.
 
-    Raises
-    ------
-    ValueError
-        If nothing is repeated and the wall is hard: no traction follows from the gap of a part of a half-space alone.
+    Raises ValueError if nothing is repeated and the wall is hard: no traction follows from the gap of a part of a
+    half-space alone.
     """
     coarse = SINGLE * float(np.abs(gap).max()) if rounded else 0.0
     if problem.open_boundary is not None:

@@ -99,10 +99,7 @@ def adhesion(curve: Curve) -> Adhesion:
     Work is the integral of the load over the separation, of the device that pulls, or over the mean gap where the
     substrate's mean is free; by the trapezoidal rule over the points of the path.
 
-    Raises
-    ------
-    ValueError
-        If there is no point.
+    Raises ValueError if there is no point.
     """
     if curve.load.size == 0:
         msg = "the path has no equilibrium: there is nothing to measure"

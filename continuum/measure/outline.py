@@ -93,10 +93,7 @@ class Outline:
 def outline(grid: Grid, inside: Mask) -> Outline:
     """Count cells, perimeter cells and edges of a map, shape ``grid.shape``.
 
-    Raises
-    ------
-    ValueError
-        If the map does not fit the grid.
+    Raises ValueError if the map does not fit the grid.
     """
     inside = mask_on_grid(grid, inside)
     cells, edges = int(np.count_nonzero(inside)), [np.count_nonzero(inside != np.roll(inside, 1, a)) for a in (0, 1)]
@@ -116,10 +113,7 @@ def perimeter_map(inside: Mask) -> Mask:
 def mask_on_grid(grid: Grid, inside: Mask) -> Mask:
     """A map of the shape of the grid.
 
-    Raises
-    ------
-    ValueError
-        If it has another.
+    Raises ValueError if it has another.
     """
     inside = np.asarray(inside, dtype=np.bool_)
     if inside.shape != grid.shape:
@@ -150,10 +144,7 @@ class Patches:
 def patches(grid: Grid, inside: Mask) -> Patches:
     """The connected patches of a map, shape ``grid.shape``.
 
-    Raises
-    ------
-    ValueError
-        If the map does not fit the grid.
+    Raises ValueError if the map does not fit the grid.
     """
     inside = mask_on_grid(grid, inside)
     labels = np.zeros(grid.shape, dtype=np.int32)

@@ -68,10 +68,7 @@ def gap_profile(grid: Grid, gap: Real, inside: Mask, farthest: float, zero_gap: 
     farthest : distance up to which the profile reaches, in a0; the map is held with a margin that wide.
     zero_gap : gap of the edge, in a0.
 
-    Raises
-    ------
-    ValueError
-        If the map does not fit the grid, or the distance is not positive.
+    Raises ValueError if the map does not fit the grid, or the distance is not positive.
     """
     inside = mask_on_grid(grid, inside)
     if not 0 < farthest < np.inf:

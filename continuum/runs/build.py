@@ -54,10 +54,7 @@ class RunSetup:
 def build(config: RunConfig) -> RunSetup:
     """The contact problem of a configuration.
 
-    Raises
-    ------
-    ConfigError
-        If the run does not fit into memory, or a file does not hold what it should.
+    Raises ConfigError if the run does not fit into memory, or a file does not hold what it should.
     """
     needed, available = cost_of(config).memory, physical_memory()
     if needed > available:

@@ -63,10 +63,7 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
     Gaps are those of the file where it holds them, in single precision; otherwise the path is followed again, and its
     gaps are those of the solver, while what is compared with is stored.
 
-    Raises
-    ------
-    StoreError
-        If the file is no finished run, or the files that its input names are gone.
+    Raises StoreError if the file is no finished run, or the files that its input names are gone.
     """
     result = Result.read(path)
     if not result.finished:

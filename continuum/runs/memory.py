@@ -23,10 +23,7 @@ _UNITS = {"K": 2**10, "M": 2**20, "": 2**20, "G": 2**30, "T": 2**40}
 def physical_memory() -> float:
     """Memory that this process may use, in bytes.
 
-    Raises
-    ------
-    InputError
-        If a variable of SLURM holds no amount of memory.
+    Raises InputError if a variable of SLURM holds no amount of memory.
     """
     allowed = min(slurm_limit(os.environ), cgroup_limit(Path("/")))
     try:
@@ -38,10 +35,7 @@ def physical_memory() -> float:
 def slurm_limit(environment: Mapping[str, str]) -> float:
     """Memory of this node that SLURM gives the job, in bytes; infinite without a limit.
 
-    Raises
-    ------
-    InputError
-        If a variable holds no amount of memory.
+    Raises InputError if a variable holds no amount of memory.
     """
     limit = np.inf
     for name, counter in _SLURM.items():

@@ -59,14 +59,9 @@ def follow_run(
     every : seconds between two writings; a run that is stopped meanwhile does the points after the last one again.
     growth : a stored path of the same contact, whose points are used where the file has none yet.
 
-    Raises
-    ------
-    ConfigError
-        If the configuration cannot be run.
-    InputError
-        If this machine has not the device that the solver shall run on.
-    OutputError
-        If the file holds something else, is an input, is being written by another process, or cannot be written.
+    Raises ConfigError if the configuration cannot be run; InputError if this machine has not the device that the solver
+    shall run on; OutputError if the file holds something else, is an input, is being written by another process, or
+    cannot be written.
     """
     start = time.perf_counter()
     key = identity(config)

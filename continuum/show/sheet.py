@@ -63,10 +63,7 @@ class Sheet:
     def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Entry]], note: str = "") -> Sheet:
         """A sheet from any sequences.
 
-        Raises
-        ------
-        ValueError
-            If a row has not as many cells as there are columns.
+        Raises ValueError if a row has not as many cells as there are columns.
         """
         heads = tuple(Column(column) if isinstance(column, str) else column for column in columns)
         body = tuple(map(tuple, rows))

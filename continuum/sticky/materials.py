@@ -212,10 +212,7 @@ def interface(
     bodies : one if the other is rigid, or two.
     contact_modulus, work_of_adhesion, range, spacing, probe : as in :class:`Interface`.
 
-    Raises
-    ------
-    InterfaceError
-        If a value is missing, or E* is given twice.
+    Raises InterfaceError if a value is missing, or E* is given twice.
     """
     origin: list[str] = []
     known = [m for body in bodies if (m := body.plane_strain_modulus) is not None]
@@ -274,12 +271,8 @@ def read_interface(
 ) -> Interface:
     """An interface from text: numbers with their units, names of materials; the first of each for the first body.
 
-    Raises
-    ------
-    InterfaceError
-        All faults at once.
-    ArgumentError
-        If an argument is of another type, such as a number without its unit.
+    Raises InterfaceError: all faults at once; ArgumentError if an argument is of another type, such as a number without
+    its unit.
     """
     faults: list[str] = []
     names = texts("material", material, '"silicon"')

@@ -65,10 +65,7 @@ def probe_pull_off(contact: RoughContact, radius: float, touched: float | None =
     radius : of the sphere, in the same units.
     touched : (A_rep + A_att)/A0 of the state of 1 % repulsive area, where that is known and not sticky.
 
-    Raises
-    ------
-    ArgumentError
-        If the radius is not positive.
+    Raises ArgumentError if the radius is not positive.
     """
     instance("contact", contact, RoughContact)
     radius = number("radius", radius, above=0)

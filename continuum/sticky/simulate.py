@@ -81,10 +81,8 @@ def resolvable(topography: Topography, interface: Interface) -> tuple[Interface,
     On soft solids adhesion acts within less than a pixel.  Contacts are then in the limit of Johnson, Kendall and
     Roberts, in which w counts and the range does not: so the shortest range is taken that the grid resolves.
 
-    Raises
-    ------
-    UnresolvedError
-        If that would exceed the rms height of the map, so that attraction would no longer act beside contacts only.
+    Raises UnresolvedError if that would exceed the rms height of the map, so that attraction would no longer act beside
+    contacts only.
     """
     instance("interface", interface, Interface)
     shortest = shortest_range(instance("topography", topography, Topography), interface.adhesion_length)
@@ -163,12 +161,8 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     interface : E*, w and Δr.
     threads : of the solver.
 
-    Raises
-    ------
-    UnresolvedError
-        If the adhesion acts within less than a pixel: nothing that a solver finds would be of the surface.
-    continuum.solve.solution.NotConvergedError
-        If no equilibrium is found.
+    Raises UnresolvedError if the adhesion acts within less than a pixel: nothing that a solver finds would be of the
+    surface; continuum.solve.solution.NotConvergedError if no equilibrium is found.
     """
     interface, instead = resolvable(topography, interface)
     unit, modulus = interface.range, interface.contact_modulus

@@ -129,12 +129,8 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1, *
     interface : E* and Δr; its w has no part in this.
     limited : whether it is given up after :data:`PATIENCE` times the pairs of transforms that are expected.
 
-    Raises
-    ------
-    continuum.sticky.simulate.UnresolvedError
-        If the shortest range that the pixels resolve exceeds the rms height.
-    continuum.solve.solution.NotConvergedError
-        If no turn is found, or not within the limit.
+    Raises continuum.sticky.simulate.UnresolvedError if the shortest range that the pixels resolve exceeds the rms
+    height; continuum.solve.solution.NotConvergedError if no turn is found, or not within the limit.
     """
     instance("interface", interface, Interface)
     given, modulus = interface.range, interface.contact_modulus

@@ -149,10 +149,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
         :data:`TABLE`, else the parts of the names between underscores: sample, spot and magnification.
     without : a folder in it that is left alone, as that of the results.
 
-    Raises
-    ------
-    InputError
-        If there is no map, or a file fits no pattern.
+    Raises InputError if there is no map, or a file fits no pattern.
     """
     if pattern is None and (folder / TABLE).is_file():
         return _from_table(folder)

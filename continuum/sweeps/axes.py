@@ -266,10 +266,7 @@ class Sweep:
         settings : values of keys instead of those of the file; of a key on an axis, a value, a list or a range.
         reduced : whether those of ``[sweep.reduced]`` hold, before the settings.
 
-        Raises
-        ------
-        ConfigError
-            With all faults of the table [sweep].
+        Raises ConfigError with all faults of the table [sweep].
         """
         source = source_of(file, name or "sweep")
         data = dict(source.data)

@@ -35,10 +35,7 @@ class PerssonContact:
     gamma : part of the energy of full contact that a small area of contact stores, relative to its area; 0.45 in Yang
         and Persson, J. Phys.: Condens. Matter 20, 215214 (2008), from simulations; 1/2 in Ciavarella (2018).
 
-    Raises
-    ------
-    ValueError
-        If that is no spectrum.
+    Raises ValueError if that is no spectrum.
     """
 
     wavenumber: Real = field(repr=False)

@@ -43,10 +43,7 @@ def read_table(path: Path) -> Columns:
     Where semicolons or tabs part the columns, a comma is a decimal mark.  A first column that the header calls index is
     left out.
 
-    Raises
-    ------
-    TopographyError
-        If it is no table, or cannot be read.
+    Raises TopographyError if it is no table, or cannot be read.
     """
     try:
         with path.open(encoding=_encoding(path)) as file:

@@ -78,12 +78,8 @@ class Topography:
     lines : of a scan that it stands for (:mod:`continuum.topography.spectra`); 0 for a map.
     measurements : that it stands for together (:mod:`continuum.topography.spectra`); 0 for a map.
 
-    Raises
-    ------
-    TopographyError
-        If heights are missing, not finite, constant, or no map, or sizes no sizes.
-    ArgumentError
-        If an argument is of another type.
+    Raises TopographyError if heights are missing, not finite, constant, or no map, or sizes no sizes; ArgumentError if
+    an argument is of another type.
     """
 
     heights: Real = field(repr=False)
@@ -159,10 +155,7 @@ def opposed(first: Topography, second: Topography) -> Topography:
 
     Maps of the same pixel are cut to their common part.
 
-    Raises
-    ------
-    TopographyError
-        If their pixels differ by more than one part in a million.
+    Raises TopographyError if their pixels differ by more than one part in a million.
     """
     instance("first", first, Topography)
     instance("second", second, Topography)

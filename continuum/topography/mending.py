@@ -226,10 +226,7 @@ def wall_from_map(
     Topography
         In m, with every step in words.
 
-    Raises
-    ------
-    TopographyError
-        If the part does not lie within the map, has too few of its pixels, or is a plane.
+    Raises TopographyError if the part does not lie within the map, has too few of its pixels, or is a plane.
     """
     instance("topography", topography, Topography)
     spacing = number("spacing", spacing, above=0)

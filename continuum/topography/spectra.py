@@ -128,10 +128,7 @@ def isotropic_surface(
     length : of the profiles, in m.
     seed : of the random numbers.
 
-    Raises
-    ------
-    TopographyError
-        If there are too few points, or heights are missing or constant.
+    Raises TopographyError if there are too few points, or heights are missing or constant.
     """
     lines = np.atleast_2d(heights_of("lines", lines))
     flag("periodic", periodic)
@@ -194,10 +191,7 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
     source : where they come from, in words.
     seed : of the random numbers.
 
-    Raises
-    ------
-    TopographyError
-        If there is none, or their waves fill less than two bands.
+    Raises TopographyError if there is none, or their waves fill less than two bands.
     """
     if not (isinstance(topographies, Sequence) and topographies):
         raise TopographyError(f"{source}: topographies: no measurement to join")
