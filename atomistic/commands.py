@@ -1,7 +1,5 @@
 """The commands of ``atomistic``: each calls the function of its name, shows what it returns, and says how it went."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path

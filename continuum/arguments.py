@@ -4,8 +4,6 @@ Numbers are no text and no booleans, and finite; a field is real, has no missing
 is something else raises :class:`ArgumentError`.
 """
 
-from __future__ import annotations
-
 import math
 import numbers
 import operator

@@ -1,7 +1,5 @@
 """The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went."""
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections.abc import Callable, Iterator, Sequence

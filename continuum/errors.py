@@ -1,7 +1,5 @@
 """Failures that are foreseen: the message of each says what is wrong and what to do, and no more is needed."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

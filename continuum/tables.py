@@ -5,8 +5,6 @@ and so is whatever a method marked :func:`constraint` finds where keys contradic
 several kinds, it is a :class:`TableFamily`: each subclass is one kind, and an input knows it as soon as it is defined.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping

@@ -1,7 +1,5 @@
 """Tables that the inputs of a validation and of a deck share: the slab, and when an equilibrium is one."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """What the command ``atomistic`` does, as functions: one for each sub-command but those on decks."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass, field
 from pathlib import Path

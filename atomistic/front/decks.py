@@ -1,7 +1,5 @@
 """Decks as functions: written from a contact or an input, run, and read."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """By what the wall of a deck acts: formulas of LAMMPS, the plugin of a map, or the atoms of a rigid crystal."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from atomistic.lammps.crystal_wall import crystal_text, crystal_wall

@@ -5,8 +5,6 @@ strict substitution.  Only numbers formatted here and commands of the interatomi
 text of a user.
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json

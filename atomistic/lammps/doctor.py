@@ -1,7 +1,5 @@
 """Is LAMMPS usable here, which one, and if not what to do."""
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ files, which :func:`atomistic.lammps.result.read_result` reads.  :class:`atomist
 LAMMPS open on the atoms of a deck; :class:`atomistic.lammps.cell.Cell` on any few atoms.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import importlib.metadata

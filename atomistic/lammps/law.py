@@ -5,8 +5,6 @@ tolerance asks for, whose coefficients LAMMPS looks up by the number of the piec
 costs does not depend on how many there are.  What is left of the table is measured and written into the deck.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

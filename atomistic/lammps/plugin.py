@@ -5,8 +5,6 @@ a wall of atoms.  A deck that asks for it brings this source and what the compil
 is installed; for another LAMMPS the same command builds it with that one's headers.
 """
 
-from __future__ import annotations
-
 import importlib.metadata
 import importlib.util
 import os

@@ -1,7 +1,5 @@
 """What is done to a slab under a wall: the steps of a deck, each one equilibrium that starts from the one before."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self

@@ -4,8 +4,6 @@ The wall takes part as the law of :mod:`continuum` and the heights of the deck, 
 the crystal as the forces that a new LAMMPS without wall finds where the atoms were left; all sums are NumPy's.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

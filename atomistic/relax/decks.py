@@ -1,7 +1,5 @@
 """Decks of inputs and of contacts: checked as a whole, then started from the lattice solution of their first step."""
 
-from __future__ import annotations
-
 import hashlib
 import warnings
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The input of a deck whose numbers have units: in those of its crystal, which is measured first."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

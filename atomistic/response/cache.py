@@ -4,8 +4,6 @@ The name of a file is a hash of the model, by the content of its potential, and 
 table of K_q, the force constants that it comes from, the relaxation of the surface, and where all this comes from.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import json

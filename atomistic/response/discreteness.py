@@ -1,7 +1,5 @@
 """How the lattice tends to the continuum: its surface stiffness against that of the cubic layer with its constants."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

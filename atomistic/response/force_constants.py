@@ -5,8 +5,6 @@ in the plane, a 3 x 3 matrix.  All layers below the first ``depth`` ones are tho
 exactly; any other potential is measured: one atom at a time is displaced in LAMMPS, and all forces are read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import singledispatch

@@ -4,8 +4,6 @@ All is measured on two atoms in a periodic box along <110>, <110> and <001>, who
 constants: an fcc crystal is a Bravais lattice, so that its atoms follow the strain and nothing relaxes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A map that is open in the browser: where its file is kept, what is asked of it, and what is said."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import sys

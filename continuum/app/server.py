@@ -4,8 +4,6 @@ Each answer needs the token of the address, once in the address and then in a co
 origin are looked at, so that no page of the web speaks to it through the browser.  It hands out no file of the disk.
 """
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import json

@@ -1,7 +1,5 @@
 """``continuum view``: the command."""
 
-from __future__ import annotations
-
 import asyncio
 import webbrowser
 from contextlib import suppress

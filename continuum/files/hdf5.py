@@ -5,8 +5,6 @@ it is asked for; what else is in a file does not matter.  That, and whatever is 
 raises StoreError; what cannot be written OutputError, and an older file of that name stays as it was.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import islice

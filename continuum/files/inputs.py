@@ -4,8 +4,6 @@ Pydantic stops at nothing but says little to a physicist; here its errors become
 checks that it left out, since a key was faulty, are made as far as the sound keys allow.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Nothing is read before it is used.  xarray is an extra; only who asks for a dataset imports this module.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Whole input files: what they were read from, their identity, and how they are stored beside results."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Mapping

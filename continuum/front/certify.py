@@ -1,7 +1,5 @@
 """Stored results certified: do their states satisfy the equations, by means that took no part in finding them?"""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Is my surface sticky: a measured topography, or two, in an interface."""
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections.abc import Callable, Sequence

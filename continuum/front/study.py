@@ -1,7 +1,5 @@
 """Which sample is the stickiest: every spot of a study, each as a contact by itself."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any

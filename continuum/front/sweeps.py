@@ -4,8 +4,6 @@ They take the folder of a sweep, or its input, and no object that a call has lef
 days later, by another process or on another machine.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence, Set

@@ -4,8 +4,6 @@ The solver's transforms, compiled laws, tiles and sums take no part.  Here are S
 spectrum, the traction as the derivative of the law's energy by differences, and NumPy's sums, all from heights and gap.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

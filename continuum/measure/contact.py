@@ -1,7 +1,5 @@
 """What a contact looks like: its areas, loads and map, and the numbers by which the paper compares contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -5,8 +5,6 @@ share an edge; what leaves the period on one side enters it on the other.  Numbe
 turning or shifting the map changes none of them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

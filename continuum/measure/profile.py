@@ -1,7 +1,5 @@
 """Fields of a contact as curves: gap against distance from the edge, distributions of gap and pressure."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

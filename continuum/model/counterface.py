@@ -1,7 +1,5 @@
 """The second of two rough bodies: shifted and turned, and what is left of both is one wall."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Annotated, ClassVar

@@ -11,8 +11,6 @@ its two faces, which stay finite however thick it grows (the stiffness-matrix me
 Wang, J. Acoust. Soc. Am. 112, 822 (2002)).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

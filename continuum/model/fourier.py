@@ -5,8 +5,6 @@ the rows, then along the columns, or back.  Blocks are fixed by the shape of the
 block (ducc0's own threads change the last bits): so whoever runs them, in whatever order, finds the same bits.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import ducc0.fft

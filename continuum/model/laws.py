@@ -8,8 +8,6 @@ numba's cache on disk looks at the file of a function only, not at those of the 
 of other files that calls these has to see to it: :mod:`continuum.solve.cpu.compiled`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ positive: so 1/G_q is the stiffness of a periodic surface of twice the size whic
 window, moves inside of it as the half-space does.  The solvers need nothing else.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -3,8 +3,6 @@
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 

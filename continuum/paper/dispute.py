@@ -5,8 +5,6 @@ sticky from not passes 1: attraction over repulsion at 1 % area, or pull-off ove
 its logarithm is taken as linear in that of w.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache

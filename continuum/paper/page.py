@@ -1,7 +1,5 @@
 """The page of a sweep beside the paper: verdicts, figures with their captions, and where the numbers come from."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence

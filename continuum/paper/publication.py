@@ -4,8 +4,6 @@ The archives keep such a folder flat, and so is this: ``index.html`` with its fi
 ``sweep.toml``, ``.zenodo.json``, and ``SHA256SUMS``, by which the folder is known again and can be checked.
 """
 
-from __future__ import annotations
-
 import hashlib
 import html
 import json

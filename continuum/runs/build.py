@@ -1,7 +1,5 @@
 """Build the contact problem that a configuration describes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise

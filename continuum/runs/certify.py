@@ -1,7 +1,5 @@
 """A stored run certified: its numbers beside those of its states, evaluated by other means."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

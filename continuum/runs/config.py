@@ -1,7 +1,5 @@
 """The input of a continuum run: its path of loading, and the whole file."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping

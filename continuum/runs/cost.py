@@ -4,8 +4,6 @@ The counts of transforms, in ``cost.toml``, were fitted to the runs of ``inputs/
 the time is that of one transform here, now, measured.
 """
 
-from __future__ import annotations
-
 import time
 import tomllib
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Points are kept where the paths begin alike.  The next one needs the state of th
 tolerance needs those of all, and begins each point from its own.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping

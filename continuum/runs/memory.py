@@ -1,7 +1,5 @@
 """How much memory this process may use: that of the machine, or what a batch system or a container allows of it."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterator, Mapping

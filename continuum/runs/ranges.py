@@ -1,7 +1,5 @@
 """Ranges of an input file: ``{from = 0.01, to = 0.16, factor = 2.0}`` for ``[0.01, 0.02, 0.04, 0.08, 0.16]``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -4,8 +4,6 @@ After each point the result is rewritten with all that the next point starts fro
 stopped, however, goes on where it was and ends as if nothing had happened, bit for bit.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Table [solver] of an input: when an equilibrium is one, and how to get there."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Annotated, ClassVar
 

@@ -1,7 +1,5 @@
 """Runs, analyses and sweeps as text: what is printed of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ goes on: here as the self-affine fit to what was measured, C ~ q^(-2-2H), to a s
 the surface's own cut-off above the end of the map, nothing is missing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """What to doubt of a prediction: of the maps, of their resolution and size, of the numbers that were given."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 

@@ -5,8 +5,6 @@ substitute for measured ones: works of adhesion vary by factors with preparation
 cross-linking.  What has no source is not in the table, and is asked for where it is needed.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ work of adhesion.  Full contact leaves w - U of w, U being the elastic energy th
 elasticity with small slopes gains more than w.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

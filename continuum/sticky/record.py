@@ -15,8 +15,6 @@ have the same contact.  So a contact is told by the range of attraction over h_r
 count where both are within a factor of :data:`SIMILAR` of the contact's.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Reduced units with a0 = Δr.  The wall attracts as the paper's does, with the wo
 that are asked for, on a core that is stiff against the elastic response of one pixel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

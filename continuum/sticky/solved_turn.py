@@ -4,8 +4,6 @@ The state at the given work of adhesion need not be known for that: it costs man
 from the turn, as there it snaps.  The wall is that of :mod:`continuum.sticky.simulate`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -3,8 +3,6 @@
 Each key is an argument of :func:`continuum.predict`, and an option of the command; its docstring is the help of both.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator

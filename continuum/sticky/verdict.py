@@ -9,8 +9,6 @@ What every margin is worth the record says (:mod:`continuum.sticky.record`).  A 
 Gaussian surface is judged by its summits, with a record of their own, and only where that has surfaces like it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 

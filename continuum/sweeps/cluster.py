@@ -1,7 +1,5 @@
 """Tasks on a Dask cluster that a scheduler file names, and the script that starts one inside a SLURM allocation."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Generator, Sequence

@@ -4,8 +4,6 @@ The disk is the only truth: a task is done when its file says so, and a second c
 computes, and what is in its file, this module does not know.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Generator, Iterable, Sequence
 from multiprocessing.connection import wait

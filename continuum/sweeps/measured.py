@@ -1,7 +1,5 @@
 """The numbers of a finished system, one row for each point of its path: what tables and figures are made of."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass

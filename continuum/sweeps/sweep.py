@@ -3,8 +3,6 @@
 Nothing is known anywhere but in the folder of the sweep: processes may die, and several may work on one folder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time

@@ -1,7 +1,5 @@
 """One piece of work of many, what does it, and how it ended: on this machine or on a cluster."""
 
-from __future__ import annotations
-
 import pickle
 import time
 from collections.abc import Callable, Iterator

@@ -5,8 +5,6 @@ sticky, for λ_s much shorter than λ_L.  Slopes and curvatures are those of a s
 h' ~ λ_s^(H-1) and h'' ~ λ_s^(H-2).
 """
 
-from __future__ import annotations
-
 
 def pastewka_robbins_exponent(hurst: float, range_exponent: float = 0.0) -> float:
     """5H/3 - 1 for a fixed range: w ~ h' Δr^(1/3) (h'²/h'')^(2/3), the paper's Eq. (6).

@@ -4,8 +4,6 @@ Independent of the solver.  Any consistent units; E* = 1 unless given.  Which th
 judged in :mod:`continuum.sticky.criteria`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ units.  Loads are positive when they push.  Adhesion has a work w per area; JKR 
 long range, Maugis and Dugdale's constant tension w/h0 over a distance h0 lies between.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

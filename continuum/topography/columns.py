@@ -4,8 +4,6 @@ A map has at least 16 points in each direction, so that two or three columns are
 of words before the numbers are a header, which may name the units of the columns in brackets.
 """
 
-from __future__ import annotations
-
 import codecs
 import re
 from collections.abc import Sequence

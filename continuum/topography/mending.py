@@ -4,8 +4,6 @@ Each step is asked for, changes heights only, and is written into the steps of t
 nothing would be left or more would have to be filled than is allowed, raises TopographyError.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, get_args

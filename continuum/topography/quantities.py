@@ -3,8 +3,6 @@
 What a message names in backticks is an argument, which the command writes as its option.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from numbers import Real as Number

@@ -7,8 +7,6 @@ them (:mod:`continuum.topography.instruments`).  What a person writes as text is
 ArgumentError.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from functools import partial

@@ -7,8 +7,6 @@ window of mean square 1.  That spectrum says which share of a moment belongs to 
 the map.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

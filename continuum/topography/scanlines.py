@@ -7,8 +7,6 @@ direction: a surface differs from its own transpose in no such way, so the two d
 Everything here works on bare arrays; lengths are in any one unit.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -11,8 +11,6 @@ All theories ask for moments of the spectrum only, which are those of the bands,
 random surface of that spectrum stands for what was measured where a map is drawn, Gaussian and isotropic by assumption.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -11,8 +11,6 @@ The upper twentieth has a roughness of its own, by which such a surface can be j
 How far each number scatters is Tukey's jackknife: of the map without each of :data:`BLOCKS` x :data:`BLOCKS` parts.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import NamedTuple

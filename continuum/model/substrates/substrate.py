@@ -1,7 +1,5 @@
 """What every substrate offers, the mean mode, and the family of tables."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np

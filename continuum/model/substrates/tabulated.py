@@ -1,7 +1,5 @@
 """A response that was measured elsewhere."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

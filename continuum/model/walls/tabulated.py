@@ -1,7 +1,5 @@
 """A wall law of your own: a table of traction against gap."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
