@@ -183,8 +183,7 @@ def _wall(config: DeckConfig) -> Wall:
         gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 10.0), 101)
         law = wall.evaluate(gap)
     if not all(np.isfinite(values).all() for values in (law.energy, law.traction, law.stiffness)):
-        msg = "a law of finite energies and tractions"
-        raise ArithmeticError(msg)
+        raise ArithmeticError("a law of finite energies and tractions")
     return wall
 
 

@@ -155,8 +155,7 @@ def measure_crystal(potential: Potential) -> Crystal:
     lower; LammpsError if LAMMPS fails.
     """
     if potential.atom_style != "atomic":
-        msg = f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}"
-        raise ValueError(msg)
+        raise ValueError(f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}")
     _, style, *_ = potential.interactions().split()  # pair_style NAME ...
     if style not in pair_styles():
         meant = nearest(style, sorted(pair_styles()))

@@ -102,8 +102,7 @@ def adhesion(curve: Curve) -> Adhesion:
     Raises ValueError if there is no point.
     """
     if curve.load.size == 0:
-        msg = "the path has no equilibrium: there is nothing to measure"
-        raise ValueError(msg)
+        raise ValueError("the path has no equilibrium: there is nothing to measure")
     distance = curve.separation if np.isfinite(curve.separation).all() else curve.mean_gap
     away = curve.retracting
     tension = np.maximum(-curve.load, 0.0)

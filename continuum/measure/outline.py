@@ -115,8 +115,7 @@ def mask_on_grid(grid: Grid, inside: Mask) -> Mask:
     """
     inside = np.asarray(inside, dtype=np.bool_)
     if inside.shape != grid.shape:
-        msg = f"a map of shape {inside.shape} does not fit a grid of shape {grid.shape}"
-        raise ValueError(msg)
+        raise ValueError(f"a map of shape {inside.shape} does not fit a grid of shape {grid.shape}")
     return inside
 
 

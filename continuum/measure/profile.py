@@ -70,8 +70,7 @@ def gap_profile(grid: Grid, gap: Real, inside: Mask, farthest: float, zero_gap: 
     """
     inside = mask_on_grid(grid, inside)
     if not 0 < farthest < np.inf:
-        msg = f"the farthest distance from an edge is a positive finite number, got {farthest}"
-        raise ValueError(msg)
+        raise ValueError(f"the farthest distance from an edge is a positive finite number, got {farthest}")
     depth, bins = EDGE_DEPTH * sum(grid.spacing) / 2, int(np.ceil(farthest / min(grid.spacing)))
     sums = np.zeros((4, bins))
     for x, rise in _outside(grid, gap, inside, farthest + depth):

@@ -43,8 +43,7 @@ class CubicConstants(NamedTuple):
             raise ValueError(msg)
         if self.c11 > LEAST_COMPRESSIBLE * self.c44:
             most = f"{LEAST_COMPRESSIBLE:g} C44, or digits are lost"
-            msg = f"C11 is at most {most}, not {self}: an isotropic layer of nu = 0.5 has no such limit"
-            raise ValueError(msg)
+            raise ValueError(f"C11 is at most {most}, not {self}: an isotropic layer of nu = 0.5 has no such limit")
 
     def stiffness_tensor(self) -> Real:
         """C_ijkl, shape (3, 3, 3, 3): isotropic part plus what the cubic axes add."""

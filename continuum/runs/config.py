@@ -207,8 +207,7 @@ class RunConfig(Document):
         try:
             solver = SolverTable.model_validate({**dict(self.solver), "device": device})
         except ValidationError as error:
-            msg = f"there is no device {device!r}; allowed: {error.errors()[0]['msg']}"
-            raise InputError(msg) from error
+            raise InputError(f"there is no device {device!r}; allowed: {error.errors()[0]['msg']}") from error
         return self.model_copy(update={"solver": solver})
 
     @constraint

@@ -17,31 +17,26 @@ def expand_range(given: Any) -> tuple[Any, ...]:
     if isinstance(given, (tuple, list)):
         return tuple(given)
     if not isinstance(given, Mapping):
-        msg = f"not {given!r}"
-        raise ValueError(msg)
+        raise ValueError(f"not {given!r}")
     steps = [name for name in ("step", "factor", "count") if name in given]
     numbers: list[Any] = [given.get(name) for name in ("from", "to", *steps)]
     if len(steps) != 1 or len(given) != 3 or not all(type(n) in (int, float) and abs(n) < _HUGE for n in numbers):
-        msg = "from and to, and one of step, factor and count, all of them numbers"
-        raise ValueError(msg)
+        raise ValueError("from and to, and one of step, factor and count, all of them numbers")
     first, last, by = numbers
     if steps == ["count"]:
         if type(by) is not int or by < 2:
-            msg = "count is a whole number from 2 on"
-            raise ValueError(msg)
+            raise ValueError("count is a whole number from 2 on")
         return tuple(first + (last - first) * i / (by - 1) for i in range(_enough(by - 1)))
     # Rounded up a little: a decimal step may miss its end by the last digit.
     if steps == ["step"] and by * (last - first) > 0:
         return tuple(first + i * by for i in range(_enough((last - first) / by)))
     if steps == ["factor"] and by > 0 and first * last > 0 and by != 1 and math.log(last / first) / math.log(by) >= 0:
         return tuple(first * by**i for i in range(_enough(math.log(last / first) / math.log(by))))
-    msg = "a step or factor that leads from the one to the other"
-    raise ValueError(msg)
+    raise ValueError("a step or factor that leads from the one to the other")
 
 
 def _enough(steps: float) -> int:
     """Values for so many steps."""
     if steps >= MOST:
-        msg = f"at most {MOST} values, not {steps + 1:.3g}"
-        raise ValueError(msg)
+        raise ValueError(f"at most {MOST} values, not {steps + 1:.3g}")
     return int(steps + 1e-9) + 1

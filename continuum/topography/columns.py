@@ -62,8 +62,7 @@ def read_table(path: Path) -> Columns:
             values = np.loadtxt(rows, dtype=np.float64, delimiter=mark, ndmin=2) if first else np.empty((0, 0))
     except (ValueError, OSError) as error:
         why = str(error).partition("; use `usecols`")[0]
-        msg = f"{path} is not a table of numbers with a point as decimal mark ({why})"
-        raise TopographyError(msg) from error
+        raise TopographyError(f"{path} is not a table of numbers with a point as decimal mark ({why})") from error
     if header and values.shape[1] > 1 and re.match(r"index\b", header[-1], re.IGNORECASE):
         values = values[:, 1:]
     return Columns(values, tuple(header))

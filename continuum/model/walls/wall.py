@@ -82,8 +82,7 @@ class Wall:
         Raises TypeError if the wall has no law, as a hard wall: no traction belongs to a gap.
         """
         if self.law is None:
-            msg = "a hard wall has no traction as a function of the gap: take that of the solution"
-            raise TypeError(msg)
+            raise TypeError("a hard wall has no traction as a function of the gap: take that of the solution")
         return Interaction(*laws.evaluate(self.law, array("gap", gap)))
 
     def energy(self, gap: Real) -> Real:
