@@ -157,11 +157,10 @@ class EmbeddedAtom(BondlessPotential):
             table = _parse(content)
         except (ValueError, IndexError, OverflowError) as error:
             detail = error if isinstance(error, _MalformedError) else "its header or its numbers cannot be read"
-            msg = (
+            raise PotentialError(
                 f"{path} is no potential of pair_style eam, eam/alloy or eam/fs: {detail}; "
                 "usual cause: a file of another kind, cut short, or with an edited header"
-            )
-            raise PotentialError(msg) from error
+            ) from error
         if element is None and len(table.elements) == 1:
             element = next(iter(table.elements))
         if element not in table.elements:

@@ -77,11 +77,10 @@ class ForceConstants:
 
     def __post_init__(self) -> None:
         if self.surface.shape[1:] != self.bulk.shape or self.relaxation.shape != self.surface.shape[:1]:
-            msg = (
+            raise ValueError(
                 f"force constants of shape {self.surface.shape} (surface), {self.bulk.shape} (bulk) and "
                 f"{self.relaxation.shape} (relaxation) do not belong together"
             )
-            raise ValueError(msg)
 
     @property
     def coupled_layers(self) -> int:

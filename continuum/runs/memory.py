@@ -42,10 +42,9 @@ def slurm_limit(environment: Mapping[str, str]) -> float:
             times = environment[counter] if counter else "1"
             if not found or not times.isdecimal():
                 given = f"{name} = {environment[name]!r}" + (f" with {counter} = {times!r}" if counter else "")
-                msg = (
+                raise InputError(
                     f"{given}: allowed: a number of MB, as SLURM sets it; unset the variable if this is no job of SLURM"
                 )
-                raise InputError(msg)
             # --mem=0 is all memory of the node.
             limit = min(limit, int(found[1]) * _UNITS[found[2].upper()] * int(times) or np.inf)
     return limit

@@ -102,11 +102,10 @@ class _Patient(Solver):
     def minimise(self, law: Law, offset: Real, start: Real | None, settings: Settings, **posed: Any) -> Solution:
         """Minimise as any solver does, with the iterations that are left."""
         if self._left < 1:
-            msg = (
+            raise NotConvergedError(
                 f"it was not found within {self._most:.0f} pairs of transforms, {PATIENCE:g} times what most maps of "
                 "this size take; where solving is asked for there is no such limit"
             )
-            raise NotConvergedError(msg)
         most = int(min(settings.max_iterations, self._left))
         found = super().minimise(law, offset, start, replace(settings, max_iterations=most), **posed)
         self._left -= found.fft_pairs
