@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from atomistic.ladder.validate import Validation as Validation
     from atomistic.ladder.validate import validate as validate
     from atomistic.lammps.deck import Deck as Deck
-    from atomistic.lammps.doctor import doctor as doctor
+    from atomistic.lammps.engine import doctor as doctor
     from atomistic.lammps.result import LammpsError as LammpsError
     from atomistic.lammps.shape import Round as Round
     from atomistic.lammps.shape import Waves as Waves
@@ -42,7 +42,7 @@ _WHERE = {
     "front.decks": ("deck", "read", "run_deck"),
     "ladder.validate": ("Validation", "validate"),
     "lammps.deck": ("Deck",),
-    "lammps.doctor": ("doctor",),
+    "lammps.engine": ("doctor",),
     "relax.certify": ("DeckCertificate",),
     "relax.deckrun": ("DeckRun",),
     "crystal.crystal": ("Slab",),

@@ -57,11 +57,11 @@ if TYPE_CHECKING:
     from continuum.front.predict import predict as predict
     from continuum.front.states import LoadingPath as LoadingPath
     from continuum.front.states import State as State
+    from continuum.front.states import Turn as Turn
     from continuum.front.study import study as study
     from continuum.front.sweeps import sweep as sweep
     from continuum.front.sweeps import sweep_collect as sweep_collect
     from continuum.front.sweeps import sweep_slurm as sweep_slurm
-    from continuum.front.turns import Turn as Turn
     from continuum.model.grid import Grid as Grid
     from continuum.model.substrates import CubicLayer as CubicLayer
     from continuum.model.substrates import HalfSpace as HalfSpace
@@ -93,9 +93,8 @@ __version__ = "0.1.0"
 
 _WHERE = {
     "front.contact": ("Contact",),
-    "front.states": ("LoadingPath", "State"),
+    "front.states": ("LoadingPath", "State", "Turn"),
     "front.commands": ("analyse", "check", "plot", "run", "turn"),
-    "front.turns": ("Turn",),
     "front.certify": ("Certificate", "certify"),
     "front.predict": ("predict",),
     "front.study": ("study",),

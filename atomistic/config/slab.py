@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from continuum.runs.tables import ToleranceTable
+from continuum.runs.config import ToleranceTable
 from continuum.tables import Fraction, Table
 
 SHALLOWEST, DEEPEST = 2.0, 512.0

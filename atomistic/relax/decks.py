@@ -2,16 +2,19 @@
 
 import hashlib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import singledispatch
 from math import ceil
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import Steps, TimeWindows, kelvin
+from atomistic.config.quantities import in_reduced, with_units
 from atomistic.config.slab import DeckSolverTable
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
@@ -31,8 +34,9 @@ from atomistic.response.cache import default_folder
 from atomistic.response.material import measured, model_of
 from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
+from continuum.files.inputs import parsed
 from continuum.files.tables import refuse
-from continuum.files.toml import ConfigError
+from continuum.files.toml import ConfigError, Source, find
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope
@@ -340,3 +344,38 @@ def deck_under(
     specimen = Specimen.of_slab(slab, measured)
     made = _started(specimen, wall, heights, steps, DeckSolverTable(), shape, progress)
     return _acting(replace(made, notes=shape_notes(shape) + made.notes), wall_force)
+
+
+def deck_input(path: str | Path) -> DeckConfig:
+    """Read the input of a deck, in reduced units where it has others.
+
+    Raises ConfigError with all faults of the file; PotentialError or LammpsError if a number has a unit, and the
+    crystal is no stable fcc one, or LAMMPS fails.
+    """
+    source = Source.read(find(path))
+    if not with_units(source.data):
+        return parsed(source, DeckConfig)
+    try:
+        potential = parsed(source, ElasticConfig).interatomic.potential()
+    except ConfigError:
+        return parsed(source, DeckConfig)  # which has this fault, and finds the others
+    values, faults = in_reduced(source.data, model_of(potential).real_units)
+    try:
+        return parsed(source, DeckConfig, values)
+    except ConfigError as error:
+        told = [fault.key for fault in faults]
+        others = [fault for fault in error.faults if not any(fault.key[: len(key)] == key for key in told)]
+        raise ConfigError(source, [*faults, *others]) from None
+
+
+def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
+    """The separations, pressures or protocol of a call, those with a unit converted to a0 and E*.
+
+    Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
+    """
+    if not with_units(given):
+        return given
+    values, faults = in_reduced(given, model_of(model).real_units)
+    if faults:
+        raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+    return values

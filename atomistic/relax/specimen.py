@@ -15,7 +15,7 @@ from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
 from continuum.files.tables import refuse
 from continuum.model.grid import Grid
-from continuum.runs.memory import physical_memory
+from continuum.runs.cost import physical_memory
 from continuum.tables import Fault
 
 BYTES, BYTES_PER_ATOM = 2.5e8, 1600

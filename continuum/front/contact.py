@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
-from continuum.front.states import LoadingPath, State
-from continuum.front.turns import Turn
+from continuum.front.states import LoadingPath, State, Turn
 from continuum.model.counterface import against
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem

@@ -14,8 +14,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.surface import Moments
 from continuum.runs.config import RunConfig
-from continuum.runs.cost import cost_of
-from continuum.runs.memory import physical_memory
+from continuum.runs.cost import cost_of, physical_memory
 from continuum.solve.solution import Settings
 from continuum.tables import Fault, Key, Table
 

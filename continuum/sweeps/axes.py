@@ -21,8 +21,7 @@ from pydantic import Field
 from continuum.files.inputs import InputFile, parsed, source_of
 from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, document, text_of
-from continuum.runs.config import RunConfig
-from continuum.runs.ranges import MOST, expand_range
+from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
 from continuum.sweeps.conditions import condition, dotted, holds
 from continuum.tables import Fault, Table, constraint

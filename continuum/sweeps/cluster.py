@@ -9,7 +9,7 @@ from pathlib import Path
 
 from continuum.arguments import ArgumentError, count
 from continuum.errors import InputError
-from continuum.sweeps.tasks import DIED, Job, Task, TaskResult, timed
+from continuum.sweeps.workers import DIED, Job, Task, TaskResult, timed
 
 _PROCESS = 2.5e8
 """Bytes of a worker before it does anything."""

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.sweeps.tasks import DIED, Job, Message, Task, TaskResult
-from continuum.sweeps.workers import Worker
+from continuum.sweeps.workers import DIED, Job, Message, Task, TaskResult, Worker
 
 _MOST = 1024
 """Processes, and threads of each."""

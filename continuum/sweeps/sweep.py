@@ -24,7 +24,7 @@ from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
-from continuum.sweeps.tasks import Death, Task, TaskResult, say
+from continuum.sweeps.workers import Death, Task, TaskResult, say
 
 _EVERY = 20.0
 """Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""
