@@ -72,7 +72,6 @@ def _timed(report: Callable[[int, str], None]) -> Callable[[Point, int, int], No
 
     def after(point: Point, done: int, total: int) -> None:
         nonlocal since
-        del total
         seconds, since = time.monotonic() - since, time.monotonic()
         report(done, progress_line(point, seconds))
 

@@ -194,7 +194,6 @@ def _wall(config: DeckConfig) -> Wall:
 @singledispatch
 def _heights(surface: SurfaceTable, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
     """Heights of the wall, in a0, and where they come from."""
-    del config, model
     return surface.build(slab.grid), ()
 
 

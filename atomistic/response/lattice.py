@@ -61,8 +61,7 @@ class _Chain(NamedTuple):
         own = self.bulk[block - len(self.surface)]
         if len(own) == len(x):
             return own @ x
-        solved: Complex = np.concatenate([own @ x[: len(own)], self.steady[len(own) :] @ x[len(own) :]])
-        return solved
+        return np.concatenate([own @ x[: len(own)], self.steady[len(own) :] @ x[len(own) :]])
 
     def coupling(self, block: int) -> Complex:
         """U_l, between this block and the next."""

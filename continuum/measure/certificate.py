@@ -134,8 +134,7 @@ def _traction(problem: ContactProblem, gap: Real) -> Real:
     energy = problem.wall.energy
     near = (energy(gap + STEP) - energy(gap - STEP)) / (2 * STEP)
     far = (energy(gap + 2 * STEP) - energy(gap - 2 * STEP)) / (4 * STEP)
-    found: Real = -(4 * near - far) / 3
-    return found
+    return -(4 * near - far) / 3
 
 
 def _curvatures(problem: ContactProblem, stiffness: Real, gap: Real, seed: int) -> list[float]:

@@ -68,8 +68,7 @@ class ContactProblem:
     def open_boundary(self) -> OpenBoundary | None:
         """What the substrate does where nothing is repeated; None for a periodic surface."""
         made = getattr(self.substrate, "open_boundary", None)
-        found: OpenBoundary | None = None if made is None else made(self.grid)
-        return found
+        return None if made is None else made(self.grid)
 
     @cached_property
     def period(self) -> tuple[Grid, Real]:

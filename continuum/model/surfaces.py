@@ -62,7 +62,6 @@ class SurfaceTable(TableFamily):
 
     def expected(self, grid: Grid) -> Moments | None:
         """Moments of the ensemble that the heights are drawn from; None if they are not drawn."""
-        del grid
         return None
 
     def too_short(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:

@@ -133,7 +133,6 @@ def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -
 
 def _stop(number: int, frame: object) -> None:
     """End the process in order: what is done of a path is stored first, which a second signal does not stop."""
-    del frame
     signal.signal(number, signal.SIG_IGN)
     raise SystemExit(128 + number)
 

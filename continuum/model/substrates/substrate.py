@@ -65,7 +65,6 @@ class SubstrateTable(TableFamily):
 
     def without(self, control: str) -> str:
         """Why no state belongs to a value of a control; empty if one does."""
-        del control
         return ""
 
     def build(self) -> Substrate:

@@ -174,5 +174,4 @@ class WallTable(TableFamily):
 
     def restored(self, stored: Mapping[str, Any]) -> Wall:
         """The law of a run whose input files are gone, with the ``knots`` that were stored with its result."""
-        del stored
         return self.build()
