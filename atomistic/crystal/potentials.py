@@ -4,8 +4,6 @@ A file is read whole and checked before LAMMPS sees it.  Its content travels wit
 that a result does not depend on where the file lay and no name of a user enters a script.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import os
@@ -14,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -134,7 +132,7 @@ class EmbeddedAtom(BondlessPotential):
         instance("content", self.content, bytes, "the content of the file, as bytes")
 
     @classmethod
-    def read(cls, path: str | Path, element: str | None = None) -> EmbeddedAtom:
+    def read(cls, path: str | Path, element: str | None = None) -> Self:
         """One element of a file, whose format is told by its content.
 
         Parameters

@@ -1,12 +1,10 @@
 """A contact of your own, to be pressed to one state or along a path of them."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
@@ -196,7 +194,7 @@ class Contact:
                 progress(states[-1])
         return LoadingPath(self, tuple(states))
 
-    def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Contact:
+    def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Self:
         """The contact of this wall with another rough body, shifted and turned: two elastic bodies, if E* is of both.
 
         With small slopes only the difference of the heights counts, and 1/E* is the sum of (1 - ν²)/E of both bodies.

@@ -4,11 +4,9 @@ Loads are per A0, in E*, compression positive; distances in a0.  What lies betwe
 jump shows as a steep piece, and an extreme is that of the points, so that its error is the change to the next one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +46,7 @@ class Curve:
     """False on approach."""
 
     @classmethod
-    def of(cls, points: Sequence[CurvePoint]) -> Curve:
+    def of(cls, points: Sequence[CurvePoint]) -> Self:
         """The curve of equilibria, in their order."""
         columns = [(point.mean_gap, point.separation, point.load) for point in points]
         mean_gap, separation, load = np.array(columns, dtype=np.float64).reshape(-1, 3).T

@@ -10,11 +10,10 @@ With h the heights, D the separation, u the displacement of the surface and φ t
 Stateless: functions of the displacement return arrays, nothing is remembered.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -103,7 +102,7 @@ class ContactProblem:
         """Mean height of the wall; zero for a synthesised surface."""
         return self.grid.mean(self.heights)
 
-    def dented(self, imprint: Real | None) -> ContactProblem:
+    def dented(self, imprint: Real | None) -> Self:
         """The problem whose wall keeps an imprint: heights raised by its depth, shape ``grid.shape``, in a0."""
         if imprint is None:
             return self

@@ -5,8 +5,6 @@ A sweep is the input of a run with a table ``[sweep]``.  Every key of ``[sweep.a
 One key of ``[sweep.axes]`` may be searched for instead: then each combination of the others is a search.
 """
 
-from __future__ import annotations
-
 import ast
 import copy
 import itertools
@@ -14,7 +12,7 @@ import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 from pydantic import Field
 
@@ -255,7 +253,7 @@ class Sweep:
         *,
         reduced: bool = False,
         name: str | None = None,
-    ) -> Sweep:
+    ) -> Self:
         """Read a sweep; its systems are not looked at yet.
 
         Parameters

@@ -4,13 +4,11 @@ Heights are in m and point out of the body, so that the summits that touch first
 :class:`Topography`; each step that changes one is written into its ``steps``.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -134,7 +132,7 @@ class Topography:
         """SHA-256 of heights and size: what was analysed, whatever the file is called."""
         return hashlib.sha256(self.heights.tobytes() + np.array(self.lengths).tobytes()).hexdigest()
 
-    def after(self, heights: Real, step: str, **changes: Any) -> Topography:
+    def after(self, heights: Real, step: str, **changes: Any) -> Self:
         return replace(self, heights=heights, steps=(*self.steps, step), **changes)
 
 
