@@ -13,27 +13,36 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from atomistic.crystal.crystal import Slab
-    from atomistic.crystal.interatomic import LennardJones, Springs
-    from atomistic.crystal.pair_style import PairStyle
-    from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-    from atomistic.front.commands import Elastic, check, elastic
-    from atomistic.front.decks import deck, read, run_deck
-    from atomistic.ladder.validate import Validation, validate
-    from atomistic.lammps.deck import Deck
-    from atomistic.lammps.doctor import doctor
-    from atomistic.lammps.result import LammpsError
-    from atomistic.lammps.shape import Round, Waves
-    from atomistic.relax.certify import DeckCertificate
-    from atomistic.relax.deckrun import DeckRun
-    from atomistic.response.lattice import LatticeResponse
+    from atomistic.crystal.crystal import Slab as Slab
+    from atomistic.crystal.interatomic import LennardJones as LennardJones
+    from atomistic.crystal.interatomic import Springs as Springs
+    from atomistic.crystal.pair_style import PairStyle as PairStyle
+    from atomistic.crystal.potentials import EmbeddedAtom as EmbeddedAtom
+    from atomistic.crystal.potentials import PotentialError as PotentialError
+    from atomistic.crystal.potentials import find_potential as find_potential
+    from atomistic.front.commands import Elastic as Elastic
+    from atomistic.front.commands import check as check
+    from atomistic.front.commands import elastic as elastic
+    from atomistic.front.decks import deck as deck
+    from atomistic.front.decks import read as read
+    from atomistic.front.decks import run_deck as run_deck
+    from atomistic.ladder.validate import Validation as Validation
+    from atomistic.ladder.validate import validate as validate
+    from atomistic.lammps.deck import Deck as Deck
+    from atomistic.lammps.engine import doctor as doctor
+    from atomistic.lammps.result import LammpsError as LammpsError
+    from atomistic.lammps.shape import Round as Round
+    from atomistic.lammps.shape import Waves as Waves
+    from atomistic.relax.certify import DeckCertificate as DeckCertificate
+    from atomistic.relax.deckrun import DeckRun as DeckRun
+    from atomistic.response.lattice import LatticeResponse as LatticeResponse
 
 _WHERE = {
     "front.commands": ("Elastic", "check", "elastic"),
     "front.decks": ("deck", "read", "run_deck"),
     "ladder.validate": ("Validation", "validate"),
     "lammps.deck": ("Deck",),
-    "lammps.doctor": ("doctor",),
+    "lammps.engine": ("doctor",),
     "relax.certify": ("DeckCertificate",),
     "relax.deckrun": ("DeckRun",),
     "crystal.crystal": ("Slab",),
@@ -46,32 +55,7 @@ _WHERE = {
 }
 # Read when they are asked for: `atomistic --help` needs none of them.
 _MODULES = {name: module for module, names in _WHERE.items() for name in names}
-
-__all__ = [
-    "Deck",
-    "DeckCertificate",
-    "DeckRun",
-    "Elastic",
-    "EmbeddedAtom",
-    "LammpsError",
-    "LatticeResponse",
-    "LennardJones",
-    "PairStyle",
-    "PotentialError",
-    "Round",
-    "Slab",
-    "Springs",
-    "Validation",
-    "Waves",
-    "check",
-    "deck",
-    "doctor",
-    "elastic",
-    "find_potential",
-    "read",
-    "run_deck",
-    "validate",
-]
+__all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> object:

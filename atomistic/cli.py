@@ -1,7 +1,5 @@
 """The command ``atomistic``."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from continuum.options import program, run_program

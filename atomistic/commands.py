@@ -1,7 +1,5 @@
 """The commands of ``atomistic``: each calls the function of its name, shows what it returns, and says how it went."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
@@ -16,8 +14,7 @@ from atomistic.front import commands as front
 from atomistic.front import decks
 from atomistic.ladder import validate as validations
 from atomistic.ladder.comparison import paths_of
-from atomistic.lammps import doctor as doctors
-from atomistic.lammps.engine import command_words
+from atomistic.lammps import engine
 from atomistic.relax.deckrun import DeckRun
 from continuum.arguments import ArgumentError
 from continuum.errors import NOT_CONVERGED, OK
@@ -68,7 +65,7 @@ def validate(
 def _check_lmp_command(command: str | None) -> None:
     """Check how LAMMPS is started; the message names the option."""
     try:
-        command_words(command)
+        engine.command_words(command)
     except ArgumentError as error:
         raise ArgumentError("--lmp-command", command, error.allowed) from None
 
@@ -160,9 +157,9 @@ def elastic(
     return OK
 
 
-@like(doctors.doctor)
+@like(engine.doctor)
 def doctor() -> int:
-    found = doctors.doctor()
+    found = engine.doctor()
     rows = [
         ("in this process", "works" if found.in_process else "does NOT work"),
         ("lmp", found.lmp or "does NOT work"),

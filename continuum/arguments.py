@@ -4,8 +4,6 @@ Numbers are finite, and neither text nor booleans; a field is real, has no missi
 else raises :class:`ArgumentError`.
 """
 
-from __future__ import annotations
-
 import math
 import numbers
 import operator

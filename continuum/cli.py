@@ -1,7 +1,5 @@
 """The command ``continuum``."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from cyclopts import App

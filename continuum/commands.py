@@ -1,7 +1,5 @@
 """The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went."""
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -74,7 +72,6 @@ def _timed(report: Callable[[int, str], None]) -> Callable[[Point, int, int], No
 
     def after(point: Point, done: int, total: int) -> None:
         nonlocal since
-        del total
         seconds, since = time.monotonic() - since, time.monotonic()
         report(done, progress_line(point, seconds))
 

@@ -1,7 +1,5 @@
 """Expected failures: the message of each says what is wrong and what to do."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

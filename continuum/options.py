@@ -3,8 +3,6 @@
 What this module imports is light, so that ``--help`` comes at once.
 """
 
-from __future__ import annotations
-
 import inspect
 import os
 import re

@@ -1,7 +1,5 @@
 """The commands of ``continuum sweep``: each calls the function of its name and shows what it returns."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from contextlib import suppress

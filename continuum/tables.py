@@ -6,8 +6,6 @@ comes in several kinds, it is a :class:`TableFamily`: each subclass is one kind,
 defined.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, MutableMapping

@@ -4,13 +4,11 @@ Reduced units are a0 = 1 and E* = 1 (see :mod:`continuum`): a quantity of dimens
 the unit E*^i a0^j.  With moving atoms of mass m, times and velocities also have a unit, and temperatures that of k_B T.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 import scipy.constants
@@ -67,7 +65,7 @@ class Units:
                 raise ValueError(f"{name} is a positive finite number in SI units, got {value}")
 
     @classmethod
-    def metal(cls, a0: float, contact_modulus: float, mass: float | None = None) -> Units:
+    def metal(cls, a0: float, contact_modulus: float, mass: float | None = None) -> Self:
         """Units from a0 in Å, E* in eV/Å³ and a mass in g/mol: LAMMPS' ``units metal`` but for its pressure."""
         kilograms = None if mass is None else mass * scipy.constants.atomic_mass
         return cls(a0 * ANGSTROM, contact_modulus * GPA_PER_EV_PER_A3 * scipy.constants.giga, kilograms)

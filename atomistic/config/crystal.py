@@ -1,7 +1,5 @@
 """The table [interatomic] of every input: what holds the atoms together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal

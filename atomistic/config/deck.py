@@ -1,7 +1,5 @@
 """The input file of a deck, table by table.  Lengths are in a0, pressures in E*."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path

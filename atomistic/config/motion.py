@@ -71,7 +71,6 @@ class ProtocolTable(TableFamily):
 
     def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
         """What the slab cannot do; of a crystal that has a size it is asked in its units when it has been measured."""
-        del mobile_layers, has_size
         yield from ()
 
 

@@ -3,8 +3,6 @@
 A key that has a unit takes text where the crystal has a size, which is known when it has been measured.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

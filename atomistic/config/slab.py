@@ -1,12 +1,10 @@
 """Tables that the inputs of a validation and of a deck share: the slab, and when an equilibrium is one."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field
 
-from continuum.runs.tables import ToleranceTable
+from continuum.runs.config import ToleranceTable
 from continuum.tables import Fraction, Table
 
 SHALLOWEST, DEEPEST = 2.0, 512.0

@@ -1,7 +1,5 @@
 """The input file of a cross-validation, table by table.  Lengths are in a0, pressures in E*."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 

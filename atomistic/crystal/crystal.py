@@ -170,6 +170,5 @@ def chemical_symbol(number: int) -> str:
 
     symbols: list[str] = list(ase.data.chemical_symbols)
     if not 1 <= number < len(symbols):
-        msg = f"there is no element of the atomic number {number}"
-        raise ValueError(msg)
+        raise ValueError(f"there is no element of the atomic number {number}")
     return symbols[number]

@@ -1,8 +1,7 @@
 """Contact modulus of the (100) surface of a cubic crystal, by direction and as a mean."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -24,7 +23,7 @@ class ContactModulus:
     """1/<1/E*>: the mean of the compliance is the compliance of the axially symmetric part of the response."""
 
     @classmethod
-    def of(cls, constants: CubicConstants) -> ContactModulus:
+    def of(cls, constants: CubicConstants) -> Self:
         """Contact modulus from elastic constants.
 
         Raises ValueError if the crystal is not stable.

@@ -6,8 +6,6 @@ one by measuring that crystal (:func:`atomistic.response.material.measure_crysta
 members of these two and no more, so that a further potential is one more class here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product

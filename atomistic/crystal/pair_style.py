@@ -4,8 +4,6 @@ A style is a name, and everything else is a list of words: a word holds letters,
 that it can neither end a line nor begin a variable.  Files travel with the model by their content, under names of ours.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ A file is read whole and checked before LAMMPS sees it.  Its content travels wit
 that a result does not depend on where the file lay and no name of a user enters a script.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import os
@@ -14,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -43,12 +41,10 @@ def content_of(path: Path) -> bytes:
     """
     try:
         if path.stat().st_size > _LARGEST:
-            msg = f"{path} has more than {_LARGEST} bytes: this is no potential"
-            raise PotentialError(msg)
+            raise PotentialError(f"{path} has more than {_LARGEST} bytes: this is no potential")
         return path.read_bytes()
     except OSError as error:
-        msg = f"{path} cannot be read: {error}"
-        raise PotentialError(msg) from error
+        raise PotentialError(f"{path} cannot be read: {error}") from error
 
 
 def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
@@ -136,7 +132,7 @@ class EmbeddedAtom(BondlessPotential):
         instance("content", self.content, bytes, "the content of the file, as bytes")
 
     @classmethod
-    def read(cls, path: str | Path, element: str | None = None) -> EmbeddedAtom:
+    def read(cls, path: str | Path, element: str | None = None) -> Self:
         """One element of a file, whose format is told by its content.
 
         Parameters
@@ -159,17 +155,15 @@ class EmbeddedAtom(BondlessPotential):
             table = _parse(content)
         except (ValueError, IndexError, OverflowError) as error:
             detail = error if isinstance(error, _MalformedError) else "its header or its numbers cannot be read"
-            msg = (
+            raise PotentialError(
                 f"{path} is no potential of pair_style eam, eam/alloy or eam/fs: {detail}; "
                 "usual cause: a file of another kind, cut short, or with an edited header"
-            )
-            raise PotentialError(msg) from error
+            ) from error
         if element is None and len(table.elements) == 1:
             element = next(iter(table.elements))
         if element not in table.elements:
             given = "no element was named" if element is None else f"the element {element!r} is not among them"
-            msg = f"{path} holds the elements {', '.join(table.elements)}: {given}"
-            raise PotentialError(msg)
+            raise PotentialError(f"{path} holds the elements {', '.join(table.elements)}: {given}")
         header = table.elements[element]
         name = "".join(c for c in path.name if c.isprintable())
         return cls(table.style, element, header.mass, table.cutoff, header.volume, table.comment, name, content)
@@ -232,8 +226,7 @@ def _parse(content: bytes) -> _Table:
     comment = " ".join(" ".join(lines[:3]).split() if _names(lines) else lines[0].split())
     printable = re.sub(r"#\S*", "", "".join(c for c in comment if c.isprintable()))[:300].strip()
     if re.search(r"UNITS:\s*(?!metal)\w", printable):
-        msg = "its units are not metal"
-        raise _MalformedError(msg)
+        raise _MalformedError("its units are not metal")
     return _setfl(lines, printable) if _names(lines) else _funcfl(lines, printable)
 
 
@@ -243,8 +236,7 @@ def _names(lines: list[str]) -> list[str]:
     if len(words) < 2 or not words[0].isdigit() or not all(map(_ELEMENT.fullmatch, words[1:])):
         return []
     if int(words[0]) != len(words) - 1:
-        msg = f"its line 4 announces {words[0]} elements and names {len(words) - 1}"
-        raise _MalformedError(msg)
+        raise _MalformedError(f"its line 4 announces {words[0]} elements and names {len(words) - 1}")
     return words[1:]
 
 
@@ -261,8 +253,7 @@ def _setfl(lines: list[str], comment: str) -> _Table:
     fitting = [style for style, count in wanted.items() if count == total]
     if not fitting:
         counts = " or ".join(str(count) for count in wanted.values())
-        msg = f"its header asks for {counts} numbers and it holds {total}"
-        raise _MalformedError(msg)
+        raise _MalformedError(f"its header asks for {counts} numbers and it holds {total}")
     style = fitting[0]
     elements = {}
     for name in names:
@@ -278,8 +269,7 @@ def _funcfl(lines: list[str], comment: str) -> _Table:
     n_rho, n_r, cutoff = _grid(lines[2])
     numbers = _Numbers(lines[3:])
     if len(numbers.words) < n_rho + 2 * n_r:
-        msg = f"its header asks for {n_rho + 2 * n_r} numbers and it holds {len(numbers.words)}"
-        raise _MalformedError(msg)
+        raise _MalformedError(f"its header asks for {n_rho + 2 * n_r} numbers and it holds {len(numbers.words)}")
     numbers.floats(n_rho + 2 * n_r)
     return _Table("eam", {chemical_symbol(number): _element(header[:4])}, cutoff, comment)
 
@@ -292,8 +282,7 @@ def _grid(line: str) -> tuple[int, int, float]:
     n_rho, n_r = int(words[0]), int(words[2])
     d_rho, d_r, cutoff = (float(words[i]) for i in (1, 3, 4))
     if min(n_rho, n_r) < 5 or max(n_rho, n_r) > 10**7 or not min(d_rho, d_r, cutoff) > 0 or not np.isfinite(cutoff):
-        msg = f"its line of nrho, drho, nr, dr, cutoff makes no sense: {line[:80]!r}"
-        raise _MalformedError(msg)
+        raise _MalformedError(f"its line of nrho, drho, nr, dr, cutoff makes no sense: {line[:80]!r}")
     return n_rho, n_r, cutoff
 
 
@@ -301,8 +290,7 @@ def _element(words: list[str]) -> _Element:
     """Atomic number, mass, lattice constant and lattice."""
     mass, a = float(words[1]), float(words[2])
     if not (np.isfinite([mass, a]).all() and mass > 0):
-        msg = f"an element's mass or lattice constant makes no sense: {' '.join(words)}"
-        raise _MalformedError(msg)
+        raise _MalformedError(f"an element's mass or lattice constant makes no sense: {' '.join(words)}")
     atoms = {"bcc": 2.0, "hcp": 2**0.5, "diamond": 8.0, "dia": 8.0, "sc": 1.0}.get(words[3].lower(), 4.0)
     return _Element(mass, max(a, 0.0) ** 3 / atoms)
 
@@ -324,5 +312,4 @@ class _Numbers:
         # Fortran writes 1.0D+00 too.
         values = np.array([word.replace("D", "e").replace("d", "e") for word in self.take(count)], dtype=np.float64)
         if not np.isfinite(values).all():
-            msg = f"{np.count_nonzero(~np.isfinite(values))} of its numbers are not finite"
-            raise _MalformedError(msg)
+            raise _MalformedError(f"{np.count_nonzero(~np.isfinite(values))} of its numbers are not finite")

@@ -1,7 +1,5 @@
 """What the command ``atomistic`` does, as functions: one for each sub-command but those on decks."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,8 +9,7 @@ from atomistic.config.quantities import in_both
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Model, Potential, check_potential
-from atomistic.relax.decks import parts_of
-from atomistic.relax.inputs import deck_input
+from atomistic.relax.decks import deck_input, parts_of
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of

@@ -1,7 +1,5 @@
 """Decks as functions: written from a contact or an input, run, and read."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,8 +13,7 @@ from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.deckrun import DeckRun, read_run
-from atomistic.relax.decks import deck_of, deck_under
-from atomistic.relax.inputs import deck_input, steps_in_units
+from atomistic.relax.decks import deck_input, deck_of, deck_under, steps_in_units
 from continuum.arguments import ArgumentError, choice, file_name, function, instance, number, several
 from continuum.front.contact import Contact
 

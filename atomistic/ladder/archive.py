@@ -3,8 +3,6 @@
 The file is rewritten after each finished path, so that a validation that was stopped goes on where it was.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields

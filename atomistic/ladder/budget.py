@@ -3,8 +3,6 @@
 Works on the table of a validation, one row per state, as :mod:`atomistic.ladder.archive` stores it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -9,8 +9,6 @@ the lattice does: gap and load differ from those of the lattice by what they dif
 neglected is of second order in that difference.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ The path is followed on the lattice model, states are chosen on it, and each is 
 starting from the lattice solution.
 """
 
-from __future__ import annotations
-
 import tempfile
 import time
 from dataclasses import dataclass

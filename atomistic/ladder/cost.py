@@ -5,8 +5,6 @@ core of an AMD EPYC (docs/benchmarks.md).  They are not scaled to this machine: 
 transform.
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from importlib import resources

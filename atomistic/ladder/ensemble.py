@@ -12,8 +12,6 @@ metals the largest limit is taken: of k + 1 that are alike, another one has the 
 What is judged is never in its own bound: its crystal is left out, or of springs its surfaces are.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cache

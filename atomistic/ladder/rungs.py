@@ -18,8 +18,6 @@ their loads differ severalfold and say nothing.  Rungs 4 and 5, and 4' and 5', s
 compared at equal separation.  At one area, where their differences add up: :mod:`atomistic.ladder.closing`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple

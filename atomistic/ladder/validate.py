@@ -27,7 +27,7 @@ from continuum.files.output import distinct, folder, reserved
 from continuum.files.store import Attribute, Dataset
 from continuum.files.tables import refuse
 from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.tasks import Task, TaskResult
+from continuum.sweeps.workers import Task, TaskResult
 from continuum.tables import Fault
 
 if TYPE_CHECKING:

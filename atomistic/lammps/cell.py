@@ -1,7 +1,5 @@
 """A few atoms in LAMMPS, in this process: what the constants of a crystal are measured with."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

@@ -7,8 +7,6 @@ lattice sites, have the work of adhesion of the law of the wall; and the crystal
 gap where the traction of that law is.  So loads and separations are those of the smooth wall, as far as atoms allow.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

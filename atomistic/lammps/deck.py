@@ -1,7 +1,5 @@
 """The LAMMPS deck: a slab under a rigid rough wall, and what is done to it; checked before anything is written."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args

@@ -5,8 +5,6 @@ strict substitution.  Only numbers formatted here and commands of the interatomi
 text of a user.
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json
@@ -26,14 +24,13 @@ from numpy.typing import NDArray
 import continuum
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.potentials import POTENTIAL
-from atomistic.lammps.acting import wall_files, wall_words
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, steps_to_keep
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
 from atomistic.lammps.motion import time_unit
-from atomistic.lammps.plugin import PLUGINS
+from atomistic.lammps.plugin import PLUGINS, wall_files, wall_words
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import MARK, folder, save, whole

@@ -4,8 +4,6 @@ A step keeps its result where the new deck reaches it by the same steps: the sam
 numbers of this step and of all before it.  So a staircase that is made longer goes on where it was.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

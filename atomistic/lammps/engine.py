@@ -6,8 +6,6 @@ files, which :func:`atomistic.lammps.result.read_result` reads.  :class:`atomist
 LAMMPS open on the atoms of a deck; :class:`atomistic.lammps.cell.Cell` on any few atoms.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import importlib.metadata
@@ -22,6 +20,7 @@ import sys
 import sysconfig
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -30,6 +29,7 @@ from atomistic.lammps.earlier import finished_steps, remove_outputs
 from atomistic.lammps.lock import hold
 from atomistic.lammps.result import DeckDescription, DeckResult, LammpsError, read_description, read_result, tail
 from continuum.arguments import ArgumentError, instance
+from continuum.files.provenance import version_of
 
 Progress = Callable[[int, int], None]
 """Called with how many steps, or runs, are finished and how many there are."""
@@ -266,3 +266,65 @@ def _done(directory: Path, deck: DeckDescription) -> int:
     if not deck.steps:
         remove_outputs(directory)
     return len(finished_steps(directory))
+
+
+_PACKAGES = {
+    "MOLECULE": "the springs need",
+    "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",
+    "MANYBODY": "embedded atoms need",
+}
+
+
+@dataclass(frozen=True)
+class Doctor:
+    """Findings about the LAMMPS of this machine."""
+
+    in_process: bool
+    """The library runs in this process."""
+    lmp: str | None
+    """Path of ``lmp``, if it runs."""
+    mpiexec: str | None
+    """Path of ``mpiexec``, if it runs two ranks of lmp."""
+    version: int | None
+    """Date of the release, yyyymmdd."""
+    packages: tuple[str, ...]
+    """Packages that LAMMPS was built with."""
+    mpi: str | None
+    """Version of the mpich wheel."""
+    problems: tuple[str, ...]
+    """What does not work, and why."""
+    remedy: str | None
+    """What to do about it; None if nothing is wrong."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether a deck can be run in process, which is all that the main job needs."""
+        return self.in_process
+
+
+def doctor() -> Doctor:
+    """Look whether LAMMPS is usable here; starts it in this process, by ``lmp`` and under ``mpiexec``."""
+    problems: list[str] = []
+    version: int | None = None
+    packages: tuple[str, ...] = ()
+    try:
+        with contextlib.closing(open_library()) as lammps:
+            version, packages = int(lammps.version()), tuple(lammps.installed_packages)
+        for package, need in _PACKAGES.items():
+            if package not in packages:
+                problems.append(f"this LAMMPS has no package {package}, which {need}")
+    except LammpsError as error:
+        problems.append(f"in process: {error}")
+    in_process = "MOLECULE" in packages
+    found: dict[str, str | None] = {"lmp": None, "mpiexec": None}
+    for name, before in (("lmp", []), ("mpiexec", ["-n", "2"])):
+        try:
+            words = [script(name), *before]
+            if name == "mpiexec":
+                words.append(script("lmp"))
+            try_to_start(words)
+            found[name] = words[0]
+        except LammpsError as error:
+            problems.append(f"{name}: {error}")
+    mpi, remedy = version_of("mpich") or None, REMEDY if problems else None
+    return Doctor(in_process, found["lmp"], found["mpiexec"], version, packages, mpi, tuple(problems), remedy)

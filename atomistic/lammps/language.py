@@ -1,7 +1,5 @@
 """Numbers and variables as LAMMPS reads them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 

@@ -5,8 +5,6 @@ tolerance asks for, whose coefficients LAMMPS looks up by the number of the piec
 costs does not depend on how many there are.  What is left of the table is measured and written into the deck.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -144,7 +142,6 @@ def _with_core(
 
 
 def _spline(wall: LennardJonesSpline, tolerance: float) -> NativeLaw:
-    del tolerance  # a formula is the law
     attraction = _ATTRACTION if wall.range > 0 else _NO_ATTRACTION
     k, work = wall.minimum_stiffness, wall.work_of_adhesion
     return _with_core(
@@ -156,14 +153,12 @@ def _spline(wall: LennardJonesSpline, tolerance: float) -> NativeLaw:
 
 
 def _inverse_powers(wall: InversePowers, tolerance: float) -> NativeLaw:
-    del tolerance  # a formula is the law
     m, n = wall.powers
     words = {"m": str(m), "n": str(n), "m1": str(m + 1), "n1": str(n + 1)}
     return _with_core(wall, _filled(_INVERSE_POWERS, c=wall.minimum_stiffness / (m - n), **words))
 
 
 def _exponential(wall: Exponential, tolerance: float) -> NativeLaw:
-    del tolerance  # a formula is the law
     gamma, rho, stiffness = wall.surface_energy, wall.decay_length, wall.core_stiffness
     return NativeLaw(_filled(_EXPONENTIAL, core=NO_CORE, gamma=gamma, rho=rho, stiffness=stiffness))
 

@@ -1,7 +1,5 @@
 """One LAMMPS at a time in a directory: a lock that lives exactly as long as the last process that may write there."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

@@ -1,7 +1,5 @@
 """A wall that moves above warm atoms, in LAMMPS' language: time steps, thermostat, averages with their errors."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Nearest neighbours of the atoms of a slab: how far they have moved from one another, and which have others."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -5,8 +5,6 @@ a wall of atoms.  A deck that asks for it brings this source and what the compil
 is installed; for another LAMMPS the same command builds it with that one's headers.
 """
 
-from __future__ import annotations
-
 import importlib.metadata
 import importlib.util
 import os
@@ -21,7 +19,10 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import PPoly
 
+from atomistic.lammps.crystal_wall import crystal_text, crystal_wall
+from atomistic.lammps.deck import Deck
 from atomistic.lammps.language import formatted
+from atomistic.lammps.law import NO_CORE
 from atomistic.lammps.shape import Shape, map_of
 from continuum.errors import InputError
 from continuum.model.fourier import Real
@@ -172,3 +173,43 @@ def _hermite(wall: Wall, x: Real) -> PPoly:
     c[1] = (3 * rise - 2 * slope - end) / length**2
     c[2], c[3] = -first.stiffness, first.traction
     return PPoly(c, x)
+
+
+_FORMULAS = {
+    "plugin": "",
+    "used": "the formulas of in.wall",
+    "needs": "No other file and no Python are needed.",
+    "pushed": "surface",
+}
+
+
+def wall_words(deck: Deck) -> dict[str, str]:
+    """What the texts of a deck say of by what its wall acts, and on which atoms, by placeholders."""
+    plugin = PLUGINS.get(deck.wall_force)
+    if plugin is None:
+        return _FORMULAS
+    words = {
+        "plugin": f"{plugin.data:13} {plugin.holds}, for the plugin\n"
+        f"{plugin.source:13} the plugin, fix wall/{plugin.name}\n"
+        f"{plugin.library:13} the same, built for the LAMMPS of the machine that wrote this\n",
+        "used": plugin.data,
+        "needs": "LAMMPS needs its package PLUGIN.  Another LAMMPS than that of the machine that wrote this\n"
+        f"wants the plugin anew:  mpicxx {' '.join(FLAGS)} -I LAMMPS/src {plugin.source} -o {plugin.library}",
+        "pushed": plugin.pushed,
+        "core": formatted(NO_CORE),
+    }
+    if plugin is HEIGHTMAP:
+        words |= {"height": "f_wall[4]", "site": " site d_height" if deck.shape is None else ""}
+        words["core"] = formatted(deck.wall.core if np.isfinite(deck.wall.core) else NO_CORE)
+    return words
+
+
+def wall_files(deck: Deck) -> dict[str, str]:
+    """Files that the wall of a deck reads, and the source of its plugin: their names and texts."""
+    size = deck.slab.shape
+    if deck.wall_force == "plugin":
+        return {HEIGHTMAP.source: HEIGHTMAP.text(), HEIGHTMAP.data: wall_map(deck.wall, deck.shape, size)}
+    if deck.wall_force == "atoms" and deck.shape is not None:
+        atoms = crystal_wall(deck.wall, deck.shape, size)
+        return {CRYSTAL.source: CRYSTAL.text(), CRYSTAL.data: crystal_text(atoms, size)}
+    return {}

@@ -1,7 +1,5 @@
 """What is done to a slab under a wall: the steps of a deck, each one equilibrium that starts from the one before."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
@@ -35,7 +33,6 @@ class Protocol:
 
     def from_separation(self, separation: float) -> Self:
         """The same from another separation, where it finds its own; as it is where they are given."""
-        del separation
         return self
 
     def about(self) -> Mapping[str, float]:
@@ -44,7 +41,6 @@ class Protocol:
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
         """What its scripts hold beside the numbers of all decks, for so many mobile layers of so many atoms."""
-        del model, mobile, surface_atoms
         return {}
 
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
@@ -52,7 +48,6 @@ class Protocol:
 
         Name and value of the argument, and what is allowed; None if it fits.
         """
-        del mobile, stays
         return None
 
 
@@ -110,7 +105,6 @@ class MeanPressures(Protocol):
         return [(*numbers, self.stiffness) for numbers in zip(self.pressures, self.separations, strict=True)]
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
-        del model, mobile
         return {
             "pressures": listing(self.pressures),
             "load_tolerance": f"{LOAD_TOLERANCE:g}",

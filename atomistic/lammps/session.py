@@ -1,7 +1,5 @@
 """LAMMPS open in this process on the atoms of a deck: forces at any displacements."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 from functools import partial

@@ -4,8 +4,6 @@ The wall takes part as the law of :mod:`continuum` and the heights of the deck, 
 the crystal as the forces that a new LAMMPS without wall finds where the atoms were left; all sums are NumPy's.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -79,12 +77,8 @@ class StepCertificate:
 def certify_deck(run: DeckRun) -> Iterator[StepCertificate]:
     """Certify each equilibrium that a run of a deck has found, one after the other.
 
-    Raises
-    ------
-    DeckError
-        If its windows are of a motion, or its wall is no function of the lattice site.
-    LammpsError
-        If LAMMPS cannot be loaded, or cannot read the slab.
+    Raises DeckError if its windows are of a motion, or its wall is no function of the lattice site; LammpsError if
+    LAMMPS cannot be loaded, or cannot read the slab.
     """
     directory, law_error = run.directory, _error_of_formulas(run.directory)
     with Session(directory) as crystal:

@@ -210,8 +210,7 @@ class DeckRun:
             If it is :attr:`incomparable`.
         """
         if self.incomparable:
-            msg = f"{self.directory}: {self.incomparable}"
-            raise DeckError(msg)
+            raise DeckError(f"{self.directory}: {self.incomparable}")
         return self._continuum
 
     def sheets(self, *, compare: bool = False) -> list[Sheet]:
@@ -335,8 +334,7 @@ def read_run(directory: Path) -> DeckRun:
     try:
         wall, heights = read_wall(directory), read_heights(directory / "slab.data")
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        msg = f"the wall of {directory} cannot be read: {error}; write the deck anew"
-        raise DeckError(msg) from error
+        raise DeckError(f"the wall of {directory} cannot be read: {error}; write the deck anew") from error
     stiffness = _stiffness(directory, last.slab)
     return DeckRun(
         directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness

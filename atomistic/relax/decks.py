@@ -1,19 +1,20 @@
 """Decks of inputs and of contacts: checked as a whole, then started from the lattice solution of their first step."""
 
-from __future__ import annotations
-
 import hashlib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import singledispatch
 from math import ceil
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import Steps, TimeWindows, kelvin
+from atomistic.config.quantities import in_reduced, with_units
 from atomistic.config.slab import DeckSolverTable
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
@@ -33,8 +34,9 @@ from atomistic.response.cache import default_folder
 from atomistic.response.material import measured, model_of
 from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
+from continuum.files.inputs import parsed
 from continuum.files.tables import refuse
-from continuum.files.toml import ConfigError
+from continuum.files.toml import ConfigError, Source, find
 from continuum.model.fourier import Real
 from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope
@@ -185,15 +187,13 @@ def _wall(config: DeckConfig) -> Wall:
         gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 10.0), 101)
         law = wall.evaluate(gap)
     if not all(np.isfinite(values).all() for values in (law.energy, law.traction, law.stiffness)):
-        msg = "a law of finite energies and tractions"
-        raise ArithmeticError(msg)
+        raise ArithmeticError("a law of finite energies and tractions")
     return wall
 
 
 @singledispatch
 def _heights(surface: SurfaceTable, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
     """Heights of the wall, in a0, and where they come from."""
-    del config, model
     return surface.build(slab.grid), ()
 
 
@@ -343,3 +343,38 @@ def deck_under(
     specimen = Specimen.of_slab(slab, measured)
     made = _started(specimen, wall, heights, steps, DeckSolverTable(), shape, progress)
     return _acting(replace(made, notes=shape_notes(shape) + made.notes), wall_force)
+
+
+def deck_input(path: str | Path) -> DeckConfig:
+    """Read the input of a deck, in reduced units where it has others.
+
+    Raises ConfigError with all faults of the file; PotentialError or LammpsError if a number has a unit, and the
+    crystal is no stable fcc one, or LAMMPS fails.
+    """
+    source = Source.read(find(path))
+    if not with_units(source.data):
+        return parsed(source, DeckConfig)
+    try:
+        potential = parsed(source, ElasticConfig).interatomic.potential()
+    except ConfigError:
+        return parsed(source, DeckConfig)  # which has this fault, and finds the others
+    values, faults = in_reduced(source.data, model_of(potential).real_units)
+    try:
+        return parsed(source, DeckConfig, values)
+    except ConfigError as error:
+        told = [fault.key for fault in faults]
+        others = [fault for fault in error.faults if not any(fault.key[: len(key)] == key for key in told)]
+        raise ConfigError(source, [*faults, *others]) from None
+
+
+def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
+    """The separations, pressures or protocol of a call, those with a unit converted to a0 and E*.
+
+    Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
+    """
+    if not with_units(given):
+        return given
+    values, faults = in_reduced(given, model_of(model).real_units)
+    if faults:
+        raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
+    return values

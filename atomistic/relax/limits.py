@@ -1,7 +1,5 @@
 """Whether the numbers of a deck are those of a crystal under a wall: asked before anything is solved."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import ceil

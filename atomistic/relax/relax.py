@@ -7,8 +7,6 @@ solves the contact anew.  The deck is then written with this start, and its own 
 equilibrium, or finishes it with LAMMPS' minimisers where the iteration has stalled.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path

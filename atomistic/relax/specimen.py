@@ -1,8 +1,7 @@
 """The substrate that an input names: its atoms, what holds them together, and their linear response."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
@@ -15,7 +14,7 @@ from continuum.arguments import ArgumentError
 from continuum.files.store import Attribute
 from continuum.files.tables import refuse
 from continuum.model.grid import Grid
-from continuum.runs.memory import physical_memory
+from continuum.runs.cost import physical_memory
 from continuum.tables import Fault
 
 BYTES, BYTES_PER_ATOM = 2.5e8, 1600
@@ -35,7 +34,7 @@ class Specimen:
         return self.response.slab
 
     @classmethod
-    def of_slab(cls, slab: Slab, model: Model) -> Specimen:
+    def of_slab(cls, slab: Slab, model: Model) -> Self:
         """A slab that was checked (:func:`slab_under`); a response that must be measured is kept on disk."""
         # Nothing has to be measured of springs, so that nothing is kept of them.
         if model.harmonic:
@@ -43,11 +42,11 @@ class Specimen:
         return cls(model, stored_response(slab, model, default_folder()))
 
     @classmethod
-    def of_model(cls, model: Model, grid: Grid, depth: float) -> Specimen:
+    def of_model(cls, model: Model, grid: Grid, depth: float) -> Self:
         """The slab under a grid; see :func:`slab_under`."""
         return cls.of_slab(slab_under(model, grid, depth), model)
 
-    def springs(self) -> Specimen:
+    def springs(self) -> Self:
         """The same slab of springs, which answer to nothing but geometry."""
         return self.of_model(Springs(), self.slab.grid, self.slab.depth)
 

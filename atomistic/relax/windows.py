@@ -1,8 +1,7 @@
 """Means over the time windows of a motion, and whether these are of one state: their drift and their scatter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from scipy import stats
@@ -33,7 +32,7 @@ class WindowMean:
     """Whether windows of one state scatter as much with a probability below :data:`RARE`."""
 
     @classmethod
-    def of(cls, values: Real, errors: Real) -> WindowMean:
+    def of(cls, values: Real, errors: Real) -> Self:
         """Mean of windows of equal duration.
 
         Parameters
@@ -57,7 +56,7 @@ class WindowMean:
         return cls(mean, max(error, float(np.sqrt(among / count))), count, drift, drifts, scatter, rare)
 
     @classmethod
-    def of_ratio(cls, over: Real, over_errors: Real, under: Real, under_errors: Real) -> WindowMean:
+    def of_ratio(cls, over: Real, over_errors: Real, under: Real, under_errors: Real) -> Self:
         """Ratio r of the means of two quantities, as a friction coefficient, over windows of equal duration.
 
         To first order, the error of r is that of the mean of over - r under, divided by the mean of under: by the

@@ -4,8 +4,6 @@ The name of a file is a hash of the model, by the content of its potential, and 
 table of K_q, the force constants that it comes from, the relaxation of the surface, and where all this comes from.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import json
@@ -115,8 +113,7 @@ def _write(path: Path, response: LatticeResponse, model: Model, key: str) -> Non
 def _read(path: Path, slab: Slab, key: str) -> LatticeResponse:
     file = store.read_datasets(path, SCHEMA, VERSION)
     if file.attributes["key"] != key:
-        msg = f"{path}: holds another response"
-        raise StoreError(msg)
+        raise StoreError(f"{path}: holds another response")
     names = [name for name in file.attributes if name.startswith("checks/")]
     checks = (
         SymmetryErrors(**{name.removeprefix("checks/"): float(file.attributes[name]) for name in names})

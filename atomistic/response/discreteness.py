@@ -1,7 +1,5 @@
 """How the lattice tends to the continuum: its surface stiffness against that of the cubic layer with its constants."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -39,8 +37,7 @@ class Discreteness:
         """
         near = self.difference[np.abs(self.wavelength / wavelength - 1) < _ALIKE]
         if near.size == 0:
-            msg = f"this grid has no wave of {wavelength} a0"
-            raise ValueError(msg)
+            raise ValueError(f"this grid has no wave of {wavelength} a0")
         return float(near[np.argmax(np.abs(near))])
 
 
@@ -58,8 +55,7 @@ def discreteness(response: LatticeResponse, constants: CubicConstants) -> Discre
     # Not the very longest, which feel that the base lies a small fraction of a0 from where the continuum has it.
     fitted = (2 * np.pi / q >= _LONG) & (q * depth > 4)
     if np.count_nonzero(fitted) < 20:
-        msg = f"a slab {response.slab.shape} has too few long waves: take 48 x 48 surface atoms or more"
-        raise ValueError(msg)
+        raise ValueError(f"a slab {response.slab.shape} has too few long waves: take 48 x 48 surface atoms or more")
     powers, turns = (
         q[fitted, None] ** np.arange(3),
         np.stack([np.ones(fitted.sum()), np.cos(4 * angle[fitted])], axis=1),

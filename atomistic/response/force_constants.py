@@ -5,8 +5,6 @@ in the plane, a 3 x 3 matrix.  All layers below the first ``depth`` ones are tho
 exactly; any other potential is measured: one atom at a time is displaced in LAMMPS, and all forces are read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import singledispatch
@@ -79,11 +77,10 @@ class ForceConstants:
 
     def __post_init__(self) -> None:
         if self.surface.shape[1:] != self.bulk.shape or self.relaxation.shape != self.surface.shape[:1]:
-            msg = (
+            raise ValueError(
                 f"force constants of shape {self.surface.shape} (surface), {self.bulk.shape} (bulk) and "
                 f"{self.relaxation.shape} (relaxation) do not belong together"
             )
-            raise ValueError(msg)
 
     @property
     def coupled_layers(self) -> int:

@@ -18,12 +18,10 @@ the way up: from then on it is kept once, not for each block.  Of the 128 x 65 w
 this leaves one matrix in nine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,8 +59,7 @@ class _Chain(NamedTuple):
         own = self.bulk[block - len(self.surface)]
         if len(own) == len(x):
             return own @ x
-        solved: Complex = np.concatenate([own @ x[: len(own)], self.steady[len(own) :] @ x[len(own) :]])
-        return solved
+        return np.concatenate([own @ x[: len(own)], self.steady[len(own) :] @ x[len(own) :]])
 
     def coupling(self, block: int) -> Complex:
         """U_l, between this block and the next."""
@@ -102,13 +99,13 @@ class LatticeResponse:
             raise ValueError(msg)
 
     @classmethod
-    def of_springs(cls, slab: Slab, springs: Springs) -> LatticeResponse:
+    def of_springs(cls, slab: Slab, springs: Springs) -> Self:
         """Response of a slab of springs, from their exact force constants."""
         instance("springs", springs, Springs)
         return cls(slab, spring_force_constants(springs))
 
     @classmethod
-    def of_model(cls, slab: Slab, model: Model) -> LatticeResponse:
+    def of_model(cls, slab: Slab, model: Model) -> Self:
         """Response of a slab of any model: exact for springs, else measured in LAMMPS.
 
         Raises

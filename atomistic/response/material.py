@@ -4,8 +4,6 @@ All is measured on two atoms in a periodic box along <110>, <110> and <001>, who
 constants: an fcc crystal is a Bravais lattice, so that its atoms follow the strain and nothing relaxes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -157,8 +155,7 @@ def measure_crystal(potential: Potential) -> Crystal:
     lower; LammpsError if LAMMPS fails.
     """
     if potential.atom_style != "atomic":
-        msg = f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}"
-        raise ValueError(msg)
+        raise ValueError(f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}")
     _, style, *_ = potential.interactions().split()  # pair_style NAME ...
     if style not in pair_styles():
         meant = nearest(style, sorted(pair_styles()))
@@ -193,11 +190,10 @@ def _require_fcc(potential: Potential, crystal: Crystal) -> None:
         raise PotentialError(msg) from None
     best = min(crystal.others, key=lambda name: crystal.others[name])
     if crystal.others[best] < crystal.energy - _PREFERRED * abs(crystal.energy):
-        msg = (
+        raise PotentialError(
             f"this potential is not fcc at its minimum: {best} has the energy {crystal.others[best]:.6g} per atom, fcc "
             f"{crystal.energy:.6g}; the substrate here is an fcc crystal: {potential.reference}"
         )
-        raise PotentialError(msg)
 
 
 def _preferred(potential: Potential, volume: float) -> str:
@@ -246,11 +242,10 @@ class _Strained(Cell):
         edges = self._edge(volume) * np.linspace(0.8, 1.25, 46)
         energies = np.array([self.energy(edge * self._box) for edge in edges])
         if not np.isfinite(energies).all() or not 0 < (i := int(np.argmin(energies))) < len(edges) - 1:
-            msg = (
+            raise PotentialError(
                 f"no fcc crystal at zero pressure with nearest neighbours {edges[0]:.4g} to {edges[-1]:.4g} apart: "
                 f"{self._potential.reference}"
             )
-            raise PotentialError(msg)
         return float(
             brentq(
                 lambda edge: float(self.pressed(edge * self._box).sum()),

@@ -4,8 +4,6 @@ Both are means over time of atoms that LAMMPS moves in this process, under a Lan
 elastic constants stay those of the crystal at rest; what changes is where the atoms are.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import asdict, dataclass, replace

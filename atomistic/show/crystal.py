@@ -1,7 +1,5 @@
 """A crystal, measured: its constants, and how its lattice tends to the continuum, as sheets."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from atomistic.crystal.crystal import LAYER_SPACING

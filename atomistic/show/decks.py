@@ -1,7 +1,5 @@
 """A run of a deck, for people: tables, figures, and the wall of each step as a mesh."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Figures of a validation, from its stored file only; and of a crystal."""
 
-from __future__ import annotations
-
 from itertools import cycle
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a validation shows: sheets, and all of it on one page of HTML; from its stored file only."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A map that is open in the browser: its file, the fields of the form, and the answer."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import sys

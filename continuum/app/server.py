@@ -4,8 +4,6 @@ Each request needs the token of the address, first in the address and then in a 
 so that no web page can reach it through the browser.  It serves no file of the disk.
 """
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import json

@@ -1,7 +1,5 @@
 """``continuum view``: the command."""
 
-from __future__ import annotations
-
 import asyncio
 import webbrowser
 from contextlib import suppress
@@ -25,10 +23,7 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
     port : port to use; 0 for a free one.
     browser : whether to open the page in a browser; its address is printed in any case.
 
-    Raises
-    ------
-    InputError
-        If the file does not exist, the folder is not a sweep, or the server is not installed.
+    Raises InputError if the file does not exist, the folder is not a sweep, or the server is not installed.
     """
     count("port", port, 0, 65535)
     flag("browser", browser)

@@ -1,7 +1,5 @@
 """Arrays of numbers from a user's own files: text, npy, HDF5."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import Any

@@ -1,9 +1,8 @@
 """How to cite the program and the paper, from ``CITATION.cff``."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
+from typing import Self
 
 from continuum.files.toml import packaged
 
@@ -29,12 +28,12 @@ class Citation:
         return f"{', '.join(self.authors)}, {self.title}, version {self.version}"
 
     @classmethod
-    def read(cls) -> Citation:
+    def read(cls) -> Self:
         """Read the file that comes with the package."""
         return cls.of(packaged("CITATION.cff").read_text(encoding="utf-8"))
 
     @classmethod
-    def of(cls, text: str) -> Citation:
+    def of(cls, text: str) -> Self:
         """Parse a text of this form, and only as much of YAML as the file of this project uses."""
         program, _, article = text.partition("references:")
         names = zip(_all(article, "family-names"), _all(article, "given-names"), strict=True)

@@ -5,8 +5,6 @@ read; what else a file contains does not matter.  These, and whatever is missing
 StoreError.  A file that cannot be written raises OutputError and leaves an older file of that name unchanged.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import islice
@@ -144,10 +142,7 @@ def _names_in(file: h5py.File) -> list[str]:
 def only_array(path: str | Path) -> str:
     """Name of the only two-dimensional dataset of numbers in a user's HDF5 file, or else of the only one-dimensional.
 
-    Raises
-    ------
-    StoreError
-        If there is none, or several: the message names them.
+    Raises StoreError if there is none, or several: the message names them.
     """
     with opened(path) as file:
         shapes = {name: file[name].shape for name in _names_in(file) if file[name].dtype.kind in "iuf"}

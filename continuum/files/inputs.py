@@ -4,8 +4,6 @@ Pydantic's errors are translated into messages with file, line, key and allowed 
 pydantic leaves out if one key is faulty, are made as far as the valid keys allow.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Walls and surfaces of an input that are read from a file of their own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 

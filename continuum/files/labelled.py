@@ -4,8 +4,6 @@ Nothing is read before it is used.  xarray is an extra, so that only functions t
 module.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 Where that cannot be done, each function raises OutputError, and what was there stays as it was.
 """
 
-from __future__ import annotations
-
 import os
 import socket
 import time

@@ -1,7 +1,5 @@
 """Provenance of a result: versions and commit, as attributes for :mod:`continuum.files.store`."""
 
-from __future__ import annotations
-
 import datetime
 import importlib.metadata
 import platform

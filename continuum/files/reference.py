@@ -3,8 +3,6 @@
 Type, bounds, default and meaning of a key are those with which it is read.
 """
 
-from __future__ import annotations
-
 import json
 import textwrap
 from collections.abc import Iterator, Mapping

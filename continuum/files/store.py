@@ -8,8 +8,6 @@ Damage is detected: datasets have a Fletcher-32 checksum, and the file format ha
 also why text has a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Whole input files: their source, their identity, and their stored form."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """What the command ``continuum`` does, as functions: one for each of its sub-commands."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

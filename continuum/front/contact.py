@@ -1,19 +1,16 @@
 """A contact from arrays, which is pressed to one state or along a path."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
 from continuum.arguments import ArgumentError, choice, count, function, instance, number, pair, several
 from continuum.arguments import field as map_of
-from continuum.front.states import LoadingPath, State
-from continuum.front.turns import Turn
+from continuum.front.states import LoadingPath, State, Turn
 from continuum.model.counterface import against
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
@@ -197,7 +194,7 @@ class Contact:
                 progress(states[-1])
         return LoadingPath(self, tuple(states))
 
-    def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Contact:
+    def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Self:
         """The contact of this wall with another rough body, shifted and turned; E* is that of both bodies.
 
         With small slopes only the difference of the heights counts, and 1/E* is the sum of (1 - ν²)/E of both bodies.

@@ -1,7 +1,5 @@
 """Predict whether a contact of one or two measured topographies is sticky."""
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections.abc import Callable, Sequence

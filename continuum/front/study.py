@@ -1,7 +1,5 @@
 """Rank samples by stickiness: every spot of a study is one contact."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any

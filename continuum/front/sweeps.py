@@ -4,8 +4,6 @@ They take the folder of a sweep, or its input, and never an object of an earlier
 later, from another process or machine.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence, Set
@@ -20,8 +18,7 @@ from continuum.arguments import ArgumentError, choice, count, file_name, flag, f
 from continuum.files.inputs import InputFile, settings_of
 from continuum.files.output import LockedError, folder, save
 from continuum.files.toml import text_of
-from continuum.runs.cost import cost_of, pair_seconds
-from continuum.runs.memory import physical_memory
+from continuum.runs.cost import cost_of, pair_seconds, physical_memory
 from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import BACK_ENDS, back_end
@@ -33,7 +30,7 @@ from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
-from continuum.sweeps.tasks import Message, Task, TaskResult
+from continuum.sweeps.workers import Message, Task, TaskResult
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]

@@ -4,8 +4,6 @@ The solver's transforms, compiled laws and sums are not used.  Instead heights a
 complex transforms over the whole spectrum, the traction as a finite difference of the law's energy, and NumPy's sums.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,10 +54,7 @@ def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int 
     rounded : whether the gap was stored in single precision.
     seed : seed of the random displacements.
 
-    Raises
-    ------
-    ValueError
-        For a hard wall without periodic images, where the gap does not determine the traction.
+    Raises ValueError for a hard wall without periodic images, where the gap does not determine the traction.
     """
     coarse = SINGLE * float(np.abs(gap).max()) if rounded else 0.0
     if problem.open_boundary is not None:
@@ -138,8 +133,7 @@ def _traction(problem: ContactProblem, gap: Real) -> Real:
     energy = problem.wall.energy
     near = (energy(gap + STEP) - energy(gap - STEP)) / (2 * STEP)
     far = (energy(gap + 2 * STEP) - energy(gap - 2 * STEP)) / (4 * STEP)
-    found: Real = -(4 * near - far) / 3
-    return found
+    return -(4 * near - far) / 3
 
 
 def _curvatures(problem: ContactProblem, stiffness: Real, gap: Real, seed: int) -> list[float]:

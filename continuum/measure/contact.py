@@ -1,7 +1,5 @@
 """Areas, loads and contact map of a state, and the numbers by which the paper compares contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -195,10 +193,7 @@ def measure(grid: Grid, totals: Totals, repulsive: Mask, rms_slope: float) -> Me
     repulsive : the cells of A_rep: ``contact_map(wall, gap) == REPULSIVE``, or the map stored with a run.
     rms_slope : h'rms of the undeformed surface; its spectral moment, not the target of its synthesis.
 
-    Raises
-    ------
-    ValueError
-        If the map does not fit the grid, or the areas.
+    Raises ValueError if the map does not fit the grid, or the areas.
     """
     rim = outline(grid, repulsive)
     if abs(rim.cells - totals.area_rep * grid.size) > 0.5:

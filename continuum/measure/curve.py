@@ -4,11 +4,9 @@ Loads are per A0, in E*, compression positive; distances in a0.  Nothing is know
 appears as a steep piece, and an extreme is that of the points, so that its error is the change to the next point.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +46,7 @@ class Curve:
     """False on approach."""
 
     @classmethod
-    def of(cls, points: Sequence[CurvePoint]) -> Curve:
+    def of(cls, points: Sequence[CurvePoint]) -> Self:
         """Build the curve of the equilibria among some points, in their order."""
         columns = [(point.mean_gap, point.separation, point.load) for point in points]
         mean_gap, separation, load = np.array(columns, dtype=np.float64).reshape(-1, 3).T
@@ -100,14 +98,10 @@ def adhesion(curve: Curve) -> Adhesion:
     Work is the integral of the load over the separation, or over the mean gap if the mean displacement is free, by the
     trapezoidal rule over the points of the path.
 
-    Raises
-    ------
-    ValueError
-        If there is no point.
+    Raises ValueError if there is no point.
     """
     if curve.load.size == 0:
-        msg = "the path has no equilibrium, so that nothing can be measured"
-        raise ValueError(msg)
+        raise ValueError("the path has no equilibrium, so that nothing can be measured")
     distance = curve.separation if np.isfinite(curve.separation).all() else curve.mean_gap
     away = curve.retracting
     tension = np.maximum(-curve.load, 0.0)

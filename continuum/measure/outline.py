@@ -5,8 +5,6 @@ share an edge; the map is periodic.  Numbers are counted on the cells, so that
 turning or shifting the map changes none of them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 
@@ -93,10 +91,7 @@ class Outline:
 def outline(grid: Grid, inside: Mask) -> Outline:
     """Count cells, perimeter cells and edges of a map, shape ``grid.shape``.
 
-    Raises
-    ------
-    ValueError
-        If the map does not fit the grid.
+    Raises ValueError if the map does not fit the grid.
     """
     inside = mask_on_grid(grid, inside)
     cells, edges = int(np.count_nonzero(inside)), [np.count_nonzero(inside != np.roll(inside, 1, a)) for a in (0, 1)]
@@ -116,15 +111,11 @@ def perimeter_map(inside: Mask) -> Mask:
 def mask_on_grid(grid: Grid, inside: Mask) -> Mask:
     """Convert a map to booleans, and check that it has the shape of the grid.
 
-    Raises
-    ------
-    ValueError
-        If it has another shape.
+    Raises ValueError if it has another shape.
     """
     inside = np.asarray(inside, dtype=np.bool_)
     if inside.shape != grid.shape:
-        msg = f"a map of shape {inside.shape} does not fit a grid of shape {grid.shape}"
-        raise ValueError(msg)
+        raise ValueError(f"a map of shape {inside.shape} does not fit a grid of shape {grid.shape}")
     return inside
 
 
@@ -150,10 +141,7 @@ class Patches:
 def patches(grid: Grid, inside: Mask) -> Patches:
     """The connected patches of a map, shape ``grid.shape``.
 
-    Raises
-    ------
-    ValueError
-        If the map does not fit the grid.
+    Raises ValueError if the map does not fit the grid.
     """
     inside = mask_on_grid(grid, inside)
     labels = np.zeros(grid.shape, dtype=np.int32)

@@ -1,7 +1,5 @@
 """Gap against distance from the edge of a contact, and distributions of gap and pressure."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -68,15 +66,11 @@ def gap_profile(grid: Grid, gap: Real, inside: Mask, farthest: float, zero_gap: 
     farthest : distance up to which the profile reaches, in a0; the map is held with a margin that wide.
     zero_gap : gap of the edge, in a0.
 
-    Raises
-    ------
-    ValueError
-        If the map does not fit the grid, or the distance is not positive.
+    Raises ValueError if the map does not fit the grid, or the distance is not positive.
     """
     inside = mask_on_grid(grid, inside)
     if not 0 < farthest < np.inf:
-        msg = f"the farthest distance from an edge is a positive finite number, got {farthest}"
-        raise ValueError(msg)
+        raise ValueError(f"the farthest distance from an edge is a positive finite number, got {farthest}")
     depth, bins = EDGE_DEPTH * sum(grid.spacing) / 2, int(np.ceil(farthest / min(grid.spacing)))
     sums = np.zeros((4, bins))
     for x, rise in _outside(grid, gap, inside, farthest + depth):

@@ -1,7 +1,5 @@
 """The second of two rough bodies, shifted and turned; both together are one wall."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Annotated, ClassVar

@@ -11,8 +11,6 @@ its two faces, which stay finite however thick it grows (the stiffness-matrix me
 Wang, J. Acoust. Soc. Am. 112, 822 (2002)).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -45,8 +43,7 @@ class CubicConstants(NamedTuple):
             raise ValueError(msg)
         if self.c11 > LEAST_COMPRESSIBLE * self.c44:
             most = f"{LEAST_COMPRESSIBLE:g} C44, or digits are lost"
-            msg = f"C11 is at most {most}, not {self}: an isotropic layer of nu = 0.5 has no such limit"
-            raise ValueError(msg)
+            raise ValueError(f"C11 is at most {most}, not {self}: an isotropic layer of nu = 0.5 has no such limit")
 
     def stiffness_tensor(self) -> Real:
         """C_ijkl, shape (3, 3, 3, 3): isotropic part plus what the cubic axes add."""

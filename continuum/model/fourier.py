@@ -5,8 +5,6 @@ the rows, then along the columns, or back.  Blocks are fixed by the shape of the
 block (ducc0's own threads change the last bits), so that results do not depend on the number of threads.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import ducc0.fft
@@ -58,8 +56,7 @@ def cut(values_q: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
     """The part of a half spectrum that lies on the modes of a coarser grid of the same period, in a copy."""
     rows, columns = shape
     n = values_q.shape[0]
-    part: NDArray[Any] = values_q[np.r_[: low_rows(rows), n - rows // 2 : n], :columns]
-    return part
+    return values_q[np.r_[: low_rows(rows), n - rows // 2 : n], :columns]
 
 
 def low_rows(rows: int) -> int:

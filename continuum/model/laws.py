@@ -7,8 +7,6 @@ numba's cache on disk checks the file of a function only, not those of the funct
 :mod:`continuum.solve.cpu.compiled`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

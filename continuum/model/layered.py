@@ -17,8 +17,6 @@ No digits are lost, however thin, thick, stiff or incompressible a layer is, whe
 the crystal) lose them as 1/(q h): the largest eigenvalue is a single one, and the small terms stand apart.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import factorial
 from typing import NamedTuple

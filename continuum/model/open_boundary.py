@@ -7,8 +7,6 @@ G_q is positive, so that 1/G_q is the stiffness of a periodic surface of twice t
 the half-space does if no traction acts outside.  The solvers need nothing else.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -48,8 +46,7 @@ def cell_influence(x: Real, y: Real, spacing: tuple[float, float]) -> Real:
 
 
 def _corner(x: Real, y: Real) -> Real:
-    corner: Real = x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
-    return corner
+    return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +76,7 @@ class OpenBoundary:
         influence = cell_influence(x, y, spacing)
         compliance = self.grid.forward(influence).real * self.grid.size
         assert compliance.min() > 0
-        stiffness: Real = 1 / compliance
-        return stiffness
+        return 1 / compliance
 
     def around(self, values: Real, outside: float) -> Real:
         """A field of the window on :attr:`grid`, with one value outside of the window."""

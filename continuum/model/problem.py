@@ -10,11 +10,10 @@ With h the heights, D the separation, u the displacement of the surface and φ t
 Functions of the displacement return arrays and keep no state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -68,8 +67,7 @@ class ContactProblem:
     def open_boundary(self) -> OpenBoundary | None:
         """The response without periodic images; None for a periodic surface."""
         made = getattr(self.substrate, "open_boundary", None)
-        found: OpenBoundary | None = None if made is None else made(self.grid)
-        return found
+        return None if made is None else made(self.grid)
 
     @cached_property
     def period(self) -> tuple[Grid, Real]:
@@ -104,7 +102,7 @@ class ContactProblem:
         """Mean height of the wall; zero for a synthesised surface."""
         return self.grid.mean(self.heights)
 
-    def dented(self, imprint: Real | None) -> ContactProblem:
+    def dented(self, imprint: Real | None) -> Self:
         """The problem after plastic yield: heights raised by the depth of the imprint, shape ``grid.shape``, in a0."""
         if imprint is None:
             return self

@@ -1,7 +1,5 @@
 """Checks whether the grid resolves the surface, and the wall law at the rim of a contact."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

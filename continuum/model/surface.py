@@ -3,8 +3,6 @@
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
@@ -64,7 +62,6 @@ class SurfaceTable(TableFamily):
 
     def expected(self, grid: Grid) -> Moments | None:
         """Moments of the random ensemble; None if the surface is not random."""
-        del grid
         return None
 
     def too_short(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:

@@ -13,8 +13,6 @@ Four claims without a verdict got one on 24 November: the gap outside a contact,
 range of the spline, by the bounds that all ratios have, or the paper's own number.  Data of other laws was known then.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,8 +5,6 @@ sticky from not passes 1: attraction over repulsion at 1 % area, or pull-off ove
 its logarithm is taken as linear in that of w.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -28,7 +26,7 @@ from continuum.show import plot
 from continuum.show.sheet import Sheet
 from continuum.sticky.criteria import AREA, CRITERIA, Criterion, RoughContact
 from continuum.sweeps.collect import PointTable
-from continuum.theory import dispute, rough
+from continuum.theory import rough
 
 NEAR = 1.1
 """Ratio within which the largest or smallest work counts as the crossover itself: attraction is nearly proportional to
@@ -158,10 +156,10 @@ class Theory:
 
 
 THEORIES = (
-    Theory("Pastewka-Robbins", CRITERIA["pastewka-robbins"], dispute.pastewka_robbins_exponent, "#d55e00"),
-    Theory("half conformal energy", CRITERIA["half-conformal-energy"], dispute.conformal_exponent, "#0072b2"),
-    Theory("Fuller-Tabor", CRITERIA["fuller-tabor"], dispute.fuller_tabor_exponent, "#009e73"),
-    Theory("bearing area (BAM)", CRITERIA["bearing-area"], dispute.long_wave_exponent, "#cc79a7"),
+    Theory("Pastewka-Robbins", CRITERIA["pastewka-robbins"], rough.pastewka_robbins_exponent, "#d55e00"),
+    Theory("half conformal energy", CRITERIA["half-conformal-energy"], rough.conformal_exponent, "#0072b2"),
+    Theory("Fuller-Tabor", CRITERIA["fuller-tabor"], rough.fuller_tabor_exponent, "#009e73"),
+    Theory("bearing area (BAM)", CRITERIA["bearing-area"], rough.long_wave_exponent, "#cc79a7"),
 )
 
 

@@ -3,8 +3,6 @@
 ``continuum examples`` prints them; ``docs/examples.md`` holds what it printed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

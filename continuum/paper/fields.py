@@ -1,7 +1,5 @@
 """Figures from stored fields: contact maps, a cut through a contact, its perimeter, the mean gap outside of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import cycle
 from string import ascii_uppercase

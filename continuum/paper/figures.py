@@ -1,7 +1,5 @@
 """The paper's figures, one entry each: what it asks of a sweep, how it is drawn, and its caption."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sized
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """What a sweep says of a claim: a word and the numbers behind it; bounds and counts that all claims have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 

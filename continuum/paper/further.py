@@ -1,7 +1,5 @@
 """Figures of the further inputs, each with its table: size, continuum limit, roll-off, laws, stiffness, pull-off."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

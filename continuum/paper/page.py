@@ -1,7 +1,5 @@
 """The page of a sweep beside the paper: verdicts, figures with their captions, and where the numbers come from."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -35,10 +33,8 @@ def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None)
     folders : of the sweep; several for page and dispute.
     into : where to write; the folder of the first sweep if None.
 
-    Raises
-    ------
-    SweepError, FigureError, OutputError
-        If there is no sweep, no such figure, no point for it, or it cannot be written.
+    Raises SweepError, FigureError or OutputError if there is no sweep, no such figure, no point for it, or it cannot
+    be written.
     """
     roots = [Path(folder) for folder in folders]
     if name not in NAMES:

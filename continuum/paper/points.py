@@ -3,8 +3,6 @@
 The shape of a symbol tells H, its colour l_a; it is filled for h' < 0.2, and larger for larger λ_s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -4,8 +4,6 @@ The archives keep such a folder flat, and so is this: ``index.html`` with its fi
 ``sweep.toml``, ``.zenodo.json``, and ``SHA256SUMS``, by which the folder is known again and can be checked.
 """
 
-from __future__ import annotations
-
 import hashlib
 import html
 import json
@@ -87,14 +85,9 @@ def sweep_publish(
     license : of the data, as Zenodo names it.
     force : write beside, and over, what is in the folder.
 
-    Raises
-    ------
-    SweepError, FigureError
-        If there is no sweep, or no system of it is done.
-    OutputError
-        If the folder holds files that are not of an earlier call or were changed since, or cannot be written to.
-    ArgumentError
-        If an argument is not allowed.
+    Raises SweepError or FigureError if there is no sweep, or no system of it is done; OutputError if the folder holds
+    files that are not of an earlier call or were changed since, or cannot be written to; ArgumentError if an argument
+    is not allowed.
     """
     from continuum.paper.publication_page import write_publication_page  # pandas and Matplotlib, which take a second
 

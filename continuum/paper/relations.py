@@ -1,7 +1,5 @@
 """Figs. 2 to 4, S-2 and S-3 of the paper, and d_rep against area: the table of each, and how it is drawn from that."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Build the contact problem that a configuration describes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -16,8 +14,7 @@ from continuum.model.problem import ContactProblem
 from continuum.model.resolution import check_slope, doubts
 from continuum.model.surface import Moments
 from continuum.runs.config import RunConfig
-from continuum.runs.cost import cost_of
-from continuum.runs.memory import physical_memory
+from continuum.runs.cost import cost_of, physical_memory
 from continuum.solve.solution import Settings
 from continuum.tables import Fault, Key, Table
 
@@ -54,10 +51,7 @@ class RunSetup:
 def build(config: RunConfig) -> RunSetup:
     """The contact problem of a configuration.
 
-    Raises
-    ------
-    ConfigError
-        If the run does not fit into memory, or a file does not hold what it should.
+    Raises ConfigError if the run does not fit into memory, or a file does not hold what it should.
     """
     needed, available = cost_of(config).memory, physical_memory()
     if needed > available:

@@ -1,14 +1,13 @@
 """The input of a continuum run: the loading path, and the whole file."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 from continuum.errors import InputError
@@ -21,9 +20,91 @@ from continuum.model.substrates.non_periodic import NO_LINE
 from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import WallTable
 from continuum.path.state import YIELDS, Control, Search
-from continuum.runs.ranges import expand_range
-from continuum.runs.tables import SolverTable
+from continuum.solve.backend import BACK_ENDS
+from continuum.solve.solution import LOOSEST, Settings
 from continuum.tables import Fault, Fraction, Table, constraint
+
+_Count = Annotated[int, Field(ge=1, le=10**9)]
+
+
+def _device(value: str) -> str:
+    if value not in BACK_ENDS:
+        allowed = " or ".join(f'"{name}"' for name in BACK_ENDS)
+        raise PydanticCustomError("device", "{allowed}", {"allowed": allowed})
+    return value
+
+
+class ToleranceTable(Table):
+    """The tolerance of a solution."""
+
+    tolerance: Annotated[float, Field(gt=0, le=LOOSEST)] = 1e-6
+    """largest root-mean-square residual traction, relative to h'rms E*; 0.01 leaves errors of a few percent"""
+
+    def build(self, scale: float) -> Settings:
+        """Settings with tolerances relative to ``ContactProblem.traction_scale``."""
+        return Settings(self.tolerance * scale)
+
+
+class SolverTable(ToleranceTable):
+    """[solver]: tolerance, iterations, threads and device."""
+
+    not_identity: ClassVar[frozenset[str]] = frozenset({"threads"})
+
+    max_iterations: _Count = 5000
+    """number of iterations after which a point counts as not converged"""
+    shift: Annotated[float, Field(gt=0, le=100)] = 0.01
+    """c0 of the preconditioner 1/(K + c0), in E*/a0; 0.001 - 0.03 are equally good"""
+    threads: Annotated[int, Field(ge=1, le=1024)] = 1
+    """threads of the solver; they do not change results"""
+    stability: bool = False
+    """whether to compute the lowest eigenvalue of the Hessian of each point under a law, in one or two hundred FFT
+    pairs; a saddle point then counts as not converged"""
+    device: Annotated[str, AfterValidator(_device)] = "cpu"
+    """what the solver runs on: "cpu", or "cuda" for an NVIDIA GPU, which is experimental: its results were checked in a
+    simulator, its speed on no GPU yet; results of two devices agree but for rounding, and are kept apart"""
+
+    def build(self, scale: float) -> Settings:
+        """Solver settings, including iterations, threads and device."""
+        names = ("max_iterations", "shift", "threads", "stability", "device")
+        return replace(super().build(scale), **{name: getattr(self, name) for name in names})
+
+
+MOST = 1_000_000
+"""Largest number of values of a range, and of systems of a sweep."""
+_HUGE = 1e150  # numbers whose differences and ratios are numbers, too
+
+
+def expand_range(given: Any) -> tuple[Any, ...]:
+    """The values of a list, or of a range ``{from, to, step | factor | count}``, its end included.
+
+    Raises ValueError if it is neither a list nor a range.
+    """
+    if isinstance(given, (tuple, list)):
+        return tuple(given)
+    if not isinstance(given, Mapping):
+        raise ValueError(f"not {given!r}")
+    steps = [name for name in ("step", "factor", "count") if name in given]
+    numbers: list[Any] = [given.get(name) for name in ("from", "to", *steps)]
+    if len(steps) != 1 or len(given) != 3 or not all(type(n) in (int, float) and abs(n) < _HUGE for n in numbers):
+        raise ValueError("from and to, and one of step, factor and count, all of them numbers")
+    first, last, by = numbers
+    if steps == ["count"]:
+        if type(by) is not int or by < 2:
+            raise ValueError("count is a whole number from 2 on")
+        return tuple(first + (last - first) * i / (by - 1) for i in range(_enough(by - 1)))
+    # Rounded up a little: a decimal step may miss its end by the last digit.
+    if steps == ["step"] and by * (last - first) > 0:
+        return tuple(first + i * by for i in range(_enough((last - first) / by)))
+    if steps == ["factor"] and by > 0 and first * last > 0 and by != 1 and math.log(last / first) / math.log(by) >= 0:
+        return tuple(first * by**i for i in range(_enough(math.log(last / first) / math.log(by))))
+    raise ValueError("a step or factor that leads from the first to the last value")
+
+
+def _enough(steps: float) -> int:
+    """Number of values for a number of steps, checked against the limit."""
+    if steps >= MOST:
+        raise ValueError(f"at most {MOST} values, not {steps + 1:.3g}")
+    return int(steps + 1e-9) + 1
 
 
 def _spread(given: Any) -> Any:
@@ -210,8 +291,7 @@ class RunConfig(Document):
         try:
             solver = SolverTable.model_validate({**dict(self.solver), "device": device})
         except ValidationError as error:
-            msg = f"there is no device {device!r}; allowed: {error.errors()[0]['msg']}"
-            raise InputError(msg) from error
+            raise InputError(f"there is no device {device!r}; allowed: {error.errors()[0]['msg']}") from error
         return self.model_copy(update={"solver": solver})
 
     @constraint

@@ -4,8 +4,6 @@ Points are reused as far as both paths agree.  The next point needs the full sta
 tolerance needs the states of all points, and starts each from its own.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,11 +1,9 @@
 """The record of a run: numbers and fields of each point, and their form in the result file."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, cast
+from typing import NamedTuple, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +65,7 @@ class Point(Totals):
     status: str = quantity("", "how the solve ended")
 
     @classmethod
-    def of(cls, problem: ContactProblem, state: PathState, solver: Solver) -> Point:
+    def of(cls, problem: ContactProblem, state: PathState, solver: Solver) -> Self:
         """The numbers of a state."""
         solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
         return cls(
@@ -132,7 +130,7 @@ class Record:
             self.gaps.append(state.gap.astype(np.float32))
         self.work.append(state.solution.work)
 
-    def beginning(self, points: int, good: list[PathState]) -> Record:
+    def beginning(self, points: int, good: list[PathState]) -> Self:
         """The record after the first points, with the states that the next one starts from."""
         return replace(
             self,
@@ -209,7 +207,7 @@ class Record:
         return {"smallest_load": load, "smallest_load_mean_gap": mean_gap, "smallest_load_branch": branch}
 
     @classmethod
-    def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Record:
+    def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Self:
         """The record in a file."""
         record = cls(
             fields,

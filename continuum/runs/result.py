@@ -120,12 +120,10 @@ class Result:
     def _mask(self, name: str, index: int) -> Mask:
         packed = store.read_part(self.path, name, index)
         if packed is None:
-            msg = f"{self.path}: holds no map {name!r}"
-            raise StoreError(msg)
+            raise StoreError(f"{self.path}: holds no map {name!r}")
         nx, ny = self.grid.shape
         if packed.shape != (nx, (ny + 7) // 8):
-            msg = f"{self.path}: the map {name!r} has another shape than the grid"
-            raise StoreError(msg)
+            raise StoreError(f"{self.path}: the map {name!r} has another shape than the grid")
         return store.unpack(packed, ny)
 
     def gap(self, index: int) -> Real | None:
@@ -168,8 +166,7 @@ class Result:
         try:
             from continuum.files.labelled import open_labelled
         except ImportError as error:
-            msg = "xarray is an extra: pip install 'stickiness[xarray]'"
-            raise ImportError(msg) from error
+            raise ImportError("xarray is an extra: pip install 'stickiness[xarray]'") from error
         return open_labelled(self.path, FLAGS)
 
 

@@ -4,8 +4,6 @@ After each point the result is rewritten with all that the next point starts fro
 to a bitwise identical result.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -59,14 +57,8 @@ def follow_run(
     every : seconds between two writes; after an interruption the points since the last write are computed again.
     growth : a stored path of the same contact, whose points are reused if the file has none yet.
 
-    Raises
-    ------
-    ConfigError
-        If the configuration cannot be run.
-    InputError
-        If this machine lacks the device of the solver.
-    OutputError
-        If the file is something else, an input, locked by another process, or cannot be written.
+    Raises ConfigError if the configuration cannot be run; InputError if this machine lacks the device of the solver;
+    OutputError if the file is something else, an input, locked by another process, or cannot be written.
     """
     start = time.perf_counter()
     key = identity(config)

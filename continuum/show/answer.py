@@ -1,7 +1,5 @@
 """Is my surface sticky?  The answer in statements of one line each: what was solved first, then the theories."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 

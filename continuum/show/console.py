@@ -1,7 +1,5 @@
 """What a person sees of long work: a progress bar or plain lines, tables, errors."""
 
-from __future__ import annotations
-
 import codecs
 import contextlib
 import errno

@@ -1,7 +1,5 @@
 """One page of HTML that needs no other file: a sentence, warnings, sheets and figures."""
 
-from __future__ import annotations
-
 import base64
 import html
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The style that all figures of the project share, and what several of them draw."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Is my surface sticky?  The answer in a sentence, in sheets, and on a page of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A prediction for other programs: JSON with everything, one flat row for a table.  SI units."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Figures of a prediction: map, spectrum, what depends on resolution, the solved contact, the faults of a map."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

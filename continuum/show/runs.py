@@ -1,7 +1,5 @@
 """Runs, analyses and sweeps as text: what is printed of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +15,7 @@ from continuum.show.sheet import Column, Sheet, pairs
 from continuum.sweeps.collect import PointTable, SweepStatus
 from continuum.sweeps.crossings import Crossing
 from continuum.sweeps.sweep import SweepListing
-from continuum.sweeps.tasks import TaskResult
+from continuum.sweeps.workers import TaskResult
 
 _POINT = (Column("step"), Column("branch"), Column("mean gap", "a0"))
 _MOST = 20

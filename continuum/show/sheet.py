@@ -1,13 +1,12 @@
 """A sheet: rows under columns with units, as text, Markdown, HTML or CSV.  Every table of the project is one."""
 
-from __future__ import annotations
-
 import csv
 import html
 import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 Entry = str | float | int | None
 """What a row may hold; None where there is nothing to say."""
@@ -60,13 +59,10 @@ class Sheet:
     note: str = ""
 
     @classmethod
-    def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Entry]], note: str = "") -> Sheet:
+    def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Entry]], note: str = "") -> Self:
         """A sheet from any sequences.
 
-        Raises
-        ------
-        ValueError
-            If a row has not as many cells as there are columns.
+        Raises ValueError if a row has not as many cells as there are columns.
         """
         heads = tuple(Column(column) if isinstance(column, str) else column for column in columns)
         body = tuple(map(tuple, rows))

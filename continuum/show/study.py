@@ -1,7 +1,5 @@
 """The ranking of a study: sheets, a figure, a page and tables."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from matplotlib.figure import Figure

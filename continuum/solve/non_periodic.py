@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -39,18 +40,17 @@ class NonPeriodicSolver(Solver):
         start: Real | None,
         settings: Settings,
         *,
-        pressure: float = 0.0,
         lift: float = 0.0,
-        mean_stiffness: float | None = None,
         closer: Closer | None = None,
+        **posed: Any,
     ) -> Solution:
         """Minimise as the periodic solver does.
 
         Parameters
         ----------
         start : gap of an equilibrium, shape of the window: its displacement is where the surface begins.
-        pressure : mean pressure on the window, in E*; of effect with ``mean_stiffness`` 0, a given load.
-        mean_stiffness : 0 under a given load; else that of the half-space.
+        posed : ``pressure``, the mean on the window in E*, and ``mean_stiffness``, 0 under a given load; else that of
+            the half-space.
 
         The rest is as for :meth:`continuum.solve.solver.Solver.minimise`.
         """
@@ -58,14 +58,13 @@ class NonPeriodicSolver(Solver):
         if closer is not None:
             worth = closer.worth
             closer = Closer(closer.tolerance / 2, lambda gap: worth(self.boundary.inside(gap)))
+        posed = _of_all(**posed)
         for far in self._distances(offset, lift, reach):
             around = self.boundary.around(offset, far)
-            begin = None if start is None else self._start(law, around, start, lift, loaded=mean_stiffness == 0)
-            mean = self._mean(mean_stiffness)
-            found = super().minimise(
-                law, around, begin, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean,
-                closer=closer,
-            )  # fmt: skip
+            begin = (
+                None if start is None else self._start(law, around, start, lift, loaded=posed["mean_stiffness"] == 0)
+            )
+            found = super().minimise(law, around, begin, _closer(settings), lift=lift, closer=closer, **posed)
             if not found.status.ok or _beside(self.boundary, found.gap).min() > reach:
                 break
         return self._inside(found)
@@ -76,18 +75,16 @@ class NonPeriodicSolver(Solver):
         start: Real | None,
         settings: Settings,
         *,
-        pressure: float = 0.0,
         lift: float = 0.0,
-        mean_stiffness: float | None = None,
         most: float = np.inf,
+        **posed: Any,
     ) -> Solution:
         """As :meth:`minimise`, under a hard wall, where the start makes no difference."""
-        del start  # the energy is convex, and from the gap of a window alone no pressure follows
+        posed = _of_all(**posed)
         for far in self._distances(offset, lift, 0.0):
-            around, mean = self.boundary.around(offset, far), self._mean(mean_stiffness)
-            found = super().constrain(
-                around, None, _closer(settings), pressure=pressure / 4, lift=lift, mean_stiffness=mean, most=most
-            )
+            # The energy is convex, and from the gap of a window alone no pressure follows.
+            around = self.boundary.around(offset, far)
+            found = super().constrain(around, None, _closer(settings), lift=lift, most=most, **posed)
             if not found.status.ok or _beside(self.boundary, found.gap).min() > 0:
                 break
         return self._inside(found)
@@ -100,14 +97,9 @@ class NonPeriodicSolver(Solver):
     def stability(self, law: Law, gap: Real, mean_stiffness: float | None = None, shift: float = 0.01) -> Stability:
         """The lowest eigenvalue of the Hessian, of all of the half-space; the rest as for the periodic solver."""
         beside = max(float(gap.max()), _reach(law, UNFELT)) + 1.0
-        found = super().stability(law, self.boundary.around(gap, beside), self._mean(mean_stiffness), shift)
+        mean = _of_all(mean_stiffness=mean_stiffness)["mean_stiffness"]
+        found = super().stability(law, self.boundary.around(gap, beside), mean, shift)
         return found._replace(mode=self.boundary.inside(found.mode))
-
-    def _mean(self, given: float | None) -> float | None:
-        """Mean stiffness of the periodic surface of twice the size: zero under a given load, or its own."""
-        if given is not None and np.isinf(given):
-            raise ValueError("a part of a half-space has no mean displacement that could be held")
-        return 0.0 if given == 0 else None
 
     def _distances(self, offset: Real, lift: float, reach: float) -> list[float]:
         """Offsets of the wall beside the window, each farther than the last."""
@@ -132,6 +124,13 @@ class NonPeriodicSolver(Solver):
         pressure = None if found.pressure is None else inside(found.pressure).copy()
         gap, duality_gap = inside(found.gap).copy(), 4 * found.duality_gap
         return replace(found, gap=gap, pressure=pressure, residual=2 * found.residual, duality_gap=duality_gap)
+
+
+def _of_all(pressure: float = 0.0, mean_stiffness: float | None = None) -> dict[str, Any]:
+    """Pressure and mean stiffness of the periodic surface of twice the size: zero under a given load, or its own."""
+    if mean_stiffness is not None and np.isinf(mean_stiffness):
+        raise ValueError("a part of a half-space has no mean displacement that could be held")
+    return {"pressure": pressure / 4, "mean_stiffness": 0.0 if mean_stiffness == 0 else None}
 
 
 def _reach(law: Law, tolerance: float) -> float:

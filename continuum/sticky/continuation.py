@@ -5,8 +5,6 @@ spectrum is continued as the self-affine fit to the measurement, C ~ q^(-2-2H), 
 finds a cut-off of the surface above the end of the map, nothing is missing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

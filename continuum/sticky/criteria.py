@@ -6,11 +6,9 @@ all: the work of adhesion over the one at which the verdict turns, everything el
 verdict turns also at a modulus of margin x E*.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, Self
 
 from continuum.arguments import number
 from continuum.theory import paper, rough
@@ -63,7 +61,7 @@ class RoughContact:
             if name != "coated" and (value is not None or name not in optional):
                 object.__setattr__(self, name, number(name, value, above=0))
 
-    def rougher(self, height: float, slope: float, curvature: float) -> RoughContact:
+    def rougher(self, height: float, slope: float, curvature: float) -> Self:
         """The contact with scaled moments; the energy of full contact scales as h h'."""
         energy = self.conformal_energy
         return replace(

@@ -1,7 +1,5 @@
 """Warnings of a prediction: about the maps, their resolution and size, and the numbers given."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 

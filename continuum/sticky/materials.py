@@ -5,8 +5,6 @@ not replace measured ones: works of adhesion vary by factors with preparation an
 cross-linking.  Values without a source are not in the table and must be given where they are needed.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -212,10 +210,7 @@ def interface(
     bodies : one if the other is rigid, or two.
     contact_modulus, work_of_adhesion, range, spacing, probe : as in :class:`Interface`.
 
-    Raises
-    ------
-    InterfaceError
-        If a value is missing, or E* is given twice.
+    Raises InterfaceError if a value is missing, or E* is given twice.
     """
     origin: list[str] = []
     known = [m for body in bodies if (m := body.plane_strain_modulus) is not None]
@@ -274,12 +269,8 @@ def read_interface(
 ) -> Interface:
     """Parse an interface from text: numbers with units and names of materials, the first of each for the first body.
 
-    Raises
-    ------
-    InterfaceError
-        With all faults at once.
-    ArgumentError
-        If an argument is of another type, such as a number without its unit.
+    Raises InterfaceError with all faults at once; ArgumentError if an argument is of another type, such as a number
+    without its unit.
     """
     faults: list[str] = []
     names = texts("material", material, '"silicon"')

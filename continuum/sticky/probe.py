@@ -5,8 +5,6 @@ of adhesion.  Full contact leaves w - U, where U is its elastic energy; no state
 gains more than w.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,10 +63,7 @@ def probe_pull_off(contact: RoughContact, radius: float, touched: float | None =
     radius : radius of the sphere, in the same units.
     touched : (A_rep + A_att)/A0 of the state of 1 % repulsive area, if that is known and not sticky.
 
-    Raises
-    ------
-    ArgumentError
-        If the radius is not positive.
+    Raises ArgumentError if the radius is not positive.
     """
     instance("contact", contact, RoughContact)
     radius = number("radius", radius, above=0)

@@ -14,8 +14,6 @@ have the same contact.  A contact is therefore characterised by the range of att
 h'²/h''.  Surfaces are similar if both are within a factor of :data:`SIMILAR` of those of the contact.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Reduced units with a0 = Δr.  The wall has the attraction of the paper's law, wi
 effective range, on a core that is stiff compared with the elastic response of one pixel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -82,10 +80,8 @@ def resolvable(topography: Topography, interface: Interface) -> tuple[Interface,
     On soft solids adhesion may act within less than a pixel.  Contacts are then in the limit of Johnson, Kendall and
     Roberts, which depends on w but not on the range, so that the shortest range is taken that the grid resolves.
 
-    Raises
-    ------
-    UnresolvedError
-        If that exceeds the rms height of the map, so that attraction would act far beyond the contacts.
+    Raises UnresolvedError if that exceeds the rms height of the map, so that attraction would act far beyond the
+    contacts.
     """
     instance("interface", interface, Interface)
     shortest = shortest_range(instance("topography", topography, Topography), interface.adhesion_length)
@@ -164,12 +160,8 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
     interface : E*, w and Δr.
     threads : threads of the solver.
 
-    Raises
-    ------
-    UnresolvedError
-        If the adhesion acts within less than a pixel.
-    continuum.solve.solution.NotConvergedError
-        If no equilibrium is found.
+    Raises UnresolvedError if the adhesion acts within less than a pixel; continuum.solve.solution.NotConvergedError if
+    no equilibrium is found.
     """
     interface, instead = resolvable(topography, interface)
     unit, modulus = interface.range, interface.contact_modulus

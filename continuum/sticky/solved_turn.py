@@ -4,8 +4,6 @@ This does not need the state at the given work of adhesion, which costs many tim
 surface snaps.  The wall is that of :mod:`continuum.sticky.simulate`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -105,11 +103,10 @@ class _Patient(Solver):
     def minimise(self, law: Law, offset: Real, start: Real | None, settings: Settings, **posed: Any) -> Solution:
         """Minimise with the iterations that are left."""
         if self._left < 1:
-            msg = (
+            raise NotConvergedError(
                 f"it was not found within {self._most:.0f} pairs of transforms, {PATIENCE:g} times what most maps of "
                 "this size take; where solving is asked for there is no such limit"
             )
-            raise NotConvergedError(msg)
         most = int(min(settings.max_iterations, self._left))
         found = super().minimise(law, offset, start, replace(settings, max_iterations=most), **posed)
         self._left -= found.fft_pairs
@@ -130,12 +127,8 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1, *
     interface : E* and Δr; its w is not used.
     limited : whether it is given up after :data:`PATIENCE` times the expected FFT pairs.
 
-    Raises
-    ------
-    continuum.sticky.simulate.UnresolvedError
-        If the shortest range that the pixels resolve exceeds the rms height.
-    continuum.solve.solution.NotConvergedError
-        If no turn is found, or not within the limit.
+    Raises continuum.sticky.simulate.UnresolvedError if the shortest range that the pixels resolve exceeds the rms
+    height; continuum.solve.solution.NotConvergedError if no turn is found, or not within the limit.
     """
     instance("interface", interface, Interface)
     given, modulus = interface.range, interface.contact_modulus

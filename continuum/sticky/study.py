@@ -149,10 +149,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
         table :data:`TABLE`, or else the parts of the names between underscores: sample, spot and magnification.
     without : a folder inside it that is left out, such as that of the results.
 
-    Raises
-    ------
-    InputError
-        If there is no map, or a name does not fit the pattern.
+    Raises InputError if there is no map, or a name does not fit the pattern.
     """
     if pattern is None and (folder / TABLE).is_file():
         return _from_table(folder)

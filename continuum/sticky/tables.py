@@ -3,8 +3,6 @@
 Each key is also an argument of :func:`continuum.predict` and an option of the command, with the same help text.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator

@@ -9,8 +9,6 @@ The record gives the probability for each margin (:mod:`continuum.sticky.record`
 of a Gaussian surface is judged by its summits, with their own record, if that has similar surfaces.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 

@@ -5,8 +5,6 @@ A sweep is the input of a run with a table ``[sweep]``.  Every key of ``[sweep.a
 One key of ``[sweep.axes]`` may be searched for instead: then each combination of the others is a search.
 """
 
-from __future__ import annotations
-
 import ast
 import copy
 import itertools
@@ -14,15 +12,14 @@ import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 from pydantic import Field
 
 from continuum.files.inputs import InputFile, parsed, source_of
 from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, document, text_of
-from continuum.runs.config import RunConfig
-from continuum.runs.ranges import MOST, expand_range
+from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
 from continuum.sweeps.conditions import condition, dotted, holds
 from continuum.tables import Fault, Table, constraint
@@ -256,7 +253,7 @@ class Sweep:
         *,
         reduced: bool = False,
         name: str | None = None,
-    ) -> Sweep:
+    ) -> Self:
         """Read a sweep; its systems are not looked at yet.
 
         Parameters
@@ -266,10 +263,7 @@ class Sweep:
         settings : values of keys instead of those of the file; of a key on an axis, a value, a list or a range.
         reduced : whether those of ``[sweep.reduced]`` hold, before the settings.
 
-        Raises
-        ------
-        ConfigError
-            With all faults of the table [sweep].
+        Raises ConfigError with all faults of the table [sweep].
         """
         source = source_of(file, name or "sweep")
         data = dict(source.data)

@@ -1,7 +1,5 @@
 """Tasks on a Dask cluster that a scheduler file names, and the script that starts one inside a SLURM allocation."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Generator, Sequence
@@ -11,7 +9,7 @@ from pathlib import Path
 
 from continuum.arguments import ArgumentError, count
 from continuum.errors import InputError
-from continuum.sweeps.tasks import DIED, Job, Task, TaskResult, timed
+from continuum.sweeps.workers import DIED, Job, Task, TaskResult, timed
 
 _PROCESS = 2.5e8
 """Bytes of a worker before it does anything."""

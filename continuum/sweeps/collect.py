@@ -70,8 +70,7 @@ class PointTable:
         if name in COLUMNS:
             return self.values[:, list(COLUMNS).index(name)]
         per_system = np.array([self.setting(key, name) for key in self.keys])
-        found: Real = per_system[self.system]
-        return found
+        return per_system[self.system]
 
     def setting(self, key: str, name: str) -> Any:
         """The value of a key of the input in a system; NaN if it has none."""

@@ -4,8 +4,6 @@ Python reads a condition, but runs none of it: what is allowed is listed here, a
 floating-point number, so that no condition takes long or needs much memory.
 """
 
-from __future__ import annotations
-
 import ast
 import itertools
 import math

@@ -1,7 +1,5 @@
 """The searches of a sweep: each trial is a system like any other, and what was found follows from their files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -4,8 +4,6 @@ The disk is the only truth: a task is done when its file says so, and a second c
 computes, and what is in its file, this module does not know.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Generator, Iterable, Sequence
 from multiprocessing.connection import wait
@@ -15,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from continuum.arguments import ArgumentError, count
-from continuum.sweeps.tasks import DIED, Job, Message, Task, TaskResult
-from continuum.sweeps.workers import Worker
+from continuum.sweeps.workers import DIED, Job, Message, Task, TaskResult, Worker
 
 _MOST = 1024
 """Processes, and threads of each."""

@@ -6,8 +6,6 @@ done, never changed again), ``work/`` (those that are running), ``failed/KEY.jso
 of searches ``searches/NAME.json`` (which systems one has tried) and ``crossings.csv`` (what they have found).
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """The numbers of a finished system, one row for each point of its path: what tables and figures are made of."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,7 +27,9 @@ _SYSTEM = {
     "range": ("a0", "range of the attraction, Δr"),
     "effective_range": ("a0", "effective range of the attraction, Eq. (S-5)"),
 }
-_POINT = {c.name: (c.metadata["units"], c.metadata["long_name"]) for c in dataclasses.fields(Point) if c.type != "str"}
+_POINT = {
+    c.name: (c.metadata["units"], c.metadata["long_name"]) for c in dataclasses.fields(Point) if c.type is not str
+}
 _ADDED = {
     "step": ("1", "point of the path"),
     "converged": ("1", "1 if the point is an equilibrium at its target"),

@@ -3,8 +3,6 @@
 Nothing is known anywhere but in the folder of the sweep: processes may die, and several may work on one folder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time
@@ -26,7 +24,7 @@ from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
-from continuum.sweeps.tasks import Death, Task, TaskResult, say
+from continuum.sweeps.workers import Death, Task, TaskResult, say
 
 _EVERY = 20.0
 """Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""

@@ -13,8 +13,6 @@ Symbols: h' = ``rms_slope``, h'' = ``rms_curvature`` = sqrt<(laplacian h)²>, Δ
 l_a = w/E* = ``adhesion_length``, d_rep = ``diameter``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -5,11 +5,10 @@ based on it: Persson and Scaraggi's for weak attraction, which acts on the gaps 
 bearing-area model, where it acts on the gaps of the undeformed surface.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -35,10 +34,7 @@ class PerssonContact:
     gamma : part of the energy of full contact that a small area of contact stores, relative to its area; 0.45 in Yang
         and Persson, J. Phys.: Condens. Matter 20, 215214 (2008), from simulations; 1/2 in Ciavarella (2018).
 
-    Raises
-    ------
-    ValueError
-        If wavenumbers do not increase, or values are negative.
+    Raises ValueError if wavenumbers do not increase, or values are negative.
     """
 
     wavenumber: Real = field(repr=False)
@@ -61,7 +57,7 @@ class PerssonContact:
     @classmethod
     def self_affine(
         cls, hurst: float, rms_slope: float, lambda_s: float, lambda_L: float, period: float, gamma: float = 0.45
-    ) -> PerssonContact:
+    ) -> Self:
         """A self-affine surface as :class:`continuum.SelfAffine`: flat from the period to λ_L, then q^(-2-2H)."""
         q = np.geomspace(2 * np.pi / period, 2 * np.pi / lambda_s, _NODES)
         c = np.maximum(q, 2 * np.pi / lambda_L) ** (-2 - 2 * hurst)

@@ -5,8 +5,6 @@ units.  Compressive loads are positive.  Adhesion has a work w per area; JKR is 
 long range, and Maugis and Dugdale's constant tension w/h0 over a distance h0 lies between.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -355,8 +353,7 @@ class AdhesiveWave:
             return float(4 * np.sin(psi) ** 1.5 * np.cos(psi) ** 2.5 - self.alpha)
 
         if left(top) <= 0:
-            msg = f"a wave of alpha = {self.alpha:.3g}, above 1.065, has no stable partial contact"
-            raise ValueError(msg)
+            raise ValueError(f"a wave of alpha = {self.alpha:.3g}, above 1.065, has no stable partial contact")
         psi = brentq(left, 0.0, top, rtol=1e-13) if first else brentq(left, top, np.pi / 2, rtol=1e-13)
         return float(psi * self.wavelength / np.pi)
 

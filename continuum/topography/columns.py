@@ -4,8 +4,6 @@ A map has at least 16 points in each direction, so that two or three columns are
 words before the numbers are a header, which may have the units of the columns in brackets.
 """
 
-from __future__ import annotations
-
 import codecs
 import re
 from collections.abc import Sequence
@@ -42,10 +40,7 @@ def read_table(path: Path) -> Columns:
 
     Between semicolons or tabs a comma is a decimal mark.  A first column with the header "index" is left out.
 
-    Raises
-    ------
-    TopographyError
-        If it is not a table of numbers, or cannot be read.
+    Raises TopographyError if it is not a table of numbers, or cannot be read.
     """
     try:
         with path.open(encoding=_encoding(path)) as file:
@@ -66,8 +61,7 @@ def read_table(path: Path) -> Columns:
             values = np.loadtxt(rows, dtype=np.float64, delimiter=mark, ndmin=2) if first else np.empty((0, 0))
     except (ValueError, OSError) as error:
         why = str(error).partition("; use `usecols`")[0]
-        msg = f"{path} is not a table of numbers with decimal points ({why})"
-        raise TopographyError(msg) from error
+        raise TopographyError(f"{path} is not a table of numbers with decimal points ({why})") from error
     if header and values.shape[1] > 1 and re.match(r"index\b", header[-1], re.IGNORECASE):
         values = values[:, 1:]
     return Columns(values, tuple(header))

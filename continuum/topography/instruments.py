@@ -3,8 +3,6 @@
 It is an extra: ``pip install 'stickiness[topography]'``.  A file that cannot be read raises TopographyError.
 """
 
-from __future__ import annotations
-
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator

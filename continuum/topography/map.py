@@ -4,13 +4,11 @@ Heights are in m, positive out of the body, so that the summits that touch first
 :class:`Topography`; each change is recorded in its ``steps``.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -78,12 +76,8 @@ class Topography:
     lines : number of scan lines that a random surface represents (:mod:`continuum.topography.spectra`); 0 for a map.
     measurements : number of measurements that a random surface represents; 0 for a map.
 
-    Raises
-    ------
-    TopographyError
-        If heights are missing, not finite, constant or not two-dimensional, or a size is not positive.
-    ArgumentError
-        If an argument is of another type.
+    Raises TopographyError if heights are missing, not finite, constant or not two-dimensional, or a size is not
+    positive; ArgumentError if an argument is of another type.
     """
 
     heights: Real = field(repr=False)
@@ -138,7 +132,7 @@ class Topography:
         """SHA-256 of heights and size, which identifies the map independently of its file name."""
         return hashlib.sha256(self.heights.tobytes() + np.array(self.lengths).tobytes()).hexdigest()
 
-    def after(self, heights: Real, step: str, **changes: Any) -> Topography:
+    def after(self, heights: Real, step: str, **changes: Any) -> Self:
         return replace(self, heights=heights, steps=(*self.steps, step), **changes)
 
 
@@ -159,10 +153,7 @@ def opposed(first: Topography, second: Topography) -> Topography:
 
     The maps need the same pixel, and are cut to their common part.
 
-    Raises
-    ------
-    TopographyError
-        If their pixels differ by more than one part in a million.
+    Raises TopographyError if their pixels differ by more than one part in a million.
     """
     instance("first", first, Topography)
     instance("second", second, Topography)

@@ -4,8 +4,6 @@ Each step is explicit, changes heights only, and is recorded in the steps of the
 nothing would be left, or more would have to be filled than is allowed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, get_args
@@ -226,10 +224,7 @@ def wall_from_map(
     Topography
         Heights in m, with all steps.
 
-    Raises
-    ------
-    TopographyError
-        If the part does not lie within the map, has too few of its pixels, or is a plane.
+    Raises TopographyError if the part does not lie within the map, has too few of its pixels, or is a plane.
     """
     instance("topography", topography, Topography)
     spacing = number("spacing", spacing, above=0)

@@ -3,8 +3,6 @@
 Names in backticks in messages are arguments, which the command replaces by its options.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from numbers import Real as Number

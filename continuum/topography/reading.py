@@ -7,8 +7,6 @@ instruments have them (:mod:`continuum.topography.instruments`).  Arguments with
 ArgumentError.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from functools import partial

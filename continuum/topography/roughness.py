@@ -7,8 +7,6 @@ window of mean square 1.  That spectrum gives the share of each wavelength in a 
 map.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -126,8 +124,7 @@ def windowed(topography: Topography) -> Real:
     """The heights for the Fourier transform: windowed unless periodic, with mean zero."""
     heights = topography.heights
     window = np.ones(heights.shape) if topography.periodic else hann(topography.grid.shape)
-    weighted: Real = window * (heights - np.sum(window * heights) / np.sum(window))
-    return weighted
+    return window * (heights - np.sum(window * heights) / np.sum(window))
 
 
 def spectrum(topography: Topography) -> tuple[Real, Real]:
@@ -173,8 +170,7 @@ def _roughness_of_bands(bands: Bands, topography: Topography) -> Roughness:
 
     def share(exponent: int) -> Real:
         """Contribution of each band to ∫ q^exponent C d²q."""
-        part: Real = 2 * np.pi * density * np.diff(edges ** (exponent + 2)) / (exponent + 2)
-        return part
+        return 2 * np.pi * density * np.diff(edges ** (exponent + 2)) / (exponent + 2)
 
     height, slope, curvature, energy = share(0), share(2), share(4), share(1) / 4
     whole = Moments(*(float(np.sqrt(one.sum())) for one in (height, slope, curvature)))
@@ -204,8 +200,7 @@ def roughness_of(topography: Topography) -> Roughness:
 
     def share(exponent: int, total: float) -> Real:
         weights = wavenumber**exponent * power
-        part: Real = weights * (total / np.sum(weights))
-        return part
+        return weights * (total / np.sum(weights))
 
     height, slope, curvature = whole
     shares = share(0, height**2), share(2, slope**2), share(4, curvature**2), share(1, energy)

@@ -7,8 +7,6 @@ lines, and an isotropic surface has neither, so that the two directions are comp
 All functions take arrays; lengths are in any one unit.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

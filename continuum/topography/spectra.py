@@ -11,8 +11,6 @@ All theories need moments of the spectrum only, which are those of the bands, ov
 is drawn, a random surface of that spectrum represents the measurement, Gaussian and isotropic by assumption.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -128,10 +126,7 @@ def isotropic_surface(
     length : of the profiles, in m.
     seed : of the random numbers.
 
-    Raises
-    ------
-    TopographyError
-        If there are too few points, or heights are missing or constant.
+    Raises TopographyError if there are too few points, or heights are missing or constant.
     """
     lines = np.atleast_2d(heights_of("lines", lines))
     flag("periodic", periodic)
@@ -194,10 +189,7 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
     source : description of their origin.
     seed : of the random numbers.
 
-    Raises
-    ------
-    TopographyError
-        If there is no measurement, or their waves fill less than two bands.
+    Raises TopographyError if there is no measurement, or their waves fill less than two bands.
     """
     if not (isinstance(topographies, Sequence) and topographies):
         raise TopographyError(f"{source}: topographies: no measurement to join")

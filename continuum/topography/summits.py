@@ -11,8 +11,6 @@ Such a surface can be judged by the roughness of its upper twentieth: :func:`sum
 Standard errors are Tukey's jackknife over :data:`BLOCKS` x :data:`BLOCKS` parts of the map.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import NamedTuple

@@ -11,7 +11,7 @@ import pytest
 
 import continuum.front.sweeps
 from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.tasks import Job, Task, TaskResult, heard, timed
+from continuum.sweeps.workers import Job, Task, TaskResult, heard, timed
 from tests.problems import SMALL
 
 

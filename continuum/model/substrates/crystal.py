@@ -1,7 +1,5 @@
 """The cubic crystal, a half-space or a layer on a rigid base."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal

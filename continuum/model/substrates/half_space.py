@@ -1,7 +1,5 @@
 """The isotropic half-space."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The isotropic layer on a rigid base."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Isotropic layers on a half-space."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """The isotropic half-space without periodic images."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Interface of all substrates, the mean mode, and the family of their tables."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
@@ -67,7 +65,6 @@ class SubstrateTable(TableFamily):
 
     def without(self, control: str) -> str:
         """Why a control cannot be used with this substrate; empty if it can."""
-        del control
         return ""
 
     def build(self) -> Substrate:

@@ -1,7 +1,5 @@
 """A response given as a table."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -46,9 +44,8 @@ class TabulatedSubstrate:
         """K_q over the half spectrum, in E*/a0; the grid must be that of the table."""
         instance("grid", grid, Grid)
         if grid.shape_q != self.table.shape or not np.allclose(grid.lengths, self.lengths, rtol=1e-12):
-            msg = (
+            raise ValueError(
                 f"grid: {grid.shape_q} modes of periods {grid.lengths}, where the table of stiffness has "
                 f"{self.table.shape} and {self.lengths}"
             )
-            raise ValueError(msg)
         return np.array(self.table)

@@ -1,7 +1,5 @@
 """Laws with independent work of adhesion, range and core stiffness; in the paper's law two of them fix the third."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal, get_args
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The hard wall: it only bounds the gap."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 

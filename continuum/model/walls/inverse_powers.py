@@ -1,7 +1,5 @@
 """Wall laws of two inverse powers, such as the 9-3 law of an atom above a half-space."""
 
-from __future__ import annotations
-
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from typing import Annotated, Literal

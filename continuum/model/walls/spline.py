@@ -1,7 +1,5 @@
 """The wall law of the paper."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A wall law given as a table of traction against gap."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -38,11 +36,9 @@ class TabulatedWall(Wall):
             msg = f"gap, traction: a wall table is two columns of at least 4 rows, not {gap.shape} and {traction.shape}"
             raise ValueError(msg)
         if not (np.isfinite(gap).all() and np.isfinite(traction).all()):
-            msg = "gap, traction: a wall table holds finite numbers only"
-            raise ValueError(msg)
+            raise ValueError("gap, traction: a wall table holds finite numbers only")
         if not (np.diff(gap) > 0).all():
-            msg = "gap: the gaps of a wall table increase from row to row"
-            raise ValueError(msg)
+            raise ValueError("gap: the gaps of a wall table increase from row to row")
         if not (traction[0] > 0 and abs(traction[-1]) <= 1e-12 * np.abs(traction).max()):
             msg = "traction: a wall table starts repulsive (traction > 0) and ends where the traction has vanished"
             raise ValueError(msg)

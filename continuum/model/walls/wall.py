@@ -82,8 +82,7 @@ class Wall:
         Raises TypeError for a hard wall, whose traction is not a function of the gap.
         """
         if self.law is None:
-            msg = "the traction of a hard wall is not a function of the gap: use that of the solution"
-            raise TypeError(msg)
+            raise TypeError("the traction of a hard wall is not a function of the gap: use that of the solution")
         return Interaction(*laws.evaluate(self.law, array("gap", gap)))
 
     def energy(self, gap: Real) -> Real:
@@ -175,5 +174,4 @@ class WallTable(TableFamily):
 
     def restored(self, stored: Mapping[str, Any]) -> Wall:
         """The law of a stored run, from the ``knots`` stored with it, without its input files."""
-        del stored
         return self.build()

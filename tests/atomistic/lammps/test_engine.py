@@ -10,8 +10,7 @@ from atomistic.crystal.interatomic import Springs
 from atomistic.lammps import engine
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
-from atomistic.lammps.doctor import doctor
-from atomistic.lammps.engine import run_command, run_in_process
+from atomistic.lammps.engine import doctor, run_command, run_in_process
 from atomistic.lammps.law import read_wall_table
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session

@@ -13,7 +13,7 @@ import atomistic as a
 import continuum as c
 from atomistic.cli import main
 from atomistic.config.quantities import QUANTITIES, in_both, in_reduced, with_units
-from atomistic.relax.inputs import deck_input
+from atomistic.relax.decks import deck_input
 from continuum.files.toml import ConfigError
 from continuum.units import Units, readable
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import continuum as c
-from continuum.front.turns import Turn
+from continuum.front.states import Turn
 from continuum.model.walls import Wall
 from continuum.path import turn
 from continuum.path.turn import WallOfWork

@@ -10,7 +10,7 @@ import pytest
 
 from continuum.cli import main
 from continuum.errors import InputError
-from continuum.runs.memory import cgroup_limit, physical_memory, slurm_limit
+from continuum.runs.cost import cgroup_limit, physical_memory, slurm_limit
 from tests.problems import SMALL
 
 MB = 2**20

@@ -27,7 +27,7 @@ from continuum.sweeps.axes import Sweep
 from continuum.sweeps.collect import collect
 from continuum.sweeps.crossings import TrialError, crossings_of, done_before, solve_task
 from continuum.sweeps.sweep import SystemTask, begin, record, systems_of
-from continuum.sweeps.tasks import TaskResult
+from continuum.sweeps.workers import TaskResult
 from tests.problems import SMALL
 from tests.stored import same
 

@@ -16,14 +16,14 @@ import pytest
 
 from continuum.arguments import ArgumentError
 from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.tasks import DIED, Task
+from continuum.sweeps.workers import DIED, Task
 
 ROOT = Path(__file__).parents[3]
 SCRIPT = """
 from functools import partial
 from pathlib import Path
 from continuum.sweeps.engine import run_tasks
-from continuum.sweeps.tasks import Task
+from continuum.sweeps.workers import Task
 from tests.continuum.sweeps.test_engine import exists, work
 print("read", flush=True)
 tasks = [Task(Path(f"{i}.txt"), f"good {i}", float(i)) for i in (1, 2)]

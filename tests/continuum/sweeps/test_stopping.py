@@ -23,7 +23,7 @@ from continuum.sweeps.axes import Sweep
 from continuum.sweeps.collect import sweep_status
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import begin, record_death, solve_system
-from continuum.sweeps.tasks import Death
+from continuum.sweeps.workers import Death
 from tests.problems import SMALL
 from tests.stored import same
 

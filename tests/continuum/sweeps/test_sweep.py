@@ -30,8 +30,8 @@ from continuum.errors import InputError, OutputError
 from continuum.files.toml import ConfigError
 from continuum.model.surfaces import SelfAffineSurface
 from continuum.paper.points import sweep_points
+from continuum.runs.config import expand_range
 from continuum.runs.cost import cost_of
-from continuum.runs.ranges import expand_range
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep, label_of
 from continuum.sweeps.collect import Verification, collect, sweep_status, sweep_verify

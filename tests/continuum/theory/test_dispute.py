@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from continuum.sticky.criteria import CRITERIA, Criterion, RoughContact
-from continuum.theory import dispute
+from continuum.theory import rough
 
 
 def ideal(hurst: float, lambda_s: float, range: float = 1e-3) -> RoughContact:
@@ -29,17 +29,17 @@ def fitted(criterion: Criterion, hurst: float) -> float:
 @pytest.mark.parametrize("hurst", [0.3, 0.6, 0.8])
 def test_the_exponents_are_those_of_the_criteria(hurst: float) -> None:
     # Sums of powers of which the smaller has died out but for some per cent, slowest where H is near 1/2 and 1.
-    paper = dispute.pastewka_robbins_exponent(hurst)
+    paper = rough.pastewka_robbins_exponent(hurst)
     assert fitted(CRITERIA["pastewka-robbins"], hurst) == pytest.approx(paper, abs=0.04)
-    assert fitted(CRITERIA["fuller-tabor"], hurst) == pytest.approx(dispute.fuller_tabor_exponent(hurst), abs=1e-3)
-    assert fitted(CRITERIA["persson-tosatti"], hurst) == pytest.approx(dispute.conformal_exponent(hurst), abs=0.06)
+    assert fitted(CRITERIA["fuller-tabor"], hurst) == pytest.approx(rough.fuller_tabor_exponent(hurst), abs=1e-3)
+    assert fitted(CRITERIA["persson-tosatti"], hurst) == pytest.approx(rough.conformal_exponent(hurst), abs=0.06)
     assert fitted(CRITERIA["half-conformal-energy"], hurst) == fitted(CRITERIA["persson-tosatti"], hurst)
-    assert fitted(CRITERIA["bearing-area"], hurst) == pytest.approx(dispute.long_wave_exponent(hurst), abs=1e-9)
+    assert fitted(CRITERIA["bearing-area"], hurst) == pytest.approx(rough.long_wave_exponent(hurst), abs=1e-9)
 
 
 def test_the_paper_s_exponents_are_those_that_it_states() -> None:
-    found = [dispute.pastewka_robbins_exponent(hurst) for hurst in (0.8, 0.6, 0.3)]
+    found = [rough.pastewka_robbins_exponent(hurst) for hurst in (0.8, 0.6, 0.3)]
     assert found == pytest.approx([1 / 3, 0.0, -1 / 2], abs=1e-12)
-    spline = [dispute.pastewka_robbins_exponent(hurst, 0.5) for hurst in (0.8, 0.3)]
+    spline = [rough.pastewka_robbins_exponent(hurst, 0.5) for hurst in (0.8, 0.3)]
     assert spline == pytest.approx([6 / 5 / 3, -6 / 5 / 2])
-    assert [dispute.conformal_exponent(hurst) for hurst in (0.3, 0.5, 0.8)] == pytest.approx([-0.4, 0.0, 0.0])
+    assert [rough.conformal_exponent(hurst) for hurst in (0.3, 0.5, 0.8)] == pytest.approx([-0.4, 0.0, 0.0])
