@@ -125,7 +125,7 @@ class Wall:
         i = int(np.argmax(values(gaps)))
         bounds = gaps[max(i - 1, 0)], gaps[min(i + 1, gaps.size - 1)]
         found = minimize_scalar(lambda gap: -float(values(np.array(gap))), bounds=bounds, method="bounded")
-        return max(0.0, -float(found.fun), float(values(gaps[i : i + 1])[0]))
+        return max(0.0, -float(found.fun), values(gaps[i]).item())
 
 
 def is_missing(value: object) -> bool:
