@@ -1,4 +1,4 @@
-"""One piece of work of many, what does it, and how it ended: on this machine or on a cluster."""
+"""Tasks, and their messages and results, on this machine or on a cluster."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from typing import Any
 from continuum.errors import StickinessError
 
 DIED = "its process died: killed, out of memory, or by a fault of a library"
-"""Why a task failed whose process did not live to say it."""
+"""Reason of failure of a task whose process died."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One piece of work, and the file that it writes.
+    """A task and its file.
 
     Parameters
     ----------
-    path : the file that it writes, whole or not at all.
-    label : of it, for people.
-    cost : in any unit; the longest are begun first.
-    memory : that it needs, in bytes.
+    path : the file that it writes, completely or not at all.
+    label : its description.
+    cost : cost in any unit; the longest tasks start first.
+    memory : memory in bytes.
     """
 
     path: Path
@@ -43,7 +43,7 @@ class TaskResult:
     seconds: float
     """0 where its file was there already."""
     reason: str = ""
-    """Why it failed; empty where it did not."""
+    """Why it failed; empty if it did not."""
     error: Exception | None = None
     """What it raised, if it raised."""
 
@@ -59,29 +59,29 @@ class TaskResult:
 
 
 Job = Callable[[Any], None]
-"""What a task does: a function of a module, or a partial one, since it travels to another process."""
+"""Function that runs a task; it must be importable, or partial, to be sent to another process."""
 
 
 @dataclass(frozen=True)
 class Death:
-    """The end of a process that did not live to say how its task ended."""
+    """The death of a process before it reported the result of its task."""
 
     process: int
     signal: str
     """Signal that killed it, as ``SIGKILL``; empty if it ended by itself."""
 
     def __str__(self) -> str:
-        return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a word'}"
+        return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a message'}"
 
 
 @dataclass(frozen=True)
 class Message:
-    """What is heard of a task from its process: one of these."""
+    """A message about a task from its process; one of these is set."""
 
     share: float | None = None
-    """How much of it is done, from 0 to 1; it goes on."""
+    """Finished share, from 0 to 1, of a running task."""
     seconds: float = 0.0
-    """Time that it took, where it is done."""
+    """Time that a finished task took."""
     error: Exception | None = None
     """What it raised."""
     death: Death | None = None
@@ -93,7 +93,7 @@ _listener: ContextVar[Callable[[Message], None] | None] = ContextVar("listener",
 
 @contextmanager
 def heard(listener: Callable[[Message], None]) -> Iterator[None]:
-    """What the tasks of this process say of their progress goes to a listener."""
+    """Send progress of the tasks in this process to a listener."""
     before = _listener.set(listener)
     try:
         yield
@@ -102,20 +102,20 @@ def heard(listener: Callable[[Message], None]) -> Iterator[None]:
 
 
 def say(done: float) -> None:
-    """Say how much of the task at hand is done, from 0 to 1, to whoever listens."""
+    """Report the finished share of the current task, from 0 to 1, to the listener."""
     if (listener := _listener.get()) is not None:
         listener(Message(share=done))
 
 
 def timed(work: Job, task: Task) -> float:
-    """Do a task; returns the seconds that it took."""
+    """Run a task; returns the seconds that it took."""
     began = time.perf_counter()
     try:
         work(task)
     except Exception as error:
         try:
             pickle.loads(pickle.dumps(error))
-        except Exception:  # one that another process cannot read would break the pool
+        except Exception:  # an exception that cannot be sent to another process would break the pool
             raise StickinessError(f"{type(error).__name__}: {error}") from None
         raise
     return time.perf_counter() - began
