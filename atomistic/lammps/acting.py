@@ -1,4 +1,4 @@
-"""By what the wall of a deck acts: formulas of LAMMPS, the plugin of a map, or the atoms of a rigid crystal."""
+"""How the wall of a deck acts: by formulas of LAMMPS, a plugin, or the atoms of a rigid crystal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FORMULAS = {
 
 
 def wall_words(deck: Deck) -> dict[str, str]:
-    """What the texts of a deck say of by what its wall acts, and on which atoms, by placeholders."""
+    """Placeholders for how the wall of a deck acts, and on which atoms."""
     plugin = PLUGINS.get(deck.wall_force)
     if plugin is None:
         return _FORMULAS
@@ -40,7 +40,7 @@ def wall_words(deck: Deck) -> dict[str, str]:
 
 
 def wall_files(deck: Deck) -> dict[str, str]:
-    """Files that the wall of a deck reads, and the source of its plugin: their names and texts."""
+    """Names and texts of the files that the wall of a deck reads, and of the source of its plugin."""
     size = deck.slab.shape
     if deck.wall_force == "plugin":
         return {HEIGHTMAP.source: HEIGHTMAP.text(), HEIGHTMAP.data: wall_map(deck.wall, deck.shape, size)}

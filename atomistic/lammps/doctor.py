@@ -1,4 +1,4 @@
-"""Is LAMMPS usable here, which one, and if not what to do."""
+"""Check the LAMMPS of this machine, and find remedies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from continuum.files.provenance import version_of
 
 _PACKAGES = {
     "MOLECULE": "the springs need",
-    "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",
+    "EXTRA-PAIR": "Lennard-Jones with a continuous force needs",
     "MANYBODY": "embedded atoms need",
 }
 
@@ -33,18 +33,18 @@ class Doctor:
     mpi: str | None
     """Version of the mpich wheel."""
     problems: tuple[str, ...]
-    """What does not work, and why."""
+    """Problems with their reasons."""
     remedy: str | None
-    """What to do about it; None if nothing is wrong."""
+    """Remedy; None without problems."""
 
     @property
     def ok(self) -> bool:
-        """Whether a deck can be run in process, which is all that the main job needs."""
+        """Whether a deck can be run in this process, which suffices for validations."""
         return self.in_process
 
 
 def doctor() -> Doctor:
-    """Look whether LAMMPS is usable here; starts it in this process, by ``lmp`` and under ``mpiexec``."""
+    """Check LAMMPS by starting it in this process, by ``lmp`` and under ``mpiexec``."""
     problems: list[str] = []
     version: int | None = None
     packages: tuple[str, ...] = ()
