@@ -73,8 +73,7 @@ def flat_halves() -> tuple[float, float]:
 def crystal_wall(wall: Wall, shape: Shape, size: tuple[int, int]) -> CrystalWall:
     """The crystal above a period: all sites whose plane is not below the heights, to half a plane.
 
-    Raises ArgumentError if the law of the wall has no work of adhesion, as a purely repulsive pair law is not
-    supported.
+    Raises ArgumentError if the law of the wall has no work of adhesion, as the pair law attracts.
     """
     work = float(wall.work_of_adhesion)
     if not (np.isfinite(work) and work > 0):
