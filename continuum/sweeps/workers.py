@@ -45,7 +45,6 @@ class Worker:
         """Can be read when a task has ended, or the process has died."""
 
     def give(self, work: Job, task: Task) -> None:
-        """Let it begin a task."""
         if self._process is None:
             self._start()
         with suppress(ConnectionError):  # it has died: the connection says so when it is read
