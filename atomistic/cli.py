@@ -7,11 +7,11 @@ from continuum.options import program, run_program
 COMMANDS = {
     "validate": "press one wall on Green's functions and on atoms, and print the error budget",
     "deck": "write a LAMMPS deck that a stock lmp runs, serial or with MPI",
-    "read": "print, store and draw what a run of a deck found, and whether these are equilibria",
+    "read": "print, store and draw the states of a deck that has been run, and whether they are equilibria",
     "elastic": "lattice constant, elastic constants, E*(100) by direction and surface relaxation of a crystal",
-    "check": "validate an input file and print what it will cost",
-    "doctor": "is LAMMPS usable here, which one, and if not what to do",
-    "init": "print an input to begin with, every key with its meaning",
+    "check": "check an input file, and print what it will cost",
+    "doctor": "check the LAMMPS of this machine, and say what to do if it does not work",
+    "init": "print a template of an input, with every key explained",
     "schema": "print the JSON schema of an input, for editors that complete TOML",
 }
 app = program(

@@ -28,7 +28,7 @@ from continuum.show.console import progress, show, warn
 from continuum.show.sheet import pairs
 from continuum.tables import Fault
 
-like = partial(like_of, hint="What is finished is stored; `atomistic doctor` looks at the LAMMPS of this machine.")
+like = partial(like_of, hint="Finished work is stored; `atomistic doctor` checks the LAMMPS of this machine.")
 INPUTS: dict[str, tuple[type[Document], str]] = {
     "validate": (ValidateConfig, "inputs/validate/quick.toml"),
     "deck": (DeckConfig, "inputs/lammps/rough.toml"),
@@ -63,7 +63,7 @@ def validate(
 
 
 def _check_lmp_command(command: str | None) -> None:
-    """Check the command of a site; a message names the option."""
+    """Check how LAMMPS is started; the message names the option."""
     try:
         engine.command_words(command)
     except ArgumentError as error:
@@ -81,15 +81,15 @@ def deck(
     file: Annotated[str, Parameter(help="input file (TOML); inputs/... finds those that come with the package")],
     *,
     output: Annotated[Path | None, Parameter(help="directory of the deck (default: decks/NAME)")] = None,
-    run: Annotated[bool, Parameter(help="run it at once and print what it found")] = False,
+    run: Annotated[bool, Parameter(help="run it at once and print its states")] = False,
     force: Annotated[bool, Parameter(help="remove finished steps of another deck in that directory")] = False,
     lmp_command: str | None = None,
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
     _check_lmp_command(lmp_command)
     with ExitStack() as bars:
-        # A bar only where there is something to wait for.
-        bar = cache(lambda total: bars.enter_context(progress(total, "crystal at its temperature, once and for all")))
+        # The bar appears only if a crystal has to be measured.
+        bar = cache(lambda total: bars.enter_context(progress(total, "measuring the crystal at its temperature, once")))
         made = decks.deck(file, progress=lambda done, total: bar(total)(done, ""))
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
@@ -107,9 +107,9 @@ def deck(
 def read(
     directory: Path,
     *,
-    output: Annotated[Path, Parameter(help="folder of the HDF5 file, the figure and the walls")] = Path("results"),
-    compare: Annotated[bool, Parameter(help="put the continuum of the same wall beside it")] = False,
-    certify: Annotated[bool, Parameter(help="evaluate its equilibria by other means than LAMMPS did")] = False,
+    output: Annotated[Path, Parameter(help="folder for the HDF5 file, the figure and the walls")] = Path("results"),
+    compare: Annotated[bool, Parameter(help="compare with the continuum solution of the same wall")] = False,
+    certify: Annotated[bool, Parameter(help="check its equilibria independently of the run")] = False,
     format: Formats = None,
 ) -> int:
     from continuum.show.plot import written_as
@@ -139,7 +139,7 @@ def _show(run: DeckRun, *, compare: bool = False) -> int:
 def elastic(
     file: str,
     *,
-    output: Annotated[Path, Parameter(help="folder of the figure")] = Path("results"),
+    output: Annotated[Path, Parameter(help="folder for the figure")] = Path("results"),
     lattice: int | None = None,
     format: Formats = None,
 ) -> int:
@@ -177,7 +177,7 @@ def doctor() -> int:
 
 @like(template)
 def init(kind: Kind) -> int:
-    """Print an input to begin with, every key with its meaning."""
+    """Print a template of an input, with every key explained."""
     print(template(*INPUTS[kind]), end="")
     return OK
 

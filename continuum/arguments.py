@@ -1,7 +1,7 @@
-"""Checks of what a function is given, in the words in which an input file is refused: name, value, what is allowed.
+"""Checks of the arguments of functions; messages have name, value and what is allowed, as those of input files.
 
-Numbers are no text and no booleans, and finite; a field is real, has no missing points, and fits its grid.  Whatever
-is something else raises :class:`ArgumentError`.
+Numbers are finite, and neither text nor booleans; a field is real, has no missing points, and fits its grid.  Anything
+else raises :class:`ArgumentError`.
 """
 
 import math
@@ -23,14 +23,14 @@ _KINDS = {"c": "complex numbers", "b": "booleans", "U": "text", "S": "text"}
 
 
 class ArgumentError(InputError, ValueError):
-    """An argument that is not allowed: the message names it, says what it was and what is allowed."""
+    """An argument that is not allowed: the message has its name, its value and what is allowed."""
 
     def __init__(self, name: str, value: object, allowed: str) -> None:
         self.name, self.allowed = name, allowed
         super().__init__(f"{name} = {_short(value)}: allowed: {allowed}")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Travel from one process to another with the message only: a value may be a whole map."""
+        """Only the message is sent to another process, as the value may be a whole map."""
         return _restored, (self.name, self.allowed, str(self))
 
 
@@ -70,7 +70,7 @@ def number(
 
 
 def count(name: str, value: Any, least: int = 1, most: int = 2**31 - 1, *, why: str = "") -> int:
-    """A whole number within bounds; ``why`` they are what they are is said where it is refused."""
+    """A whole number within bounds; the message adds ``why`` they are so."""
     whole = isinstance(value, numbers.Integral) and not isinstance(value, bool | np.bool_)
     if not (whole and least <= value <= most):
         limits = f"a whole number from {least} to {most}" if most < 2**31 - 1 else f"a whole number from {least} on"
@@ -103,14 +103,14 @@ def flag(name: str, value: Any) -> bool:
 
 
 def instance(name: str, value: Any, kind: type[_Kind], allowed: str = "") -> _Kind:
-    """An object of a class, which ``allowed`` puts into words."""
+    """An object of a class, which ``allowed`` describes in words."""
     if not isinstance(value, kind):
         raise ArgumentError(name, value, allowed or f"a {kind.__name__}")
     return value
 
 
 def function(name: str, value: Any) -> None:
-    """A function that is called with what was done, or None."""
+    """A function, or None."""
     if value is not None and not callable(value):
         raise ArgumentError(name, value, "a function, or None")
 
@@ -118,7 +118,7 @@ def function(name: str, value: Any) -> None:
 def texts(name: str, value: Any, example: str) -> tuple[str, ...]:
     """One text or several; none for None.
 
-    A number without its unit is refused; the ``example`` says how to write it.
+    A number without its unit is refused; the message has the ``example``.
     """
     several = () if value is None else (value,) if isinstance(value, str) else value
     if not (isinstance(several, Sequence) and all(isinstance(each, str) for each in several)):
@@ -127,7 +127,7 @@ def texts(name: str, value: Any, example: str) -> tuple[str, ...]:
 
 
 def file_name(name: str, value: Any) -> Path:
-    """The name of a file or folder, which need not exist, but which a system of files can hold."""
+    """The name of a file or folder, which need not exist, but must be a possible name."""
     if not isinstance(value, str | os.PathLike):
         raise ArgumentError(name, value, "the name of a file")
     try:
@@ -142,7 +142,7 @@ def file_name(name: str, value: Any) -> Path:
 
 
 def array(name: str, value: Any, shape: tuple[int, ...] | None = None, kinds: str = "fiu") -> NDArray[Any]:
-    """An array of numbers, missing ones included, of a shape if one is given; ``kinds`` are those of NumPy's types.
+    """An array of numbers, possibly missing ones, of a given shape; ``kinds`` are the kinds of NumPy types allowed.
 
     By default complex numbers, text and booleans are refused.
     """
@@ -169,16 +169,16 @@ def several(name: str, value: Any, *, longest: int = 10_000, **bounds: float | N
 
 
 def field(name: str, value: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
-    """A map of finite real numbers as float64, a copy only where it is needed; of two directions if no shape is given.
+    """A map of finite real numbers as float64, copied only if needed; two-dimensional if no shape is given.
 
-    Refused are missing points (masked, NaN, infinite), complex numbers, text and booleans.
+    Missing points (masked, NaN, infinite), complex numbers, text and booleans are refused.
     """
     if np.ma.is_masked(value):
         missing = int(np.sum(np.ma.getmaskarray(value)))
         raise ArgumentError(name, value, f"a map without missing points; here {missing} are masked: fill them first")
     found = array(name, value, shape)
     if shape is None and found.ndim != 2:
-        raise ArgumentError(name, value, f"a map of two directions; its shape is {found.shape}")
+        raise ArgumentError(name, value, f"a two-dimensional map; its shape is {found.shape}")
     finite = np.isfinite(found)
     if not finite.all():
         missing = int(found.size - np.count_nonzero(finite))

@@ -51,8 +51,8 @@ def _setting(_: type, tokens: Sequence[Any]) -> list[tuple[str, object]]:
 
 Settings = Annotated[
     list[tuple[str, object]] | None,
-    Parameter(name="--set", converter=_setting, n_tokens=1, accepts_keys=False, help="a value instead of that of the "
-              "file, as surface.seed=3; may be repeated"),
+    Parameter(name="--set", converter=_setting, n_tokens=1, accepts_keys=False, help="value for a key of the input, "
+              "as surface.seed=3; may be repeated"),
 ]  # fmt: skip
 Kind = Literal["run"]
 Begun = Literal["run", "sweep"]
@@ -67,7 +67,7 @@ def check(*, settings: Settings = None, **given: Any) -> int:
 
 
 def _timed(report: Callable[[int, str], None]) -> Callable[[Point, int, int], None]:
-    """Say of each point what it is, and how long it took."""
+    """Report each point with the time that it took."""
     since = time.monotonic()
 
     def after(point: Point, done: int, total: int) -> None:
@@ -101,7 +101,7 @@ def turn(file: str, *, area: Annotated[list[float] | None, Parameter(help="repul
 
 
 def _ended(result: Result) -> int:
-    """Say which points did not converge, and where the result lies."""
+    """Print which points did not converge, and the file of the result."""
     failed = [(i, point) for i, point in enumerate(result.points) if not point.converged]
     for i, point in failed:
         print(f"step {i}, {point.control} {point.target:g}: {point.meaning}")
@@ -162,21 +162,21 @@ def analyse(
 @like(viewing.view)
 def view(*file: Path, port: int = 0, browser: Annotated[bool, Parameter(negative="--no-browser")] = True) -> int:
     if len(file) > 1:
-        raise InputError(f"{file[1]}: one map is open at a time")
+        raise InputError(f"{file[1]}: only one file can be opened at a time")
     viewing.view(*file, port=port, browser=browser)
     return OK
 
 
 @like(predictions.predict, help={name: " ".join((field.description or "").split()) for name, field in OPTIONS.items()})
 def predict(
-    *maps: Annotated[Path, Parameter(help="topography; two for two rough bodies; one input (TOML) that names them; or "
-                                          "a folder: a study of samples")],
-    output: Annotated[Path, Parameter(help="folder of report and figures")] = Path("results"),
-    json: Annotated[Path | None, Parameter(help="write everything, with the spectrum, in SI units")] = None,
-    csv: Annotated[Path | None, Parameter(help="write one row for each of many files, and for each measurement of a "
-                                          "container, each a contact by itself; no pages")] = None,
-    pattern: Annotated[str | None, Parameter(help="of the names in a folder, as '{sample}_{spot}_{magnification}', "
-                                              "without their ending")] = None,
+    *maps: Annotated[Path, Parameter(help="topography; two for two rough bodies; an input (TOML) that names them; or "
+                                          "a folder of samples, which are ranked")],
+    output: Annotated[Path, Parameter(help="folder for report and figures")] = Path("results"),
+    json: Annotated[Path | None, Parameter(help="file for all numbers, with the spectrum, in SI units")] = None,
+    csv: Annotated[Path | None, Parameter(help="file for a table with one row for each map or measurement of a "
+                                          "container, each a contact of its own; no pages are written")] = None,
+    pattern: Annotated[str | None, Parameter(help="pattern of the file names in a folder, without their ending, as "
+                                              "'{sample}_{spot}_{magnification}'")] = None,
     solve: Annotated[bool | None, Parameter(negative="--no-solve")] = None,
     threads: int = 1,
     contact_modulus: Annotated[str | None, Parameter(name="--estar")] = None,
@@ -190,11 +190,11 @@ def predict(
         return _study(maps, [name for name, value in beside.items() if value], output, pattern,
                       given | {"solve": solve, "threads": threads})  # fmt: skip
     if pattern is not None:
-        raise InputError("--pattern is of the names in a folder, and no folder is given")
+        raise InputError("--pattern applies to the files of a folder, and no folder is given")
     if csv is not None:
         return _predict_each(maps, csv, solve, threads, given)
     found = _predicted(maps, given)
-    # Before hours of work, and after all that can be wrong with the input.
+    # Checked before hours of work, but after the input.
     files.folder(output)
     for path in filter(None, [json]):
         files.distinct(path, maps)
@@ -222,12 +222,14 @@ def _predicted(maps: Sequence[Path], given: dict[str, Any]) -> Prediction:
 
 
 def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: int, given: dict[str, Any]) -> int:
-    """Write a table: each file is a contact by itself, and one that cannot be used has its reason in its row.
+    """Write a table: each file is a contact of its own, and one that cannot be used has the reason in its row.
 
-    Of many files none is solved unless that is asked for.
+    Contacts are solved only if that is asked for.
     """
     if given.get("join"):
-        raise TopographyError("--join makes one surface of all files, --csv writes a row for each: leave out one")
+        raise TopographyError(
+            "--join makes one surface of all files, but --csv writes a row for each: use one of the two"
+        )
     files.distinct(csv, maps)
     rows: list[dict[str, str | float | None]] = []
     for path, part in _contacts(maps, given):
@@ -250,19 +252,19 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
 def _is_folder(path: Path) -> bool:
     try:
         return path.is_dir()
-    except OSError:  # a name that is none is named when it is read
+    except OSError:  # reported when it is read
         return False
 
 
 def _study(
     maps: Sequence[Path], beside: Sequence[str], output: Path, pattern: str | None, given: dict[str, Any]
 ) -> int:
-    """A folder of samples and spots: one ranking, as a table, a page and files."""
+    """Rank the samples in a folder; print the ranking and write its files."""
     from continuum.show.study import study_doubts, study_sentence
 
     if len(maps) > 1 or beside:
         also = f"with {beside[0]}" if beside else f"beside {len(maps) - 1} more"
-        raise InputError(f"{maps[0]}: a folder is a study by itself, and cannot be used {also}")
+        raise InputError(f"{maps[0]}: a folder is a whole study, and cannot be used {also}")
     folder = maps[0]
     given.pop("join", None)
     try:
@@ -286,12 +288,12 @@ def _tell_spot(spot: Spot) -> None:
 
 
 def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:
-    """Each file, and of a container each measurement, unless one is chosen."""
+    """Each file, or each measurement of a container unless one is chosen."""
     for path in maps:
         try:
             names = () if given.get("part") else measurements(path)
         except InputError:
-            names = ()  # said again, and written down, when it is read
+            names = ()  # reported when it is read
         yield from ((path, name) for name in names or [None])
 
 
@@ -303,7 +305,7 @@ def examples() -> int:
 
 @like(template)
 def init(kind: Begun) -> int:
-    """Print an input to begin with, every key with its meaning."""
+    """Print a template of an input, with every key explained."""
     print(template(RunConfig, "inputs/smoke/path.toml"), end="")
     if kind == "sweep":
         print(resources.files("continuum.sweeps").joinpath("template.toml").read_text(), end="")

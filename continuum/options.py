@@ -19,11 +19,12 @@ from continuum.errors import BAD_INPUT, EXIT_CODES, OK, InputError
 
 Format = Literal["png", "pdf", "svg"]
 Formats = Annotated[
-    list[Format] | None, Parameter(name="--format", help="of the figures; may be repeated (default: png and pdf)")
+    list[Format] | None,
+    Parameter(name="--format", help="format of the figures; may be repeated (default: png and pdf)"),
 ]
-VOICES = {"quiet": ("-q", "neither progress nor tables; results, warnings and errors stay"),
-          "verbose": ("-v", "a line for each part of the work, also on a terminal, and where in the program an error "
-                      "arose")}  # fmt: skip
+VOICES = {"quiet": ("-q", "print results, warnings and errors only, without progress and tables"),
+          "verbose": ("-v", "print a line for each part of the work, also on a terminal, and where in the program an "
+                      "error arose")}  # fmt: skip
 SHORT = {"output": ("--output", "-o"), "workers": ("--workers", "-j")}
 COUNTS = ("workers", "threads", "nodes", "shards")
 POSITIONAL, SEVERAL = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.VAR_POSITIONAL
@@ -45,7 +46,7 @@ def program(name: str, what: str, units: str, commands: Mapping[str, str]) -> Ap
         default_parameter=Parameter(negative=""), result_action="return_value", help_flags=["--help", "-h"],
     )  # fmt: skip
 
-    @app.command(help="print what completes commands and options in your shell: bash, zsh or fish")
+    @app.command(help="print the completion script for your shell: bash, zsh or fish")
     def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
         print(app.generate_completion(prog_name=name, shell=shell))
         return OK
@@ -66,7 +67,7 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
         _check_environment()
         done = app(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        sys.stderr.write(f"{app.name[0]}: {str(error).rstrip('.')}; see `{app.name[0]} --help`\n")
+        sys.stderr.write(f"{app.name[0]}: {_without_stop(str(error))}; see `{app.name[0]} --help`\n")
         raise SystemExit(BAD_INPUT) from None
     except InputError as error:
         sys.stderr.write(f"{error}\n")
@@ -79,8 +80,12 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
     return int(done or OK)
 
 
+def _without_stop(text: str) -> str:
+    return text if text.endswith("...") else text.rstrip(".")
+
+
 def _with_lone_dashes(words: Sequence[str]) -> list[str]:
-    """The words of a command, with ``--size -`` as ``--size=-``: a dash by itself is a value, and no option."""
+    """The words of a command, with ``--size -`` as ``--size=-``: a dash alone is a value, not an option."""
     found: list[str] = []
     for word in words:
         if word == "-" and found and found[-1].startswith("--") and "=" not in found[-1]:
@@ -91,23 +96,22 @@ def _with_lone_dashes(words: Sequence[str]) -> list[str]:
 
 
 def _check_environment() -> None:
-    """Refuse numbers of threads on which a library would end in a traceback when it is imported.
+    """Check the environment variables on which a library would end in a traceback when it is imported.
 
-    matplotlib would do so on a back end that it does not know.  A command draws into files and opens no window, so
-    that none of them matters.
+    matplotlib does so if MPLBACKEND names an unknown back end; commands draw into files, so that it is overwritten.
 
-    Raises InputError that names the variable.
+    Raises InputError that names the variable if a number of threads is not one.
     """
     os.environ["MPLBACKEND"] = "agg"
     for name, least in (("NUMBA_NUM_THREADS", 1), ("OMP_NUM_THREADS", 0), ("DUCC0_NUM_THREADS", 0)):
         value = os.environ.get(name)
         if value is not None and not (value.isdecimal() and int(value) >= least):
-            msg = f"{name} = {value!r}, in the environment: allowed: a whole number from {least} on; or unset it"
+            msg = f"{name} = {value!r}, in the environment: allowed: a whole number of at least {least}; or unset it"
             raise InputError(msg)
 
 
 def as_options(message: str, known: Container[str]) -> str:
-    """A message in which arguments stand in backticks, with the options of the command in their place."""
+    """Replace arguments in backticks by the options of the command in a message."""
 
     def option(found: re.Match[str]) -> str:
         name = "estar" if found[1] == "contact_modulus" else found[1]
@@ -121,15 +125,14 @@ def like(
 ) -> Callable[[Command], Command]:
     """Make a command of a function: it takes the arguments of ``work``, and those that it names itself.
 
-    An argument that the command names has its type and default; the others come in ``**given``, if the command takes
-    that and they were given.  Functions, mappings and the like are no options.  Help is that of the docstring of
-    ``work``.
+    An argument that the command names keeps its type and default; the others arrive in ``**given``, if they were given.
+    Functions, mappings and the like do not become options.  Help texts come from the docstring of ``work``.
 
     Parameters
     ----------
     work : a function with a docstring in NumPy's style.
-    hint : what is said after an unexpected error.
-    help : of arguments that are described elsewhere.
+    hint : text after the message of an unexpected error.
+    help : help texts of arguments that are described elsewhere.
     """
 
     def made(command: Command) -> Command:
@@ -187,7 +190,7 @@ def _annotated(given: Any, *said: Parameter) -> Any:
 
 
 def _option(annotation: Any) -> Any:
-    """Type of an option for an argument of this type; None if it can be none."""
+    """Type of an option for an argument of this type; None if it cannot be an option."""
     types = get_args(annotation) if get_origin(annotation) not in (None, Literal) else (annotation,)
     missing = None if type(None) in types else Literal
     for one in (Path, bool, int):
@@ -202,7 +205,7 @@ def _option(annotation: Any) -> Any:
 
 
 def _help(work: Callable[..., object]) -> dict[str, str]:
-    """What the docstring of a function says of each argument, as plain text."""
+    """The descriptions of the arguments in the docstring of a function, as plain text."""
     text = inspect.cleandoc(work.__doc__ or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
     found = dict[str, str]()
     for names, said in re.findall(r"^(\w[\w, ]*) : (.*(?:\n .*)*)", text, re.MULTILINE):

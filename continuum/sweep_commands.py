@@ -25,14 +25,14 @@ def _shard(_: type, tokens: Sequence[Any]) -> tuple[int, int]:
     return int(part), int(parts)
 
 
-Gigabytes = Annotated[float | None, Parameter(help="GB of this machine that may be used (default: all)")]
+Gigabytes = Annotated[float | None, Parameter(help="memory to use, in GB (default: all of this machine)")]
 Shard = Annotated[tuple[int, int], Parameter(converter=_shard, n_tokens=1, help="part I/N of the systems, as 2/8")]
-Modules = Annotated[list[str] | None, Parameter(name="--module", help="a module that is loaded before the work, as "
-                    "gcc/13.2; may be repeated")]  # fmt: skip
-Lines = Annotated[list[str] | None, Parameter(name="--line", help="a line of your own after these, as 'source "
+Modules = Annotated[list[str] | None, Parameter(name="--module", help="module to load first, as gcc/13.2; may be "
+                    "repeated")]  # fmt: skip
+Lines = Annotated[list[str] | None, Parameter(name="--line", help="further line of the script, as 'source "
                   "~/venv/bin/activate'; may be repeated")]  # fmt: skip
-Creators = Annotated[list[str] | None, Parameter(name="--creator", help="who made the data, as 'Family, Given'; may be "
-                     "repeated")]  # fmt: skip
+Creators = Annotated[list[str] | None, Parameter(name="--creator", help="author of the data, as 'Family, Given'; may "
+                     "be repeated")]  # fmt: skip
 
 
 @like(sweeps.sweep)
@@ -46,9 +46,9 @@ def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None,
             meanwhile=lambda task, share: report.advance(task.path, share, f"{task.label}: {share:.0%} of its points"),
         )  # fmt: skip
     what = "searches" if done.crossings else "systems"
-    print(f"{done.folder}: {done.done} {what} done, {done.found} were there, {len(done.failed)} failed")
+    print(f"{done.folder}: {done.done} {what} done, {done.found} were done before, {len(done.failed)} failed")
     for death in done.died:
-        print(f"a process died at {death}")
+        print(f"a process died: {death}")
     if done.held:
         print(f"{len(done.held)} are locked by another process: {done.held[0].reason}")
     warn([f"{ended.task.label}: {ended.reason}" for ended in done.failed[:20]])
@@ -59,8 +59,9 @@ def sweep_run(file: str, *, settings: Settings = None, memory: Gigabytes = None,
 
 @like(sweeps.sweep_slurm)
 def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Parameter(name="--array")] = None,
-                memory: Annotated[float | None, Parameter(help="GB of each process (default: what the largest system "
-                "needs)")] = None, modules: Modules = None, lines: Lines = None, **given: Any) -> int:  # fmt: skip
+                memory: Annotated[float | None, Parameter(help="memory of each process, in GB (default: that of "
+                "the largest system)")] = None, modules: Modules = None, lines: Lines = None,
+                **given: Any) -> int:  # fmt: skip
     bytes_each = None if memory is None else 1e9 * memory
     print(sweeps.sweep_slurm(settings=dict(settings or ()), shards=shards, memory=bytes_each, modules=modules or (),
                              lines=lines or (), **given), end="")  # fmt: skip
@@ -68,8 +69,8 @@ def sweep_slurm(*, settings: Settings = None, shards: Annotated[int | None, Para
 
 
 @like(collecting.sweep_status)
-def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[float | None, Parameter(help="seconds "
-                 "after which it is said again, until the sweep is whole or Ctrl-C")] = None,
+def sweep_status(sweep: Path, *, settings: Settings = None, watch: Annotated[float | None, Parameter(help="repeat "
+                 "every so many seconds, until all systems are done or Ctrl-C is pressed")] = None,
                  **given: Any) -> int:  # fmt: skip
     if watch is not None and not 0 < watch <= 86400:
         raise InputError(f"--watch {watch:g}: give seconds, more than 0 and at most a day")

@@ -1,8 +1,9 @@
 """Tables of input files: strict typed models, and families of them of which an input names one.
 
-A table of a TOML file is a frozen :class:`Table`.  A key that is unknown, of the wrong type or out of range is a fault,
-and so is whatever a method marked :func:`constraint` finds where keys contradict one another.  Where a table comes in
-several kinds, it is a :class:`TableFamily`: each subclass is one kind, and an input knows it as soon as it is defined.
+A table of a TOML file is a frozen :class:`Table`.  A key that is unknown, of the wrong type or out of range is a
+fault, and so is whatever a method marked :func:`constraint` finds where keys contradict one another.  Where a table
+comes in several kinds, it is a :class:`TableFamily`: each subclass is one kind, and an input knows it as soon as it is
+defined.
 """
 
 import hashlib
@@ -41,7 +42,7 @@ class Fault:
     Parameters
     ----------
     key : where, relative to the table that finds it; the value given is looked up there.
-    allowed : what is allowed, in words that complete "allowed: ...".
+    allowed : what is allowed, the text after "allowed: ".
     cause : the usual cause or what helps; empty if the above says it.
     """
 
@@ -51,9 +52,9 @@ class Fault:
 
 
 def constraint(method: _Method) -> _Method:
-    """Mark a method of a table that yields the faults in how its keys fit together.
+    """Mark a method of a table that yields faults between its keys.
 
-    It may use any key: where one is faulty itself, the check is skipped.
+    It may use any key: if one of them is faulty, the check is skipped.
     """
     vars(method)["_is_check"] = True
     return method
@@ -62,14 +63,14 @@ def constraint(method: _Method) -> _Method:
 class Table(BaseModel):
     """A table of an input file: unknown keys, loose types, infinities and NaN are faults.
 
-    The docstring under a key is shown to the user when that key is faulty.
+    The docstring of a key is shown in messages about it.
     """
 
     model_config = ConfigDict(**STRICT, extra="forbid", frozen=True, use_attribute_docstrings=True)
     not_identity: ClassVar[frozenset[str]] = frozenset()
     """Keys that do not change results: threads, output options."""
     newer: ClassVar[frozenset[str]] = frozenset()
-    """Keys that came after results were stored: they belong to the identity only where they are given."""
+    """Keys added after results were stored: they count for the identity only if they are given."""
     kind_key: ClassVar[str] = ""
     """The key that names the kind of a table that has several."""
     constraints: ClassVar[tuple[Callable[[Any], Iterator[Fault]], ...]] = ()
@@ -97,7 +98,7 @@ class Table(BaseModel):
     def plain(self, *, identity: bool = False) -> dict[str, Any]:
         """Keys and values as JSON has them, defaults included; files by the hash of their content.
 
-        With ``identity``, without what does not change results.
+        With ``identity``, without keys that do not change results.
         """
         absent = {name for name in self.newer if getattr(self, name) is None}
         left_out = self.not_identity | absent if identity else set()
@@ -108,8 +109,8 @@ class Table(BaseModel):
 class TableFamily(Table):
     """A table of several kinds.
 
-    A subclass that sets ``kind_key`` is a family, and each class below it whose key of that name takes fixed names is
-    one of its kinds.  A family below another has the kinds of both.
+    A subclass that sets ``kind_key`` is a family, and each of its subclasses whose key of that name takes fixed names
+    is one of its kinds.  A family derived from another has the kinds of both.
     """
 
     kinds: ClassVar[MutableMapping[str, type[Table]]]
@@ -134,7 +135,7 @@ class TableFamily(Table):
 
     @classmethod
     def kind_of(cls, data: Mapping[str, Any]) -> type[Table] | None:
-        """The kind that some keys and values name; None if they name none."""
+        """The kind that these keys and values name; None if there is none."""
         name = data.get(cls.kind_key)
         return cls.kinds.get(name) if isinstance(name, str) else None
 
@@ -211,7 +212,7 @@ def _existing(value: object, info: ValidationInfo) -> Path:
 
 
 def both_directions(kind: type[int] | type[float], low: float, high: float, allowed: str) -> BeforeValidator:
-    """Validator: one number, meant for both directions, or two, along x and y."""
+    """Validator: one number for both directions, or two, along x and y."""
 
     def both(value: Any) -> Any:
         values = value if isinstance(value, (tuple, list)) else (value, value)
@@ -225,7 +226,7 @@ def both_directions(kind: type[int] | type[float], low: float, high: float, allo
 
 
 InputFile = Annotated[Path, BeforeValidator(_existing)]
-"""A file that must exist, named relative to the input file; it counts by its content in the identity."""
+"""A file that must exist, relative to the input file; the identity contains its content."""
 Positive = Annotated[float, Field(gt=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 """A number between 0 and 1."""

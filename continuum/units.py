@@ -1,7 +1,7 @@
-"""Conversion between SI, eV/Å and reduced units; nothing else converts.
+"""Conversion between SI, eV/Å and reduced units.
 
 Reduced units are a0 = 1 and E* = 1 (see :mod:`continuum`): a quantity of dimension pressure^i length^j has
-the unit E*^i a0^j.  Where atoms of mass m move, times and velocities have one, too, and a temperature that of k_B T.
+the unit E*^i a0^j.  With moving atoms of mass m, times and velocities also have a unit, and temperatures that of k_B T.
 """
 
 import re
@@ -99,7 +99,7 @@ class Units:
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "A": ANGSTROM, "pm": 1e-12}
 _EV_PER_A = scipy.constants.electron_volt / ANGSTROM
 _EV_PER_A2 = scipy.constants.electron_volt / ANGSTROM**2
-# Sizes in SI of the units that are understood, the ones to print first.
+# Sizes in SI of the known units; those for printing come first.
 _UNITS: dict[Quantity | Motion, Mapping[str, float]] = {
     "length": _LENGTHS,
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/m2": 1.0,
@@ -119,13 +119,13 @@ _NEVER_SHOWN = {
 def unit_size(unit: str, quantity: Quantity | Motion) -> float:
     """Size in SI of a unit given by name: µm, um, nm, Å, GPa, mJ/m² or mJ/m^2, ...
 
-    Raises ValueError if there is no such unit of this quantity; the message lists those that there are.
+    Raises ValueError if this quantity has no such unit; the message lists the known ones.
     """
     # NFKC turns the micro sign into a Greek mu, the Ångström sign into a letter and ² into 2.
     plain = unicodedata.normalize("NFKC", unit).replace("μ", "u").replace("Å", "A").replace("^", "").strip()
     known = _UNITS[quantity]
     if plain not in known:
-        what = f"{unit!r} is no unit of {_words(quantity)}" if plain else f"a unit of {_words(quantity)} is missing"
+        what = f"{unit!r} is not a unit of {_words(quantity)}" if plain else f"a unit of {_words(quantity)} is missing"
         raise ValueError(f"{what}: write one of {', '.join(known)}")
     return known[plain]
 
@@ -133,8 +133,7 @@ def unit_size(unit: str, quantity: Quantity | Motion) -> float:
 def parse(text: str, quantity: Quantity | Motion, *, signed: bool = False) -> float:
     """A quantity with its unit, in SI: ``parse("50 mJ/m²", "energy_per_area")`` is 0.05.
 
-    Raises ValueError if it is no positive number, or if ``signed`` no finite one, or its unit is missing or of another
-    quantity.
+    Raises ValueError if it is not a positive number (with ``signed``: not finite), or its unit is missing or wrong.
     """
     found = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", text)
     if found is None:

@@ -7,6 +7,7 @@ test that is missing, a line that nobody needs, or one that means the same: the 
 from __future__ import annotations
 
 import argparse
+import ast
 import os
 import random
 import re
@@ -19,8 +20,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from difflib import unified_diff
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Any
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
@@ -37,6 +40,19 @@ CHANGES = re.compile(
 )
 """Of the changes of cosmic-ray those that turn physics into other physics, not into an error of types."""
 NO_GPU = ("continuum/solve/cuda",)
+NO_PRODUCTS = {"parameters", "param", "lambdef", "argument", "star_expr"}
+"""Where `*` and `/` of the grammar are no operators: ``f(*x)``, ``def f(x, *, y)``."""
+MESSAGES = {"msg", "allowed"}
+"""Names of texts that say what is wrong; numbers there, and in what is raised, change no result."""
+COSTS = {
+    "_PADDING", "_ROWS", "TILE", "_WORTH_THREADS", "SMALL",  # how much at once
+    "COARSE_LIMIT", "COARSE_ITERATIONS", "ITERATIONS", "HALVINGS", "VERIFICATIONS", "ATTEMPTS",  # how often at most
+    "_BULK_STEPS", "_SURFACE_STEPS", "_SETTLING", "_SEED", "_MOST_PIECES", "_RELAXING", "PATIENCE", "_LOOK",
+    "PIECES", "_KNOTS", "_NODES", "at_once",  # how finely
+}  # fmt: skip
+"""Constants of which one more or less costs time or memory, but gives the same result to its stated error."""
+MANY = 100
+"""Points of a `linspace`, and steps that a `limit` allows, of which one more or less is no other physics."""
 SECONDS = 300
 """Time of one test, after which the change counts as caught: it does not end.  The slowest takes some 20 s."""
 
@@ -61,6 +77,10 @@ class Mutant:
         assert isinstance(changed, str)
         return changed
 
+    def is_another_program(self) -> bool:
+        """Whether Python reads it as other than it was."""
+        return ast.dump(ast.parse(text(self.module))) != ast.dump(ast.parse(self.source()))
+
     def __str__(self) -> str:
         before, after = (text(self.module).splitlines(), self.source().splitlines())
         lines = [line for line in unified_diff(before, after, n=0, lineterm="") if line[:2] not in ("--", "++")]
@@ -78,8 +98,35 @@ def mutants() -> Iterator[Mutant]:
             nodes = list(ast_nodes(get_ast(text(module))))
             for name in operators:
                 operator = get_operator(name)()
-                count = sum(len(list(operator.mutation_positions(node))) for node in nodes)
-                yield from (Mutant(module, name, occurrence) for occurrence in range(count))
+                # One place after the other, as they are counted where a change is made.
+                places = (node for node in nodes for _ in operator.mutation_positions(node))
+                yield from (Mutant(module, name, i) for i, node in enumerate(places) if is_physics(node))
+
+
+def is_physics(node: Any) -> bool:
+    """Whether a result may hang on a node: it is no mark of the grammar, and neither in a message nor a mere cost."""
+    if getattr(node, "value", "") in ("*", "/", "**") and node.parent.type in NO_PRODUCTS:
+        return False
+    many = node.type == "number" and node.value.isdigit() and int(node.value) >= MANY
+    while node.parent is not None:
+        if many and node.get_code().strip().startswith(("limit=", "np.linspace(")):
+            return False
+        if node.get_code().strip().startswith("np.empty("):  # room for what is written there: more of it is not used
+            return False
+        if node.type == "raise_stmt":
+            return False
+        if node.type == "expr_stmt":
+            names = set(re.findall(r"\w+", node.get_code().partition("=")[0]))
+            if names & (MESSAGES | COSTS):
+                return False
+        node = node.parent
+    return True
+
+
+def draw(every: list[Mutant], count: int, seed: int) -> list[Mutant]:
+    """So many changes at random, but for those that Python reads as the same, such as 1e30 + 1."""
+    order = random.Random(seed).sample(every, len(every))
+    return list(islice((mutant for mutant in order if mutant.is_another_program()), count))
 
 
 @cache
@@ -93,9 +140,9 @@ def nearest_tests(module: str) -> list[list[str]]:
     """The files of tests that a module has, the nearest first: of its own name, that import it, then of its room."""
     package, room, *_ = module.split("/")
     named = module.removesuffix(".py").replace("/", ".")
-    own = [name for name in imported() if Path(name).stem == f"test_{Path(module).stem}"]
     direct = [name for name, text in imported().items() if f"from {named} import" in text]
     beside = [name for name in imported() if name.startswith(f"tests/{package}/{room}/")]
+    own = [name for name in beside if Path(name).stem == f"test_{Path(module).stem}"]
     here = [name for name in direct if name in beside]
     groups, seen = list[list[str]](), set[str]()
     for group in (own, here, [*direct, *beside]):
@@ -164,7 +211,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2, help="changes at once (default: 2)")
     given = parser.parse_args()
     every = list(mutants())
-    drawn = random.Random(given.seed).sample(every, given.count)
+    drawn = draw(every, given.count, given.seed)
     print(f"{len(drawn)} of {len(every)} changes", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         copies: SimpleQueue[Path] = SimpleQueue()

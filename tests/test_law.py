@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pandas import DataFrame, Series, read_csv
 
 from continuum.theory.rough import turning_share
-from tests.studies import judgement, law, patches, periods, turn_of_atoms
+from tests.studies import diamond_film, judgement, law, patches, periods, turn_of_atoms
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -118,3 +118,14 @@ def test_a_period_is_judged_by_the_bounds_of_the_page() -> None:
     assert periods.word(rows, 1.2, near) == "held with a remark"
     assert periods.word(rows, 1.3, near) == periods.word(rows, 1.1, off) == "refuted"
     assert periods.word(rows[:5], 1.1, near) == "not tested"
+
+
+def test_work_gained_on_approach_is_that_of_a_parabola_of_load() -> None:
+    """Load (g - 1)(g - 3) vanishes at g = 1 and 3: between them the tension gains 4/3, up to the trapezoids' error."""
+    gap = np.append(np.linspace(3.0, 1.0, 401), 0.9975)
+    states = [(g, (g - 1) * (g - 3), 0.1 * (3 - g)) for g in gap]
+    work, area = diamond_film.gained(states, unit=2.0)
+    assert work == pytest.approx(2 * 4 / 3, rel=1e-4)
+    assert area == pytest.approx(0.2, rel=1e-3)
+    with pytest.raises(ValueError, match="does not vanish"):
+        diamond_film.gained(states[:300], unit=2.0)

@@ -327,8 +327,8 @@ def test_a_number_of_threads_that_no_library_takes_is_one_message(
     done = start(program, "check", "run.toml", folder=tmp_path, environment={name: value})
     assert done.returncode == 2
     assert (
-        done.stderr == f"{name} = '{value}', in the environment: allowed: a whole number from {int('NUMBA' in name)}"
-        " on; or unset it\n"
+        done.stderr == f"{name} = '{value}', in the environment: allowed: a whole number of at least "
+        f"{int('NUMBA' in name)}; or unset it\n"
     )
 
 

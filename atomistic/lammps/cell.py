@@ -18,7 +18,7 @@ class Cell(LammpsHandle):
     ----------
     potential : between the atoms.
     positions : shape (n, 3).
-    periods : of the box along x, y and z, which is periodic; with ``surface``, nothing is above and below.
+    periods : of the box along x, y and z; with ``surface``, nothing is above and below, and those of x and y are all.
     surface : whether the third direction is free.
     """
 

@@ -155,7 +155,7 @@ def _ends(wall: Wall) -> tuple[float, float]:
     if np.isfinite(wall.reach):
         return float(start), float(wall.reach)
     end, largest = wall.zero_gap + 1.0, wall.largest_tension
-    while abs(float(wall.evaluate(np.array([end])).traction[0])) > PRECISION * largest:
+    while abs(wall.evaluate(np.array([end])).traction.item()) > PRECISION * largest:
         end *= 1.5
     return float(start), end
 

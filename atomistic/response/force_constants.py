@@ -136,7 +136,7 @@ def relaxation(model: Model, mobile: int) -> Real:
         return np.zeros(mobile)
     slab = Slab((3, 3), layers, max(model.coupled_layers, 1))
     sites = slab.positions[:, 0, 0]  # one atom of each layer: layers move as a whole
-    with Cell(model, sites * model.length, np.array([1.0, 1.0, 1.0]) * model.length, surface=True) as cell:
+    with Cell(model, sites * model.length, np.ones(2) * model.length, surface=True) as cell:
 
         def forces(rise: Real) -> Real:
             at = sites.copy()
@@ -282,7 +282,7 @@ def _torque(row: Real, rise: Real) -> float:
     reach = row.shape[0] // 2
     moments = np.zeros((3, 3, 3))
     for i, down in enumerate(range(-reach, reach + 1)):
-        x = places(row.shape[1], down)
+        x = places(len(row[i]), down)
         r = np.stack(np.broadcast_arrays(x[:, None], x[None, :], -down * LAYER_SPACING + rise[i]), axis=-1)
         moments += np.einsum("xyab,xyc->abc", row[i], r)
     return float(np.abs(moments - moments.swapaxes(1, 2)).max())

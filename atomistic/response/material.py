@@ -32,17 +32,17 @@ jumps in their second derivative: at 1e-5 a crystal sits between knots but for o
 """
 
 _SQUARE = np.array([1.0, 1.0, np.sqrt(2)])
-_FCC = np.array([[0, 0, 0], [0.5, 0.5, 0.5]])
-_CUBE = np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0.5, 0.5]])
+_FCC = np.array([[0, 0, 0], [1, 1, 1]]) / 2
+_CUBE = np.array([[0, 0, 0], [1, 1, 0], [1, 0, 1], [0, 1, 1]]) / 2
 # Other structures that a potential may prefer: box in units of its first edge, atoms in fractions.
 _OTHERS: dict[str, tuple[Real, Real]] = {
-    "bcc": (np.ones(3), np.array([[0, 0, 0], [0.5, 0.5, 0.5]])),
+    "bcc": (np.ones(3), _FCC),
     "hcp": (
         np.array([1, np.sqrt(3), np.sqrt(8 / 3)]),
-        np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 5 / 6, 0.5], [0, 1 / 3, 0.5]]),
+        np.array([[0, 0, 0], [3, 3, 0], [3, 5, 3], [0, 2, 3]]) / 6,
     ),
     "simple cubic": (np.ones(3), np.zeros((1, 3))),
-    "diamond": (np.ones(3), np.concatenate([_CUBE, _CUBE + 0.25])),
+    "diamond": (np.ones(3), np.concatenate([_CUBE, _CUBE + 1 / 4])),
 }
 _PREFERRED = 2e-3
 """Part of the cohesive energy by which another structure must lie lower to count as the crystal.

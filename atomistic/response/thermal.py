@@ -142,7 +142,7 @@ def _pressure(model: CrystalModel, temperature: float, stretch: float, blocks: i
     """Mean pressure of a periodic crystal, in E*, and its standard error."""
     edge = np.sqrt(2) * model.length * stretch
     corners = np.stack(np.meshgrid(*3 * [np.arange(_CELLS)], indexing="ij"), axis=-1).reshape(-1, 1, 3)
-    sites = corners + np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0.5, 0.5]])
+    sites = corners + np.array([[0, 0, 0], [1, 1, 0], [1, 0, 1], [0, 1, 1]]) / 2
     positions = edge * sites.reshape(-1, 3)
     gas = len(positions) * temperature / (_CELLS**3 * np.sqrt(8) * stretch**3)  # in E*: V in a0³ at rest
     with Cell(model, positions, np.full(3, edge * _CELLS)) as cell:
@@ -164,8 +164,7 @@ def _rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[f
     slab = Slab((width, width), layers, model.coupled_layers)
     per_layer = width * width
     sites = slab.positions.reshape(-1, 3)
-    periods = np.array([width, width, 1.0]) * model.length
-    with Cell(model, sites * model.length, periods, surface=True) as cell:
+    with Cell(model, sites * model.length, np.array(slab.shape) * model.length, surface=True) as cell:
         cell.command(f"group mobile id <= {slab.mobile * per_layer}", "group base subtract all mobile")
         cell.command("fix freeze base setforce 0 0 0")
         _warm_up(cell, model, temperature, "mobile")

@@ -1,1 +1,1 @@
-"""``continuum view``: the page of a prediction alive, in a browser on this machine only."""
+"""``continuum view``: predictions and stored states in a browser, on this machine only."""

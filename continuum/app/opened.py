@@ -1,4 +1,4 @@
-"""A map that is open in the browser: where its file is kept, what is asked of it, and what is said."""
+"""A map that is open in the browser: its file, the fields of the form, and the answer."""
 
 import re
 import shlex
@@ -22,21 +22,21 @@ FIELDS = (
     "size", "unit", "material", "modulus", "poisson", "contact_modulus", "work", "range", "spacing", "probe",
     "detrend", "fill", "crop", "cutoff", "smallest",
 )  # fmt: skip
-"""What the form asks for, as the arguments of :func:`continuum.predict`."""
+"""Fields of the form, which are arguments of :func:`continuum.predict`."""
 SEVERAL = frozenset({"material", "modulus", "poisson"})
-"""Those of which there may be two, one for each body."""
+"""Fields that may have two values, one for each body."""
 _LONGEST = 200
 
 
 @dataclass(frozen=True)
 class OpenedMap:
-    """A topography and the folder in which what is made of it lies.
+    """A topography, and the folder for the files made from it.
 
     Parameters
     ----------
-    path : of the file that is read.
-    shown : its name where it is from; a file name only in what is shown, never a path on this machine.
-    folder : private to the program.
+    path : path of the file.
+    shown : name that is shown, never a path on this machine.
+    folder : private folder of the program.
     """
 
     path: Path
@@ -44,13 +44,13 @@ class OpenedMap:
     folder: Path
 
     def predict(self, asked: Mapping[str, str]) -> Prediction:
-        """The prediction that a form asks for, without the solver; raises InputError in words of its fields."""
+        """The prediction for a form, without the solver; raises InputError about its fields."""
         return predict(self.path, **arguments(asked), solve=False)
 
     def mending(self, asked: Mapping[str, str], found: Prediction) -> bytes:
-        """A picture (PNG) of the map as measured, holes filled, beside the map that a prediction judges.
+        """A picture (PNG) of the measured map with holes filled, and of the map that is judged.
 
-        Raises InputError if the map cannot be read without what the form has beside size, unit and holes.
+        Raises InputError if the map cannot be read with size, unit and fill only.
         """
         given = arguments(asked)
         told = {name: given[name] for name in ("size", "unit", "fill") if name in given}
@@ -58,7 +58,7 @@ class OpenedMap:
         return image_bytes(mending_figure(detrend(measured, "none"), found.topographies[0]))
 
     def command(self, asked: Mapping[str, str], file: str = "", *more: str) -> list[str]:
-        """The command that says the same, and with what is added more."""
+        """The equivalent command, with further options."""
         words = ["continuum", "predict", file or self.shown]
         for name, value in arguments(asked).items():
             option = "--estar" if name == "contact_modulus" else f"--{name}"
@@ -67,34 +67,34 @@ class OpenedMap:
         return [*words, *more]
 
     def repeated_by(self, asked: Mapping[str, str]) -> str:
-        """The command as one writes it in a shell."""
+        """The equivalent command, quoted for a shell."""
         return shlex.join(self.command(asked))
 
     def solving(self, asked: Mapping[str, str]) -> list[str]:
-        """The command that solves the map, of this program, with its page in the folder."""
+        """The command of this program that solves the map and writes its page into the folder."""
         _, *words = self.command(asked, str(self.path), "--solve", "--output", str(self.folder / "solved"))
         return [sys.executable, "-m", "continuum", *words]
 
 
 def arguments(asked: Mapping[str, str]) -> dict[str, Any]:
-    """Arguments of :func:`continuum.predict` that a form asks for; raises InputError where they are none."""
+    """Convert a form to arguments of :func:`continuum.predict`; raises InputError for invalid ones."""
     found: dict[str, Any] = {}
     for name, value in asked.items():
         if name not in FIELDS or not isinstance(value, str) or len(value) > _LONGEST:
             raise InputError(f"{name[:40]}: not a field of the form, or not a short text")
         if not value.strip():
             continue
-        # A field with two values has them one after the other, separated by commas.
+        # Two values of a field are separated by commas.
         several = tuple(part.strip() for part in value.split(","))
         found[name] = several if name in SEVERAL else value.strip()
     detrend = found.get("detrend")
     if detrend is not None and detrend not in get_args(Detrending):
-        raise InputError(f"detrend: {detrend!r} is none of {', '.join(get_args(Detrending))}")
+        raise InputError(f"detrend: {detrend!r} is not one of {', '.join(get_args(Detrending))}")
     return found
 
 
 def answer(found: Prediction) -> dict[str, Any]:
-    """What is said of a prediction, and the values at which its sliders stand."""
+    """The answer of a prediction, and the values of its sliders."""
     contact, pixels = found.contact, found.topographies[0].grid.spacing
     shown = {
         "work": units.readable(contact.work_of_adhesion, "energy_per_area", 3),
@@ -111,6 +111,6 @@ def answer(found: Prediction) -> dict[str, Any]:
 
 
 def safe_name(name: str) -> str:
-    """A name for an uploaded file: letters, digits, dots, - and _ of the one that it had."""
+    """A safe name for an uploaded file: letters, digits, dots, - and _ of its own name."""
     plain = re.sub(r"[^A-Za-z0-9._-]+", "_", Path(name.replace("\\", "/")).name).strip("._")[-80:].lstrip("._")
     return plain or "map"

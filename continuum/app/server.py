@@ -1,7 +1,7 @@
-"""The server of ``continuum view``: on this machine only, for whoever has its address.
+"""The server of ``continuum view``, on this machine only, for users who have its address.
 
-Each answer needs the token of the address, once in the address and then in a cookie.  The names of the host and of the
-origin are looked at, so that no page of the web speaks to it through the browser.  It hands out no file of the disk.
+Each request needs the token of the address, first in the address and then in a cookie.  Host and origin are checked,
+so that no web page can reach it through the browser.  It serves no file of the disk.
 """
 
 import asyncio
@@ -30,11 +30,11 @@ from continuum.show.plot import written_as
 from continuum.sticky.materials import MATERIALS
 
 LARGEST = 200_000_000
-"""Bytes of an upload."""
+"""Largest upload, in bytes."""
 _COOKIE = "stickiness"
 _PAGES = {"": "index.html", "states": "states.html"}
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
-# Nothing of another site, no code but ours; a report has its style and its figures within itself.
+# Nothing from another site, no code but ours; a report contains its style and its figures.
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src data:; connect-src 'self'; "
     "frame-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
@@ -43,7 +43,7 @@ _POLICY = (
 
 @dataclass
 class Solving:
-    """The solver at work on a map, in a process of its own."""
+    """A solver running on a map in its own process."""
 
     process: subprocess.Popen[str]
     began: float = field(default_factory=time.monotonic)
@@ -51,10 +51,10 @@ class Solving:
 
 @dataclass
 class View:
-    """What one call of ``continuum view`` knows: the one thing here that changes."""
+    """The state of one call of ``continuum view``; the only mutable object here."""
 
     folder: Path
-    """Private; it goes with the program."""
+    """Private folder, removed when the program ends."""
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     port: int = 0
     opened: OpenedMap | None = None
@@ -62,17 +62,17 @@ class View:
     solving: Solving | None = None
     uploads: int = 0
     drawing: asyncio.Lock = field(default_factory=asyncio.Lock)
-    """Held while figures are drawn: their style is one for the whole process."""
+    """Lock for drawing figures, as their style is global to the process."""
 
     def place(self, name: str) -> Path:
-        """A new file for an upload, in a folder of its own."""
+        """Path for an upload, in a new folder."""
         self.uploads += 1
         place = self.folder / f"map-{self.uploads}"
         place.mkdir()
         return place / safe_name(name)
 
     def open(self, path: Path, shown: str) -> None:
-        """Take a map in place of the one that is open, or results in place of those.
+        """Open a map in place of the open map, or results in place of the open results.
 
         Raises InputError if it is a folder without results.
         """
@@ -85,7 +85,7 @@ class View:
         self.opened = OpenedMap(path, shown, folder)
 
     def stop(self) -> None:
-        """End the solver, if it is at work."""
+        """End the solver, if it is running."""
         if self.solving is not None and self.solving.process.poll() is None:
             self.solving.process.terminate()
             self.solving.process.wait()
@@ -93,7 +93,7 @@ class View:
 
 
 class _Handler(RequestHandler):
-    """What every answer asks for and says."""
+    """Checks and headers of every request."""
 
     view: View
 
@@ -107,7 +107,7 @@ class _Handler(RequestHandler):
         self.set_header("Referrer-Policy", "no-referrer")
 
     def prepare(self) -> None:
-        """Refuse whoever has not the token, and whatever another page of the browser asks for."""
+        """Refuse requests without the token, and requests of other pages in the browser."""
         hosts = {f"{name}:{self.view.port}" for name in ("127.0.0.1", "localhost")}
         if self.request.host not in hosts:
             raise HTTPError(403, reason="not the address of this program")
@@ -138,16 +138,16 @@ class _Handler(RequestHandler):
         return found
 
     def refuse(self, error: InputError) -> None:
-        """Say what is wrong with what was asked for, as the command would."""
+        """Answer an error with the message of the command."""
         self.set_status(422)
         self.write({"error": str(error).replace(str(self.opened.path), self.opened.shown)[:2000]})
 
 
 class _Static(_Handler):
-    """The page and what belongs to it."""
+    """The page and its scripts and styles."""
 
     def get(self, name: str) -> None:
-        if self.get_query_argument("token", ""):  # from now on in a cookie, not in what a browser remembers
+        if self.get_query_argument("token", ""):  # from now on in a cookie, not in the history of the browser
             self.set_cookie(_COOKIE, self.view.token, httponly=True, samesite="Strict")
             self.redirect("/states" if self.view.results is not None and self.view.opened is None else "/")
             return
@@ -168,7 +168,7 @@ class _Static(_Handler):
 
 @stream_request_body
 class _Upload(_Handler):
-    """A map is dropped on the page: its bytes, with its name in a header."""
+    """Upload of a map: its bytes, with its name in a header."""
 
     def prepare(self) -> None:
         super().prepare()
@@ -193,7 +193,7 @@ class _Upload(_Handler):
 
 
 class _Predict(_Handler):
-    """The answer to what the form asks for, without the solver."""
+    """The answer for a form, without the solver."""
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
@@ -205,7 +205,7 @@ class _Predict(_Handler):
 
 
 class _Report(_Handler):
-    """The page of what the form asks for, as `continuum predict` writes it, and a picture of the map's mending."""
+    """The page that `continuum predict` writes for a form, and a picture of the corrected map."""
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
@@ -242,12 +242,12 @@ class _States(_Handler):
 
 
 class _Solve(_Handler):
-    """Begin to solve the map, ask how far that is, or stop it."""
+    """Start the solver, report its progress, or stop it."""
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
         try:
-            await _aside(opened.predict, asked)  # what is wrong is said at once
+            await _aside(opened.predict, asked)  # errors are reported at once
             command = opened.solving(asked)
         except InputError as error:
             self.refuse(error)
@@ -276,18 +276,18 @@ class _Solve(_Handler):
 
 
 class _Solved(_Handler):
-    """The page of the map that was solved."""
+    """The page of the solved map."""
 
     def get(self) -> None:
         pages = sorted((self.opened.folder / "solved").glob("*.html"))
         if not pages:
-            raise HTTPError(404, reason="nothing is solved yet")
+            raise HTTPError(404, reason="the map has not been solved yet")
         self.set_header("Content-Type", "text/html; charset=utf-8")
         self.write(pages[0].read_bytes())
 
 
 async def _aside(work: Any, *given: Any) -> Any:
-    """Do work in another thread, so that the server goes on answering."""
+    """Run a function in another thread, so that the server keeps answering."""
     return await asyncio.get_running_loop().run_in_executor(None, partial(work, *given))
 
 
@@ -325,8 +325,8 @@ async def serve_view(path: Path | None, port: int, begun: Any) -> None:
 
     Parameters
     ----------
-    path : a map, or results, that are open from the beginning.
-    port : of this machine; a free one if 0.
+    path : a map or results to open first.
+    port : port to use; 0 for a free one.
     begun : called with the address.
     """
     with tempfile.TemporaryDirectory(prefix="stickiness-view-") as folder:

@@ -1,4 +1,4 @@
-"""Stored results that are open in the browser: their states as numbers, and maps of each."""
+"""Stored results that are open in the browser: numbers and maps of their states."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DECK_RUN, DECK_VERSION = "stickiness/deck-run", 2
 """What `atomistic read` stores."""
 MAPS = ("contact", "gap")
 NUMBERS = ("separation", "mean_gap", "load", "area_rep", "area_att")
-"""What is known of each state, in a0 and E*."""
+"""Numbers of each state, in a0 and E*."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class OpenedResults:
 
     Parameters
     ----------
-    shown : its name, which is no path on this machine.
-    runs : files of the runs, by what they are called.
+    shown : name that is shown, never a path on this machine.
+    runs : files of the runs by name.
     """
 
     shown: str
@@ -44,7 +44,7 @@ class OpenedResults:
         """The results of a file or of a sweep's folder; raises InputError if it holds none."""
         if not path.is_dir():
             if not is_stored(path):
-                raise StoreError(f"{path}: no stored run of `continuum run` or `atomistic read`")
+                raise StoreError(f"{path}: not a stored result of `continuum run` or `atomistic read`")
             return cls(path.name, {path.name: path})
         folder = Folder(path)
         found = {label_of(system.settings): folder.point(system.key) for system in systems_of(path).systems}
@@ -54,7 +54,7 @@ class OpenedResults:
         return cls(path.resolve().name, done)
 
     def states(self, index: int) -> dict[str, Any]:
-        """Numbers of every state of a run, its size, and which maps it has."""
+        """Numbers of every state of a run, its size, and the names of its maps."""
         return self._run(index).states()
 
     def map(self, index: int, step: int, kind: str) -> NDArray[Any]:
@@ -77,7 +77,7 @@ def is_stored(path: Path) -> bool:
 
 
 def colours() -> dict[str, list[str]]:
-    """Colours of the values of each kind of map, from the lowest on."""
+    """Colours of the values of each kind of map, from the lowest."""
     return {"contact": contact_colours(), "gap": map_colours()}
 
 
@@ -129,7 +129,7 @@ _READERS: dict[str, Callable[[Path], _StoredRun | _StoredDeck]] = {
 
 
 def _part(path: Path, dataset: str, step: int, shape: tuple[int, ...]) -> NDArray[Any]:
-    """A map of one state; StoreError where there is none, or none of this shape."""
+    """A map of one state; raises StoreError if it is missing or has another shape."""
     found = store.read_part(path, dataset, step)
     if found is None or found.shape != shape:
         raise StoreError(f"{path}: no such map")
@@ -141,5 +141,5 @@ def _has(path: Path, dataset: str) -> bool:
 
 
 def _numbers(values: Mapping[str, Any]) -> dict[str, float | None]:
-    """Finite numbers as they are; what is no number is not known."""
+    """Finite numbers; None for others."""
     return {name: float(values[name]) if np.isfinite(values[name]) else None for name in NUMBERS}

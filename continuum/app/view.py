@@ -13,18 +13,17 @@ from continuum.show.console import tell
 def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True) -> None:
     """Show a height map or stored results on a page in a browser, on this machine only.
 
-    A map gets the answer of `continuum predict`, with sliders for the work of adhesion, E*, the range and the cut-off.
-    Of a stored run, of the runs of a sweep, or of what `atomistic read` stored, it shows load, areas and the contact
+    For a map it shows the answer of `continuum predict`, with sliders for the work of adhesion, E*, the range and the
+    cut-off.  For a stored run, a sweep, or a deck that `atomistic read` stored, it shows load, areas and the contact
     map of every state.  Files can also be dropped on the page.
 
     Parameters
     ----------
-    file : what is open from the beginning: a measured topography, a stored run, or the folder of a sweep.
-    port : of this machine; a free one if it is 0.
+    file : file to open first: a measured topography, a stored run, or the folder of a sweep.
+    port : port to use; 0 for a free one.
     browser : whether to open the page in a browser; its address is printed in any case.
 
-    Raises InputError if the file is not there, a folder is no sweep, or the program that serves the page is not
-    installed.
+    Raises InputError if the file does not exist, the folder is not a sweep, or the server is not installed.
     """
     count("port", port, 0, 65535)
     flag("browser", browser)
@@ -37,7 +36,7 @@ def view(file: str | Path | None = None, *, port: int = 0, browser: bool = True)
         raise InputError("the page needs tornado: pip install 'stickiness[app]'") from error
 
     def begun(address: str) -> None:
-        tell(f"open {address}\nCtrl-C ends it; nothing that is dropped on the page is kept")
+        tell(f"open {address}\nCtrl-C ends it; files dropped on the page are not kept")
         if browser:
             webbrowser.open(address)
 

@@ -20,10 +20,10 @@ def read_numbers(path: Path, dataset: str | None = None, shape: tuple[int, int] 
     ----------
     path : ``.npy``; HDF5 (``.h5``, ``.hdf5``, ``.hdf``, ``.nc``); anything else is text.
     dataset : name of the dataset in an HDF5 file.
-    shape : refused if it has another; of binary files looked at before anything is loaded.
+    shape : required shape; binary files are checked before anything is loaded.
 
-    Raises ValueError or OSError if the file is missing, damaged, of another kind, or does not hold real numbers of that
-    shape.
+    Raises ValueError or OSError if the file is missing, damaged, of another kind, or does not hold real numbers of
+    that shape.
     """
     suffix = path.suffix.lower()
     if suffix in HDF5_SUFFIXES:
@@ -46,7 +46,7 @@ def read_numbers(path: Path, dataset: str | None = None, shape: tuple[int, int] 
 def read_text(path: Path) -> Real:
     """A table of numbers: columns apart by spaces, in ``.csv`` by commas; ``#`` begins a comment.
 
-    Raises ValueError or OSError if it is none, or there is no such file.
+    Raises ValueError or OSError if the file is missing or is not a table of numbers.
     """
     delimiter = "," if path.suffix.lower() == ".csv" else None
     try:

@@ -1,4 +1,4 @@
-"""How the program and the paper whose model it is are cited, from ``CITATION.cff``: the one place that knows."""
+"""How to cite the program and the paper, from ``CITATION.cff``."""
 
 import re
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ class Citation:
     version: str
     license: str
     paper: str
-    """The paper, as a reference is written."""
+    """Reference of the paper."""
     doi: str
     """DOI of the paper."""
 
     @property
     def program(self) -> str:
-        """The program, as a reference is written."""
+        """Reference of the program."""
         return f"{', '.join(self.authors)}, {self.title}, version {self.version}"
 
     @classmethod
@@ -34,7 +34,7 @@ class Citation:
 
     @classmethod
     def of(cls, text: str) -> Self:
-        """What a text of this form says; of YAML, only as much is understood as the file of this project has."""
+        """Parse a text of this form, and only as much of YAML as the file of this project uses."""
         program, _, article = text.partition("references:")
         names = zip(_all(article, "family-names"), _all(article, "given-names"), strict=True)
         authors = [" ".join([re.sub(r"(\w)\w*\.?", r"\1.", given), family]) for family, given in names]

@@ -1,8 +1,8 @@
-"""HDF5 files as safe to write as any other file, and safe to read whoever wrote them.
+"""Write HDF5 files completely or not at all, and read them safely whoever wrote them.
 
-What could lead a reader to other files (soft and external links, external storage, virtual datasets) is refused where
-it is asked for; what else is in a file does not matter.  That, and whatever is missing, damaged or of another kind,
-raises StoreError; what cannot be written OutputError, and an older file of that name stays as it was.
+Soft and external links, external storage and virtual datasets, which lead to other files, are refused where one is
+read; what else a file contains does not matter.  These, and whatever is missing, damaged or of another kind, raise
+StoreError.  A file that cannot be written raises OutputError and leaves an older file of that name unchanged.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,7 +28,7 @@ class StoreError(InputError, OSError):
 
 @contextmanager
 def created(path: str | Path) -> Iterator[h5py.File]:
-    """A file to be filled, which takes its name when it is complete and on the disk, and leaves no trace otherwise."""
+    """Open a new file, which gets its name only when it is complete and on the disk, and is removed otherwise."""
     with whole(path) as raw:
         disk = _Disk(raw)
         try:
@@ -44,8 +44,8 @@ def created(path: str | Path) -> Iterator[h5py.File]:
 class _Disk:
     """The file that HDF5 writes to.
 
-    HDF5 crashes when the process ends if a write has failed, as on a full disk: it is told that all went well, and the
-    error is kept in ``failure``.
+    HDF5 crashes at exit if a write has failed, as on a full disk: errors are therefore kept in ``failure``, and HDF5
+    gets none.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -83,9 +83,9 @@ class _Disk:
 
 @contextmanager
 def opened(path: str | Path) -> Iterator[h5py.File]:
-    """A file open for reading; one kind of error for all that h5py raises on damaged files."""
+    """Open a file for reading; whatever h5py raises on a damaged file becomes a StoreError."""
     if not Path(path).is_file():
-        raise StoreError(f"{path}: there is no such file")
+        raise StoreError(f"{path}: {'a folder, not a file' if Path(path).is_dir() else 'there is no such file'}")
     try:
         # Files are replaced, never changed, so locks protect nothing and read-only folders need none.
         file = h5py.File(path, "r", locking=False)
@@ -113,7 +113,7 @@ def datasets_in(path: str | Path, group: h5py.Group, prefix: str = "") -> Iterat
 
 
 def _item(path: str | Path, group: h5py.Group, name: str, full: str) -> Any:
-    """What a name of a group stands for; refused if that lies elsewhere."""
+    """The member of a group of this name; refused if it lies in another file."""
     link = group.get(name, getlink=True)
     if not isinstance(link, h5py.HardLink):
         raise StoreError(f"{path}: {full} is a link to elsewhere ({type(link).__name__}), which is refused")
@@ -124,7 +124,7 @@ def _item(path: str | Path, group: h5py.Group, name: str, full: str) -> Any:
 
 
 def member(path: str | Path, file: h5py.File, name: str) -> Any:
-    """What a name like ``entry/data/height`` stands for; None if nothing."""
+    """The dataset or group of a name like ``entry/data/height``; None if there is none."""
     item, passed = file, ""
     for part in filter(None, name.split("/")):
         passed += f"/{part}"
@@ -133,14 +133,14 @@ def member(path: str | Path, file: h5py.File, name: str) -> Any:
 
 
 def _names_in(file: h5py.File) -> list[str]:
-    """Names of all datasets of a file, wherever their data lie."""
+    """Names of all datasets of a file, including those whose data lie in other files."""
     stored = list[str]()
     file.visit(stored.append)
     return [name for name in stored if file.get(name, getclass=True) is h5py.Dataset]
 
 
 def only_array(path: str | Path) -> str:
-    """The name of the only dataset of numbers in two dimensions, or if there is none in one, of a user's own HDF5 file.
+    """Name of the only two-dimensional dataset of numbers in a user's HDF5 file, or else of the only one-dimensional.
 
     Raises StoreError if there is none, or several: the message names them.
     """
@@ -151,14 +151,16 @@ def only_array(path: str | Path) -> str:
     if len(maps) == 1:
         return maps[0]
     names = ", ".join(islice(maps or shapes, 10)) or "none"
-    why = f"{len(maps)} datasets could be the map: choose one by `dataset`" if maps else "no dataset is a map"
+    why = (
+        f"{len(maps)} datasets could be the map: choose one by `dataset`" if maps else "no dataset is a map of numbers"
+    )
     raise StoreError(f"{path}: {why}; datasets: {names}")
 
 
 def read_array(path: str | Path, dataset: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
     """A dataset of real numbers, as ``entry/data/height``, from a user's own HDF5 file, whatever else is in it.
 
-    Another shape than is given is refused before anything is loaded.
+    A dataset of another shape is refused before anything is loaded.
     """
     with opened(path) as file:
         item = member(path, file, dataset)

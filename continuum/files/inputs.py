@@ -1,7 +1,7 @@
-"""Input files are read with all their faults at once, each with its line, what is allowed and a probable cause.
+"""Read input files and report all their faults at once, each with its line, what is allowed and a probable cause.
 
-Pydantic stops at nothing but says little to a physicist; here its errors become the words of the input file, and the
-checks that it left out, since a key was faulty, are made as far as the sound keys allow.
+Pydantic's errors are translated into messages with file, line, key and allowed values.  Checks between keys, which
+pydantic leaves out if one key is faulty, are made as far as the valid keys allow.
 """
 
 import os
@@ -28,7 +28,7 @@ InputFile = str | Path | Mapping[str, Any]
 
 
 def source_of(given: InputFile | Document, name: str = "input") -> Source:
-    """The text of an input, whether it is a file or the tables of one.
+    """The source of an input, which is a file or a dictionary of tables.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def source_of(given: InputFile | Document, name: str = "input") -> Source:
 
 
 def load(path: InputFile | _Document, model: type[_Document], settings: Mapping[str, Any] | None = None) -> _Document:
-    """Read an input; one that was read already is returned as it is.
+    """Read an input; an input that was read before is returned unchanged.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def load(path: InputFile | _Document, model: type[_Document], settings: Mapping[
 
 
 def settings_of(given: Any) -> dict[str, Any]:
-    """Dotted keys and their values as a file has them: NumPy's numbers and arrays become plain numbers and lists.
+    """Dotted keys with their values; NumPy's numbers and arrays become plain numbers and lists.
 
     Raises ArgumentError if it is no mapping of names to values.
     """
@@ -86,7 +86,7 @@ def _plain(value: Any) -> Any:
 
 
 def parsed(source: Source, model: type[_Document], values: Mapping[str, Any] | None = None) -> _Document:
-    """What the text of an input file amounts to; raises ConfigError with all faults of the file.
+    """Build the configuration of an input file; raises ConfigError with all faults of the file.
 
     Parameters
     ----------
@@ -94,6 +94,10 @@ def parsed(source: Source, model: type[_Document], values: Mapping[str, Any] | N
     """
     data = frozen(source.data if values is None else values)
     context = {"folder": source.path.parent}
+    if issubclass(model, Document):
+        for name, said in model.of_others.items():
+            if name in data:
+                raise ConfigError(source.path, [Fault((), "", said)])
     try:
         config = model.model_validate(data, context=context)
     except ValidationError as error:
@@ -106,7 +110,7 @@ def parsed(source: Source, model: type[_Document], values: Mapping[str, Any] | N
 
 
 _CAUSES = {
-    "finite_number": "a number that another program could not compute",
+    "finite_number": "NaN or infinity, from a failed calculation",
     "float_type": "a number in quotes, or true/false",
     "greater_than": "a sign, or a value in other units than a0 and E*",
     "greater_than_equal": "a sign, or a value in other units than a0 and E*",
@@ -114,7 +118,7 @@ _CAUSES = {
     "string_type": "quotes left out",
     "int_type": "a decimal point or quotes where a count belongs",
     "missing": "a line left out, or a misspelt key",
-    "missing_file": "a slip in the name, or a path relative to another folder",
+    "missing_file": "a misspelt name, or a path relative to another folder",
     "tuple_type": "one value without [brackets]",
 }
 
@@ -122,10 +126,7 @@ _CAUSES = {
 def _complete(
     errors: list[ErrorDetails], data: Any, model: type[Table], context: Mapping[str, Any]
 ) -> tuple[list[Fault], Any]:
-    """Faults of single keys.
-
-    A table whose kind is misspelt hides its other faults: they are looked for with the kind probably meant.
-    """
+    """Faults of single keys; a table whose kind is misspelt is checked as the kind that was probably meant."""
     faults = [_translate(error, data, model) for error in errors if error["type"] != "inconsistent"]
     mended = data
     for error, fault in zip([e for e in errors if e["type"] != "inconsistent"], faults, strict=True):
@@ -150,33 +151,31 @@ def _replaced(data: Any, key: Key, value: Any) -> Any:
 
 
 def _meant(error: ErrorDetails) -> str | None:
-    """The kind of a table that a slip is nearest to."""
+    """The kind of a table that a misspelt name is nearest to."""
     return nearest(str(error["input"].get(error["ctx"]["key"], "")), error["ctx"]["names"])
 
 
 def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
-    """One of pydantic's errors in the words of the input file."""
+    """Translate one of pydantic's errors into a fault of the input file."""
     kind = error["type"]
     key, table, field = _locate(error["loc"], data, model)
     about = f" ({' '.join(field.description.split())})" if field and field.description else ""
     if kind == "extra_forbidden" and table is not None:
         meant = nearest(str(key[-1]), table.model_fields)
-        hint = f"a slip; did you mean {meant}?" if meant else _where_it_belongs(key, model)
-        if issubclass(model, Document) and len(key) == 1:
-            hint = model.of_others.get(str(key[0]), hint)
+        hint = f"misspelt; did you mean {meant}?" if meant else _where_it_belongs(key, model)
         return Fault(key, "one of the keys " + ", ".join(table.model_fields), hint)
     if kind == "kind":
         key = (*key, error["ctx"]["key"])
         if key[-1] not in error["input"]:
-            return Fault(key, f"a name that says which kind of table this is{about}")
+            return Fault(key, f"this key is required: the kind of the table{about}")
         allowed = "one of " + ", ".join(f'"{name}"' for name in error["ctx"]["names"])
         meant = _meant(error)
-        return Fault(key, allowed, f'a slip; did you mean "{meant}"?' if meant else "")
+        return Fault(key, allowed, f'misspelt; did you mean "{meant}"?' if meant else "")
     if kind == "literal_error":
         choices = [str(choice) for choice in get_args(field.annotation)] if field else []
         meant = nearest(str(error["input"]), choices)
         allowed = ("one of " if len(choices) > 1 else "") + ", ".join(f'"{name}"' for name in choices)
-        return Fault(key, allowed + about, f'a slip; did you mean "{meant}"?' if meant else "")
+        return Fault(key, allowed + about, f'misspelt; did you mean "{meant}"?' if meant else "")
     allowed = {
         "missing": "this key is required",
         "model_type": "a table, [" + ".".join(map(str, key)) + "]",
@@ -185,17 +184,21 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         "bool_type": "true or false",
         "float_type": "a number",
         "string_type": "text in quotes",
-        "too_short": f"at least {error.get('ctx', {}).get('min_length')} of them",
-        "too_long": f"at most {error.get('ctx', {}).get('max_length')} of them",
+        "too_short": f"at least {error.get('ctx', {}).get('min_length')} entries",
+        "too_long": f"at most {error.get('ctx', {}).get('max_length')} entries",
         "string_pattern_mismatch": "text of this form",
-        # Pydantic writes 1e-100 with all its zeros.
-        "greater_than_equal": f"greater than or equal to {error.get('ctx', {}).get('ge', 0):g}",
+        "greater_than_equal": _at_least(error.get("ctx", {}).get("ge", 0)),
     }.get(kind, error["msg"].removeprefix("Input should be ").removeprefix("a valid "))
     return Fault(key, allowed + about, _CAUSES.get(kind, ""))
 
 
+def _at_least(bound: float) -> str:
+    """Pydantic writes a bound such as 1e-100, which only excludes zero, with all its zeros."""
+    return "greater than 0" if 0 < bound < 1e-50 else f"greater than or equal to {bound:g}"
+
+
 def _where_it_belongs(key: Key, model: type[Table]) -> str:
-    """The tables of a document that have a key which stands where it is unknown."""
+    """The tables that have a key of the name of an unknown one."""
     here = tuple(part for part in key[:-1] if isinstance(part, str))
     homes = dict.fromkeys(_homes(str(key[-1]), model, ()))
     if not homes:

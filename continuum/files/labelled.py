@@ -1,6 +1,7 @@
 """Stored results as xarray has them: named axes, maps of contact as booleans, words of a closed set as CF flags.
 
-Nothing is read before it is used.  xarray is an extra; only who asks for a dataset imports this module.
+Nothing is read before it is used.  xarray is an extra, so that only functions that return a dataset import this
+module.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +24,7 @@ def open_labelled(path: Path, flags: Mapping[str, Sequence[str]]) -> xarray.Data
     Parameters
     ----------
     path : the HDF5 file.
-    flags : for a variable of words all that it may be; it becomes an integer with the attributes ``flag_values`` and
+    flags : for a variable of words its possible values; it becomes an integer with the attributes ``flag_values`` and
         ``flag_meanings`` of the CF conventions (section 3.5), -1 where a file holds another word.
     """
     # As all our files are read: files are replaced, never changed, so locks protect nothing.
@@ -51,7 +52,7 @@ def _mask(packed: xarray.Variable, length: int) -> xarray.Variable:
 
 
 class _Unpacked(BackendArray):
-    """Bits of stored bytes, read and unpacked where they are asked for."""
+    """Bits of stored bytes, read and unpacked when they are indexed."""
 
     def __init__(self, packed: xarray.Variable, length: int) -> None:
         self._packed = packed

@@ -24,27 +24,27 @@ class LockedError(OutputError):
 
 
 def folder(path: str | Path) -> Path:
-    """A folder that can be written to, made if it is not there; returns it."""
+    """Make a folder unless it exists, and check that it can be written to; returns it."""
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        msg = f"{path}: no folder for results can be made there ({reason(error)}); choose another with --output"
+        msg = f"{path}: cannot make a folder for results there ({reason(error)}); choose another with --output"
         raise OutputError(msg) from error
     if not os.access(path, os.W_OK | os.X_OK):
-        raise OutputError(f"{path}: this folder may not be written to; choose another with --output")
+        raise OutputError(f"{path}: no permission to write to this folder; choose another with --output")
     return path
 
 
 @contextmanager
 def whole(path: str | Path) -> Iterator[BinaryIO]:
-    """A file to write to, which takes its name when it is complete and on the disk, and leaves no trace otherwise."""
+    """Open a new file, which gets its name only when it is complete and on the disk, and is removed otherwise."""
     path = Path(path)
     # Same folder, so that the replacement is a rename; host and process, so that two writers never share it.
     temporary = path.with_name(f"{_stem(path)}{socket.gethostname()}.{os.getpid()}.tmp")
     try:
         if path.exists() and not path.is_file():
-            raise OutputError(f"{path}: is no plain file, and is left alone; choose another name or folder")
+            raise OutputError(f"{path}: is not a regular file; choose another name or folder")
         try:
             with temporary.open("w+b") as file:
                 yield file
@@ -61,8 +61,8 @@ def whole(path: str | Path) -> Iterator[BinaryIO]:
 def save(path: str | Path, content: bytes | str, *, own: bool = False) -> Path:
     """Write a small file, whole or not at all; returns its path.
 
-    A file of that name is replaced if it is of this program: if it says so by :data:`MARK`, or begins as the new one,
-    which lacks that mark.  Any other file is left alone, which raises OutputError.
+    A file of that name is replaced if this program wrote it: if it contains :data:`MARK`, or begins like a new file
+    without that mark.  Any other file is kept, and OutputError raised.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def save(path: str | Path, content: bytes | str, *, own: bool = False) -> Path:
 
 
 def _is_ours(path: Path, new: bytes) -> bool:
-    """Whether a file that has the name of a new one is a former such one; an empty file belongs to nobody."""
+    """Whether this program wrote the existing file that a new one would replace; an empty file counts as such."""
     try:
         old = path.read_bytes()
     except OSError as error:
@@ -89,7 +89,7 @@ def _is_ours(path: Path, new: bytes) -> bool:
 
 
 def _first_cell(content: bytes) -> bytes:
-    """The first line of a text, or the first cell of it where that is a table."""
+    """The first line of a text, or of a table its first cell."""
     return content.partition(b"\n")[0].partition(b",")[0].strip()
 
 
@@ -105,7 +105,7 @@ def distinct(path: Path, inputs: Iterable[Path]) -> None:
 
 
 def is_locked(mark: Path) -> bool:
-    """Whether the process that made a mark still has it: asked of this machine, and believed of others."""
+    """Whether the process of a lock file still runs; on other machines it is assumed to."""
     words = holder(mark).split()
     if len(words) < 4 or words[3] != socket.gethostname() or not words[1].isdecimal():
         return mark.is_file()
@@ -113,7 +113,7 @@ def is_locked(mark: Path) -> bool:
 
 
 def placed(path: str | Path, final: str | Path) -> Path:
-    """Give a whole file its final name, in another folder of the same disk; returns that."""
+    """Move a complete file to its final name, in another folder of the same disk; returns that name."""
     final = Path(final)
     try:
         Path(path).replace(final)
@@ -125,15 +125,15 @@ def placed(path: str | Path, final: str | Path) -> Path:
 
 @contextmanager
 def reserved(path: str | Path) -> Iterator[None]:
-    """Hold a file that is about to be written, possibly many times: no other process writes it meanwhile.
+    """Lock a file that is about to be written, possibly many times, against other processes.
 
-    Its folder is made, and what killed writers left there of it is removed.
+    Its folder is made, and remains of killed writers are removed.
     """
     path = Path(path)
     folder(path.parent)
     try:
         if path.exists() and not path.is_file():
-            raise OutputError(f"{path}: is no plain file, and is left alone; choose another folder with --output")
+            raise OutputError(f"{path}: is not a regular file; choose another folder with --output")
         mark = path.with_name(f".{path.name}.lock")
         lock = FileLock(mark, timeout=0)
         lock.acquire()
@@ -147,13 +147,13 @@ def reserved(path: str | Path) -> Iterator[None]:
         remove_stale(path)
         yield
     finally:
-        # Removed while it is held: who waits for it sees that it has no name any more, and makes a new one.
+        # Removed while it is locked: a waiting process sees that it has no name any more, and makes a new one.
         mark.unlink(missing_ok=True)
         lock.release()
 
 
 def holder(mark: Path) -> str:
-    """Process and host that hold a file, from the mark beside it."""
+    """Process and host that lock a file, from the lock file beside it."""
     try:
         return mark.read_text() or "another process"
     except OSError:

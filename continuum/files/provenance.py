@@ -14,7 +14,7 @@ from continuum import __version__
 
 
 def versions() -> str:
-    """What the numbers depend on, a line each: program, Python, NumPy, LAMMPS, and the libraries of the back ends."""
+    """Versions that the numbers depend on, one per line: program, Python, NumPy, LAMMPS, libraries of the back ends."""
     cuda = version_of("numba-cuda")
     lines = {
         "stickiness": __version__,
@@ -40,7 +40,7 @@ def version_of(package: str) -> str:
 def provenance(packages: tuple[str, ...] = ("numpy", "scipy", "ducc0", "h5py")) -> Mapping[str, str | bool]:
     """Versions of the program and of the packages that its numbers depend on; commit, if in a checkout.
 
-    Looked up once: a process runs what it has read when it began.
+    Looked up once per process, which runs the code that it read when it started.
     """
     return {
         "provenance/stickiness": __version__,

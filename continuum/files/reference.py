@@ -1,6 +1,6 @@
-"""What an input file may hold, made from the models that check it: a reference, a schema, a commented template.
+"""Reference, schema and commented template of an input file, made from the models that check it.
 
-Nothing is written twice: type, bounds, default and meaning of a key are those with which it is read.
+Type, bounds, default and meaning of a key are those with which it is read.
 """
 
 import json
@@ -27,7 +27,7 @@ class Entry(NamedTuple):
     name: str
     type: str
     default: str
-    """As in a file; empty if the key is required."""
+    """Default, as written in a file; empty if the key is required."""
     meaning: str
 
 
@@ -43,11 +43,11 @@ class TableEntry(NamedTuple):
 
 
 def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
-    """All tables that a document may have, in order, each kind of each; first the keys that stand in no table."""
+    """All tables that a document may have, each kind of each, in order; first the keys that are in no table."""
     alone = [name for name, field in model.model_fields.items() if not tables_in(field.annotation)]
     if alone and not place:
         keys = tuple(_entry(name, model.model_fields[name]) for name in alone)
-        yield TableEntry("", "", "Keys that stand before all tables.", keys)
+        yield TableEntry("", "", "Keys before all tables.", keys)
     for name, field in model.model_fields.items():
         inner = f"{place}.{name}" if place else name
         brackets = f"[[{inner}]]" if _is_array(field) else f"[{inner}]"
@@ -122,7 +122,7 @@ def schema(model: type[Document]) -> str:
 
 
 def template(model: type[Document], example: str) -> str:
-    """An input to begin with: the values of an example that comes with the package, each key with its meaning.
+    """Template of an input: the values of an example that comes with the package, each key with its meaning.
 
     Keys that keep their default are commented out, with that default.
     """
@@ -143,7 +143,7 @@ def _key(name: str, value: Any, field: FieldInfo) -> list[str]:
 
 
 def _described(place: str, value: Any, field: FieldInfo) -> list[str]:
-    """A table as text, with those inside it; of one that is not given its name and meaning."""
+    """A table as text, with those inside it; only name and meaning if it is not given."""
     if isinstance(value, tuple) and value and isinstance(value[0], Table):
         return [line for item in value for line in _of_table(f"[[{place}]]", place, item)]
     if isinstance(value, Table):

@@ -1,11 +1,11 @@
 """Results on disk: one HDF5 file each, written whole or not at all.
 A file is a mapping of names to :class:`Dataset` (arrays with named dimensions) and of names to attributes
-(numbers and text).  A name ``group/name`` lies in a group; ``journal`` holds times, hosts and dates, so that
-everything outside it is reproducible bit for bit.  A dataset that is named as a dimension holds its
-coordinates.  xarray opens a file with the same names: ``xarray.open_dataset(path, engine="h5netcdf")``.
+(numbers and text).  A name ``group/name`` lies in a group; ``journal`` holds times, hosts and dates; everything
+outside it is reproducible bit for bit.  A dataset that is named as a dimension holds its coordinates.  xarray opens a
+file with the same names: ``xarray.open_dataset(path, engine="h5netcdf")``.
 
-Damage is noticed: datasets carry a Fletcher-32 sum, and the file format is one whose headers carry sums of
-their own, which is also why text has a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
+Damage is detected: datasets have a Fletcher-32 checksum, and the file format has checksums of its headers, which is
+also why text has a fixed length.  Errors are those of :mod:`continuum.files.hdf5`.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -67,8 +67,8 @@ class File:
 def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping[str, Attribute]) -> None:
     """Write a file into a folder that exists: complete under its name, or not at all, whatever interrupts.
 
-    Raises ValueError if the attributes ``schema`` (text) and ``schema_version`` (a whole number) are not there, or
-    datasets disagree on the length of a dimension.
+    Raises ValueError if the attributes ``schema`` (text) and ``schema_version`` (a whole number) are not there, or two
+    datasets differ in the length of a dimension.
     """
     if not isinstance(attributes.get("schema"), str) or not isinstance(attributes.get("schema_version"), int):
         raise ValueError('a file names its "schema" (text) and "schema_version" (a whole number)')
@@ -118,7 +118,7 @@ def _fill(
 
 
 def _attach(owner: h5py.Group | h5py.Dataset, name: str, value: NDArray[Any]) -> None:
-    """Give a new object an attribute: as ``owner.attrs[name] = value``, in less time.
+    """Set an attribute of a new object, faster than ``owner.attrs[name] = value``.
 
     A small run has 200 of them, and is written after each of its points.
     """
@@ -163,7 +163,7 @@ def read_datasets(path: str | Path, schema: str, version: int, names: Collection
         attributes = dict(_attributes(file))
         found = attributes.get("schema"), attributes.get("schema_version")
         if found != (schema, version):
-            what = f"{found[0]} version {found[1]}" if found[0] else "no result of this program"
+            what = f"{found[0]} version {found[1]}" if found[0] else "data of another program"
             raise StoreError(f"{path}: holds {what}, expected {schema} version {version}")
         items = dict(datasets_in(path, file))
         places = {h5o.get_info(item.id).addr: name for name, item in items.items()}
@@ -176,7 +176,7 @@ def read_datasets(path: str | Path, schema: str, version: int, names: Collection
 
 
 def schema_of(path: str | Path) -> str | None:
-    """The schema that a file names, in whatever version; None if there is no such file, or it is none of ours."""
+    """The schema of a file, in any version; None if there is no such file, or this program did not write it."""
     try:
         with opened(path) as file:
             return _as_text(file.attrs.get("schema")) or None
@@ -185,16 +185,16 @@ def schema_of(path: str | Path) -> str | None:
 
 
 def earlier(path: Path, schema: str, version: int, identity: str, *, force: bool) -> File | None:
-    """What an earlier call stored of the work of an identity; None if there is no file.
+    """The stored result of an earlier call with this identity; None if there is no file.
 
-    With ``force`` None, too, if it holds a result of that schema, which is then replaced.  Raises OutputError if
-    something else is in the way.
+    With ``force`` also None if the file is another result of that schema, which is then replaced.  Raises OutputError
+    if the file is anything else.
     """
     if not path.exists():
         return None
     found = schema_of(path)
     if found != schema:
-        what = f"holds {found}" if found else "is no result of this program, or is damaged"
+        what = f"holds {found}" if found else "is not a result of this program, or is damaged"
         raise OutputError(f"{path}: {what}, and is left alone; move it, or choose another folder with --output")
     if force:
         return None
@@ -229,7 +229,7 @@ def _load(name: str, item: h5py.Dataset, places: Mapping[int, str]) -> Dataset:
 def _dimension(item: h5py.Dataset, number: int, places: Mapping[int, str]) -> str:
     """Name of the dataset that is the scale of a dimension, found by its place in the file; empty if it has none.
 
-    To ask HDF5 for its name takes much longer: it looks for it in the file.
+    HDF5 itself would search the file for the name, which takes much longer.
     """
     scales: list[Any] = []
     if h5ds.get_num_scales(item.id, number) > 0:
@@ -261,7 +261,7 @@ def _attributes(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Attr
 
 
 def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None:
-    """One entry along the first dimension of a dataset of numbers, such as a field of one step; None without it."""
+    """One entry along the first dimension of a dataset, such as the field of one step; None if it is missing."""
     with opened(path) as file:
         item = dict(datasets_in(path, file)).get(dataset)
         return None if item is None else np.asarray(item[index])
@@ -270,9 +270,9 @@ def read_part(path: str | Path, dataset: str, index: int) -> NDArray[Any] | None
 def read_few(
     path: str | Path, datasets: Collection[str], attributes: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Attribute]]:
-    """Values of a few datasets and attributes of one of many files, of whatever schema; absent ones are left out.
+    """Values of a few datasets and attributes of a file of any schema; absent ones are left out.
 
-    Dimensions and units are not looked at: of thousands of files that takes most of the time.
+    Dimensions and units are not read, as that would take most of the time with thousands of files.
     """
     with opened(path) as file:
         held = {name: item for name in datasets if isinstance(item := member(path, file, name), h5py.Dataset)}
@@ -293,5 +293,5 @@ def pack(masks: ArrayLike) -> NDArray[np.uint8]:
 
 
 def unpack(packed: NDArray[np.uint8], ny: int) -> NDArray[np.bool_]:
-    """The masks that :func:`pack` was given, with ``ny`` points along the last dimension."""
+    """The inverse of :func:`pack`, with ``ny`` points along the last dimension."""
     return np.unpackbits(packed, axis=-1, count=ny).view(np.bool_)

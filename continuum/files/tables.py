@@ -1,4 +1,4 @@
-"""Whole input files: what they were read from, their identity, and how they are stored beside results."""
+"""Whole input files: their source, their identity, and their stored form."""
 
 import hashlib
 import json
@@ -20,9 +20,9 @@ class Document(Table):
     result_schema: ClassVar[str]
     """Name of the kind of result that it describes, if such a result is stored."""
     result_version: ClassVar[int]
-    """Raised whenever the meaning or layout of that result changes; part of the identity."""
+    """Increased whenever the meaning or layout of that result changes; part of the identity."""
     of_others: ClassVar[Mapping[str, str]] = {}
-    """Tables of other inputs, and what the file is that holds one."""
+    """Tables that other inputs have, and what is said of a file that holds one."""
 
     _source: Source | None = PrivateAttr(None)
 
@@ -33,7 +33,7 @@ class Document(Table):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All files that it was read from, this one and those that it names: no result may be written over them."""
+        """The input file and all files that it names: no result may be written over them."""
         return (*([self._source.path] if self._source else []), *_files(self))
 
 
@@ -50,7 +50,7 @@ def _canonical(value: Any) -> str:
 
 
 def resolved(config: Document) -> str:
-    """The whole configuration, defaults included, as canonical JSON: for storage beside the results."""
+    """The whole configuration with defaults as canonical JSON, which is stored with the results."""
     return _canonical(config.plain())
 
 
@@ -68,12 +68,12 @@ def identity(config: Document) -> str:
 
 
 def restored(model: type[_Document], text: str) -> _Document:
-    """A configuration from what :func:`resolved` made of it; of a file only the name is known."""
+    """Inverse of :func:`resolved`; of files only the names are known."""
     return model.model_validate(frozen(json.loads(text)), context={"restored": True})
 
 
 def refuse(config: Document, *faults: Fault) -> ConfigError:
-    """The error for faults that only the content of a file or the arithmetic of a run shows."""
+    """The error for faults that are found only when files are read or a run is set up."""
     return ConfigError(config.source or Path("(configuration made in Python)"), faults)
 
 

@@ -1,4 +1,4 @@
-"""Input files as their writers see them: TOML with the line of every key, and faults that point at it."""
+"""TOML files with the line of every key, and the message of their faults."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from typing import Any
 from continuum.errors import InputError
 from continuum.tables import Fault, Key
 
-_LARGEST = 8_000_000  # bytes: two paths of 100 000 targets with all their digits have 5 million; more is something else
+_LARGEST = 8_000_000  # bytes: two paths of 100 000 targets with all their digits have 5 million; more is an error
 _DEEPEST = 32  # levels of nesting; no table of ours has more than four
 _MOST_FAULTS = 20  # that a message describes
 _PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # keys without quotes
 
 
 class ConfigError(InputError, ValueError):
-    """An input file cannot be used: the message names every fault with file, line, key, value and remedy."""
+    """An input file cannot be used: the message lists every fault with file, line, key, value and remedy."""
 
     def __init__(self, source: Source | Path, faults: Sequence[Fault]) -> None:
         if isinstance(source, Path):
@@ -37,11 +37,12 @@ class ConfigError(InputError, ValueError):
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         said = [f"{source.path}: {count}", *map(source.describe, self.faults[:_MOST_FAULTS])]
         if len(self.faults) > _MOST_FAULTS:
-            said.append(f"and {len(self.faults) - _MOST_FAULTS} more: mend these first, most follow from one another")
+            said.append(
+                f"and {len(self.faults) - _MOST_FAULTS} more: correct these first, as many follow from one another"
+            )
         super().__init__("\n".join(said))
 
     def __reduce__(self) -> tuple[type[ConfigError], tuple[Source, tuple[Fault, ...]]]:
-        """As it travels from one process to another."""
         return type(self), (self.source, self.faults)
 
 
@@ -56,19 +57,19 @@ class Source:
 
     @classmethod
     def read(cls, path: Path) -> Source:
-        """Read and parse a TOML file; raises ConfigError if there is no such file, or it is no TOML."""
+        """Read and parse a TOML file; raises ConfigError if that fails."""
         return cls._parsed(path, _text(path))
 
     @classmethod
     def of(cls, tables: Mapping[str, Any], name: str) -> Source:
-        """The input file that has these tables, under a name; raises ConfigError if no file could hold them."""
+        """The input file with these tables, under a name; raises ConfigError if TOML cannot hold them."""
         path = Path(f"{name}.toml")
         try:
             text = document(tables)
             tomllib.loads(text)
         except (TypeError, ValueError, RecursionError):
-            cause = "its tables hold None, or what is no number, text, list or table"
-            raise ConfigError(path, [Fault((), "tables of what an input file can hold", cause)]) from None
+            cause = "a value that is None, or not a number, text, list or table"
+            raise ConfigError(path, [Fault((), "tables of numbers, texts and lists", cause)]) from None
         return cls._parsed(path, text)
 
     @classmethod
@@ -79,18 +80,18 @@ class Source:
         except RecursionError:
             deep = True
         except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
-            cause = f"{error}; text needs quotes, true and false are lower case"
+            cause = "text without quotes, or a capital letter in true or false"
             at = re.search(r"line (\d+)", str(error))
             lines: dict[Key, int] = {(): int(at[1]) if at else text.count("\n") + 1}
-            raise ConfigError(cls(path, text, {}, lines), [Fault((), "valid TOML", cause)]) from None
+            raise ConfigError(cls(path, text, {}, lines), [Fault((), f"valid TOML; found: {error}", cause)]) from None
         if deep:
             raise ConfigError(path, [Fault((), f"TOML with at most {_DEEPEST} levels of nesting")])
         return cls(path, text, data, _Positions(text).lines)
 
     def changed(self, settings: Mapping[str, Any]) -> Source:
-        """The same file with some values given elsewhere, by dotted keys such as ``surface.seed``; its text says so.
+        """The same file with other values of some dotted keys, such as ``surface.seed``, which its text lists.
 
-        Raises ConfigError if such a key leads through something that is no table.
+        Raises ConfigError if a part of such a key is not a table.
         """
         data = dict(self.data)
         for name, value in settings.items():
@@ -121,27 +122,27 @@ class Source:
 
 
 def _text(path: Path) -> str:
-    """What a file of moderate size holds; a folder, a device or a huge result by mistake is not read."""
+    """The text of a file of moderate size; raises ConfigError for a folder, a device or a huge file."""
     allowed = "a TOML file"
     try:
         mode, size = path.stat().st_mode, path.stat().st_size
         if stat.S_ISREG(mode) and size <= _LARGEST:
             return path.read_text(encoding="utf-8-sig")  # drops the mark that some editors put in front
-        what = "a folder" if stat.S_ISDIR(mode) else "no plain file"
-        cause = f"this is {what}, not a TOML file; look for a slip in the path"
+        what = "a folder" if stat.S_ISDIR(mode) else "a special file"
+        cause = f"this is {what}, not a TOML file; check the path"
         if stat.S_ISREG(mode):
             allowed, cause = f"a TOML file of at most {_LARGEST} bytes", ""
     except FileNotFoundError:
-        cause = "there is no such file; look for a slip in its name"
+        cause = "there is no such file; check its name"
     except UnicodeDecodeError:
-        allowed, cause = "a TOML file in UTF-8", "this is no text in UTF-8: a binary file, or Latin-1"
+        allowed, cause = "a TOML file in UTF-8", "this is not text in UTF-8, but a binary file or Latin-1"
     except (OSError, ValueError) as error:  # also a name that no file can have
         cause = f"it cannot be read: {getattr(error, 'strerror', None) or error}"
     raise ConfigError(path, [Fault((), allowed, cause)])
 
 
 def _is_deep(data: Any) -> bool:
-    """Whether tables and arrays are nested deeper than is allowed; without recursion, which has a limit of its own."""
+    """Whether tables and arrays are nested too deep; found without recursion, which has a limit of its own."""
     level = [data]
     for _ in range(_DEEPEST):
         inner = [item.values() if isinstance(item, Mapping) else item for item in level]
@@ -161,9 +162,9 @@ def _lookup(data: Any, key: Key) -> tuple[bool, Any]:
 
 
 def text_of(value: Any) -> str:
-    """A value as an input file has it; a path by its name.
+    """A value in TOML; a path by its name.
 
-    Raises TypeError or ValueError if it is none that an input file has, or a number of thousands of digits.
+    Raises TypeError or ValueError if TOML has no such value, or it is a number of thousands of digits.
     """
     if isinstance(value, Mapping):
         inner = (f"{name if _PLAIN.fullmatch(name) else json.dumps(name)} = {text_of(v)}" for name, v in value.items())
@@ -179,7 +180,7 @@ def text_of(value: Any) -> str:
 
 
 def document(data: Mapping[str, Any]) -> str:
-    """An input file of these tables: a line for each key, tables inside of them in one line."""
+    """The text of an input file with these tables: a line for each key, inner tables in one line."""
     lines = [f"{name} = {text_of(value)}" for name, value in data.items() if not isinstance(value, Mapping)]
     for name, table in data.items():
         if isinstance(table, Mapping):
@@ -199,9 +200,9 @@ def _toml(value: Any) -> str:
 
 
 def value_of(text: str) -> Any:
-    """A value as in an input file, given on a command line: quotes around words may be left out there.
+    """Parse a value from a command line as TOML, where quotes around words may be left out.
 
-    What goes on after its value, with a comment or another line, is text as a whole: nothing is dropped.
+    If anything follows the value, such as a comment or another line, the whole is text.
     """
     try:
         found = tomllib.loads(f"value = {text}")
@@ -212,7 +213,7 @@ def value_of(text: str) -> Any:
 
 
 def nearest(word: str, choices: Iterable[str]) -> str | None:
-    """The choice that was probably meant: the same in other letter case, else one that looks alike."""
+    """The choice that was probably meant: equal but for upper and lower case, else similar."""
 
     def plain(name: str) -> str:
         return name.casefold().replace("_", "-").replace(" ", "-")
@@ -224,15 +225,15 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
 
 
 def find(path: str | Path) -> Path:
-    """An input as given; else, when it starts with ``inputs/``, the one that comes with the package."""
+    """The path of an input; if there is no such file and it starts with ``inputs/``, that of the package."""
     path = Path(path)
     return packaged(path) if not path.exists() and path.parts[:1] == ("inputs",) else path
 
 
 def packaged(path: str | Path) -> Path:
-    """A file that comes with the package, where it lies: in it after installation, in a checkout beside the packages.
+    """Path of a file that comes with the package: inside it after installation, beside the packages in a checkout.
 
-    What does not come with it stays as it is given.
+    Any other path is returned unchanged.
     """
     package = Path(__file__).resolve().parent.parent
     places = (folder / path for folder in (package, package.parent))
@@ -247,7 +248,7 @@ _BARE = re.compile(r"[^\n,\]}#]*")
 
 
 class _Positions:
-    """Line of every key of a text that :mod:`tomllib` has accepted, which keeps this scanner short."""
+    """Line of every key of a text that :mod:`tomllib` has accepted."""
 
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0

@@ -1,4 +1,4 @@
-"""The front door: contacts, runs and predictions as a person calls them.  What a command does, one of these does.
+"""The public functions and classes of ``continuum``: contacts, runs, sweeps, predictions.
 
-Everything here is a short way to the rooms behind it, and shows itself as a small table in a notebook.
+Each command calls one of them.  Results show themselves as small tables in a notebook.
 """

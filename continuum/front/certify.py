@@ -1,4 +1,4 @@
-"""Stored results certified: do their states satisfy the equations, by means that took no part in finding them?"""
+"""Check whether stored states satisfy the equations, independently of the solver."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import systems_of
 
 ENOUGH = 1.5
-"""Residuals may exceed tolerance and rounding by so much, as differences see a kink of the law not as the law does:
-1.3 was seen."""
+"""Factor by which residuals may exceed tolerance and rounding, as finite differences smooth a kink of the law: 1.3 was
+observed."""
 
 
 @dataclass(frozen=True)
 class PointCertificate:
-    """One point of a stored run, and what its state says."""
+    """One point of a stored run, with the independent evaluation of its state."""
 
     path: Path
     step: int
@@ -36,7 +36,7 @@ class PointCertificate:
     tolerance: float
     """Tolerance of the run, in E*."""
     again: bool
-    """Whether the state was not stored, and was computed again."""
+    """Whether the state was computed again, as it was not stored."""
 
     @property
     def allowed(self) -> float:
@@ -45,7 +45,7 @@ class PointCertificate:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What does not agree, in words; none for a sound point."""
+        """Disagreements, in words; empty if all numbers agree."""
         here, found, allowed = self.point, self.found, self.allowed
         faults = []
         if not found.residual <= allowed:
@@ -55,21 +55,21 @@ class PointCertificate:
         if abs(found.load - here.load) > allowed:
             faults.append(f"N/A0 is {found.load:.6e} E*, and {here.load:.6e} E* is stored")
         if found.curvature <= 0:
-            faults.append("the energy falls along a displacement: a saddle")
+            faults.append("the energy decreases along a displacement, so that this is a saddle point")
         return tuple(faults)
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was certified of a run, or of a sample of a sweep."""
+    """Result of checking a run, or a sample of a sweep."""
 
     points: tuple[PointCertificate, ...]
     read: int
-    """Number of files that were looked at."""
+    """Number of files that were read."""
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What does not agree, with file and point; none if all is sound."""
+        """Disagreements, with file and point; empty if all points agree."""
         return tuple(f"{one.path}, step {one.step}: {fault}" for one in self.points for fault in one.faults)
 
     @property
@@ -95,7 +95,7 @@ class Certificate:
                  found.residual, one.allowed, found.curvature, "sound" if not one.faults else "; ".join(one.faults))
             )  # fmt: skip
         again = "; states were computed again, as the files hold no gaps" if any(p.again for p in self.points) else ""
-        title = f"{len(self.points)} states of {self.read} files, evaluated by other means{again}"
+        title = f"{len(self.points)} states of {self.read} files, checked independently of the solver{again}"
         return Sheet.of(title, columns, rows)
 
 
@@ -108,14 +108,14 @@ def certify(
 ) -> Certificate:
     """Evaluate stored states by other transforms, sums and derivatives than the solver's, and compare.
 
-    Residual, area and load follow from heights and gap alone; the energy is looked at along random displacements.  Runs
-    that store fields are certified from these; the others are followed again, and what is stored is compared with that.
+    Residual, area and load follow from heights and gap alone; the second derivative of the energy is taken along
+    random displacements.  Runs that store fields are checked from these; other runs are computed again and compared.
 
     Parameters
     ----------
     path : a stored run, or the folder of a sweep.
-    sample : number of systems of a sweep that are certified, drawn at random.
-    seed : of that draw.
+    sample : number of systems of a sweep to check, drawn at random.
+    seed : seed of the random draw.
     progress : called after each file with how many are done and how many there are.
 
     Raises
@@ -150,10 +150,10 @@ def _sample(root: Path, sample: int, seed: int) -> list[Path]:
 
 
 def certify_run(path: Path) -> Iterator[PointCertificate]:
-    """Certify each converged point of a stored run, one after the other.
+    """Check each converged point of a stored run.
 
-    Gaps are those of the file where it holds them, in single precision; otherwise the path is followed again, and its
-    gaps are those of the solver, while what is compared with is stored.
+    Gaps come from the file if it has them (in single precision); otherwise the path is computed again, and its gaps
+    are compared with the stored numbers.
 
     Raises StoreError if the file is no finished run, or the files that its input names are gone.
     """
@@ -164,10 +164,10 @@ def certify_run(path: Path) -> Iterator[PointCertificate]:
     try:
         system = build(config)
     except (OSError, ValueError) as error:
-        raise StoreError(f"{path}: its surface or wall cannot be made again: {error}") from error
+        raise StoreError(f"{path}: its surface or wall cannot be built again: {error}") from error
     if system.problem.open_boundary is not None and system.problem.wall.law is None:
         raise StoreError(f"{path}: cannot be certified: {NO_TRACTION}")
-    # Of gaps on the way to an imprint the heights are not stored.
+    # The heights of an intermediate imprint are not stored.
     stored = result.gap(0) is not None and np.isinf(system.problem.wall.hardness)
     states = _stored(result, system) if stored else _again(system)
     for step, (problem, gap) in enumerate(states):

@@ -21,7 +21,7 @@ from continuum.solve.backend import BACK_ENDS
 
 @dataclass(frozen=True, eq=False)
 class CheckReport:
-    """What an input amounts to."""
+    """What a run or a sweep will do and cost."""
 
     sheet: Sheet
     """A run: grid, roughness, law, memory and cost; a sweep: what its systems cost together."""
@@ -30,7 +30,7 @@ class CheckReport:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the grid of a run does not resolve."""
+        """Lengths that the grid of a run does not resolve."""
         return self.system.warnings if self.system is not None else ()
 
     def _repr_html_(self) -> str:
@@ -38,13 +38,13 @@ class CheckReport:
 
 
 def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced: bool = False) -> CheckReport:
-    """Validate an input file of a run or of a sweep, and say what it amounts to and what it will cost.
+    """Check an input file of a run or of a sweep: its grid, roughness, memory and cost.
 
     Parameters
     ----------
     file : input (TOML); ``inputs/...`` finds those that come with the package.
-    settings : values of keys instead of those of the file, as ``{"surface.seed": 3}``.
-    reduced : of a sweep, the values of its [sweep.reduced] hold.
+    settings : values for keys of the input, as ``{"surface.seed": 3}``.
+    reduced : use the values of [sweep.reduced] (sweeps only).
 
     Raises
     ------
@@ -55,7 +55,7 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
 
     Notes
     -----
-    In Python the input may be a dictionary of its tables, too; it is called "input".
+    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     given, source = settings_of(settings), source_of(file)
     if flag("reduced", reduced) or "sweep" in source.data:
@@ -98,18 +98,18 @@ def run(
     progress: Progress | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
 ) -> Result:
-    """Follow the loading path of an input, store it, and return what is stored.
+    """Follow the loading path of an input, store it, and return the result.
 
     Parameters
     ----------
     file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
-    output : folder of the result, which is named after the input; or the result itself, ``NAME.h5``.  Points that are
-        there already are kept.
-    settings : values of keys instead of those of the file, as ``{"surface.seed": 3}``.
-    force : start anew.
-    device : what the solver runs on, instead of the input's ``[solver] device``: cpu, or cuda (experimental).
+    output : folder for the result, which is named after the input; or its file, ``NAME.h5``.  Points stored there are
+        kept.
+    settings : values for keys of the input, as ``{"surface.seed": 3}``.
+    force : replace a stored result and start anew.
+    device : device of the solver, instead of ``[solver] device`` of the input: cpu, or cuda (experimental).
     progress : called after each point with it, how many are done and how many there are.
-    warn : called with what the grid does not resolve, and what is to be known of the device.
+    warn : called with warnings about resolution and device.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def run(
 
     Notes
     -----
-    In Python the input may be a dictionary of its tables, too; it is called "input".
+    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     given = settings_of(settings)
     function("progress", progress)
@@ -147,21 +147,21 @@ def turn(
     progress: Progress | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
 ) -> Result:
-    """Find from which work of adhesion on the surface of an input is sticky, store it, and return what is stored.
+    """Find the work of adhesion above which the surface of an input is sticky, store it, and return the result.
 
-    As :func:`run` with other loading: the load at each area, on approach, changes its sign at that work.  The range of
-    the wall is that of the input, except for the paper's law, whose range belongs to its work.
+    The load at each area changes its sign on approach at that work.  The range of the wall is that of the input,
+    except for the paper's law, whose range follows from its work.
 
     Parameters
     ----------
-    file : input of a run (TOML); of its [loading] nothing is used.
-    output : folder of the result, which is named after the input; or the result itself, ``NAME.h5``.
-    area : repulsive areas, as fractions of A0, increasing; the paper looks at 1 %.
-    width : of the bracket of works, relative to the turn.
-    settings : values of keys instead of those of the file, as ``{"surface.seed": 3}``.
-    force : start anew.
+    file : input of a run (TOML); its [loading] is not used.
+    output : folder for the result, which is named after the input; or its file, ``NAME.h5``.
+    area : repulsive areas, as fractions of A0, increasing; the paper takes 1 %.
+    width : width of the bracket of works, relative to the turn.
+    settings : values for keys of the input, as ``{"surface.seed": 3}``.
+    force : replace a stored result and start anew.
     progress : called after each area with it, how many are done and how many there are.
-    warn : called with what the grid does not resolve.
+    warn : called with warnings about resolution.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def turn(
 
     Notes
     -----
-    In Python the input may be a dictionary of its tables, too; it is called "input".
+    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     areas = [number("area", each, above=0, below=1) for each in several("area", area)]
     number("width", width, above=0, below=1)
@@ -190,9 +190,9 @@ def analyse(result: str | Path) -> Analysis:
     Raises
     ------
     StoreError
-        If the file is no run.
+        If the file is not a run.
     ArgumentError
-        If it is no name of a file.
+        If it is not the name of a file.
     """
     return Result.read(file_name("result", result)).analyse()
 
@@ -203,9 +203,9 @@ def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
     Raises
     ------
     StoreError
-        If the file is no run.
+        If the file is not a run.
     ArgumentError
-        If one of them is no name of a file or folder.
+        If one of them is not the name of a file or folder.
     """
     path = file_name("result", result)
     into = None if folder is None else file_name("folder", folder)

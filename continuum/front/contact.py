@@ -1,4 +1,4 @@
-"""A contact of your own, to be pressed to one state or along a path of them."""
+"""A contact from arrays, which is pressed to one state or along a path."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -32,35 +32,35 @@ _CONTROLS: dict[str, Control] = {
 }
 
 FARTHEST = 1e12
-"""Gaps of more a0, and pressures of more E*, are none, and would overflow in the energy."""
+"""Larger gaps (in a0) or pressures (in E*) are refused: they would overflow in the energy."""
 
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """A rigid rough wall above an elastic substrate, to be pressed.
+    """A rigid rough wall above an elastic substrate.
 
     Parameters
     ----------
-    heights : of the wall, shape (nx, ny), in a0; (1, n) for a line contact.
+    heights : heights of the wall, shape (nx, ny), in a0; (1, n) for a line contact.
     wall : law between wall and surface.
     substrate : its elastic response.
     period : (Lx, Ly), in a0; one a0 from point to point if None.
     tolerance : largest root-mean-square residual traction, relative to h'rms E*, at most :data:`LOOSEST`.
-    max_iterations : of one equilibrium.
+    max_iterations : largest number of iterations for one equilibrium.
     area_tolerance : largest difference from a given repulsive area, relative to it, or beyond half contact to what is
         left of A0; half a point of the grid always counts as met.
-    threads : of the solver; no bit of a result depends on their number.
-    device : what the solver runs on, "cpu" or "cuda".
+    threads : threads of the solver; results do not depend on their number.
+    device : device of the solver, "cpu" or "cuda".
 
     Raises
     ------
     ValueError
-        If an argument is not allowed: the message names it, and says what is.
+        If an argument is not allowed.
 
     Warns
     -----
     UserWarning
-        Of what the grid does not resolve, and of slopes that the theory of small slopes does not cover.
+        If the grid does not resolve a length of the contact, or slopes are not small.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class Contact:
 
     @cached_property
     def problem(self) -> ContactProblem:
-        """The contact as the solver takes it."""
+        """The contact as the solver needs it."""
         heights = map_of("heights", self.heights)
         shape = (heights.shape[0], heights.shape[1])
         if shape[0] < 1 or shape[1] < 2:
@@ -136,20 +136,20 @@ class Contact:
         pressure: float | None = None,
         start: State | ArrayLike | None = None,
     ) -> State:
-        """The equilibrium at one of these.
+        """The equilibrium at a given area, mean gap, separation or pressure.
 
         Parameters
         ----------
         area : repulsive area, as a fraction of A0.
         mean_gap, separation : in a0.
         pressure : mean pressure, in E*, compression positive.
-        start : state to start from, whose imprint a wall that yields keeps, or its gap, shape (nx, ny), in a0; the
+        start : state to start from (its imprint is kept if the wall yields), or its gap, shape (nx, ny), in a0; the
             undeformed surface if None.
 
         Returns
         -------
         State
-            Look at its status, or ask :meth:`State.require`.
+            Check its status, or call :meth:`State.require`.
         """
         name, given = _chosen(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
         control, target = _CONTROLS[name], _target(name, given)
@@ -172,15 +172,15 @@ class Contact:
         event_resolution: float | None = None,
         progress: Callable[[State], None] | None = None,
     ) -> LoadingPath:
-        """Equilibria one after the other, each started from the one before: approach, and the way back.
+        """Equilibria along a path, each started from the one before: approach and retraction.
 
-        Keeps the gap of every state; :func:`continuum.run` keeps them on disk.
+        The gap of every state is kept in memory; :func:`continuum.run` stores them on disk.
 
         Parameters
         ----------
         area, mean_gap, separation, pressure : values of one of these, in the order in which they are visited.
-        event_resolution : width down to which jumps are bracketed, in units of what is given; None not to.  On a way
-            back whose steps are longer than a tenth of the range, contacts may be lost early without it.
+        event_resolution : width to which jumps are bracketed, in units of the control; None to leave them out.
+            Without it, retraction in steps longer than a tenth of the range may lose contacts early.
         progress : called with each state as it is found.
         """
         name, given = _chosen(area=area, mean_gap=mean_gap, separation=separation, pressure=pressure)
@@ -195,16 +195,16 @@ class Contact:
         return LoadingPath(self, tuple(states))
 
     def against(self, other: ArrayLike, *, shift: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Self:
-        """The contact of this wall with another rough body, shifted and turned: two elastic bodies, if E* is of both.
+        """The contact of this wall with another rough body, shifted and turned; E* is that of both bodies.
 
         With small slopes only the difference of the heights counts, and 1/E* is the sum of (1 - ν²)/E of both bodies.
-        What is stored of the contact is that of the sum: the displacements of both add up.
+        Results are those of the sum: the displacements of both bodies add up.
 
         Parameters
         ----------
-        other : heights of the other body, shape (nx, ny), in a0, towards the wall positive.
-        shift : by which the other body is moved, in a0, periodically; waves between points are interpolated as waves.
-        angle : by which it is turned before, in degrees: quarter turns, which keep the period.
+        other : heights of the other body, shape (nx, ny), in a0, positive towards the wall.
+        shift : shift of the other body, in a0, periodic; between points by Fourier interpolation.
+        angle : angle by which it is turned before the shift, in degrees: multiples of 90, which keep the period.
 
         Examples
         --------
@@ -220,14 +220,14 @@ class Contact:
         return replace(self, heights=against(self.grid, self.problem.heights, lower, shift, angle))
 
     def turn(self, wall: WallOfWork, *, area: float = 0.01, width: float = 0.02) -> Turn:
-        """The work of adhesion from which on the surface is sticky: where the load at an area changes its sign.
+        """The work of adhesion above which the surface is sticky: where the load at an area changes its sign.
 
         Parameters
         ----------
-        wall : function that returns the law for each work of adhesion in E* a0; of the contact's own wall only the
-            range counts, for where the search begins.
-        area : repulsive area at which the sign is looked at, as a fraction of A0; the paper's is 1 %.
-        width : of the bracket of works, relative to the turn.
+        wall : function that returns the law for a work of adhesion in E* a0; of the contact's own wall only the range
+            is used, to begin the search.
+        area : repulsive area at which the sign of the load is taken, as a fraction of A0; the paper takes 1 %.
+        width : width of the bracket of works, relative to the turn.
 
         Examples
         --------
@@ -254,7 +254,7 @@ _LAW_OF_A_WORK = "a function that returns the law of a work of adhesion, as Lenn
 
 
 def _walls(wall: WallOfWork) -> WallOfWork:
-    """The same function, refused where it returns no law."""
+    """The same function, with a check that it returns a law."""
 
     def law_of(work: float) -> Wall:
         made = wall(work)
@@ -275,7 +275,7 @@ def _chosen(**given: Any) -> tuple[str, Any]:
 
 
 def _target(name: str, value: Any) -> float:
-    """A value of a control, as a number that some state may have."""
+    """A value of a control, checked to be possible."""
     if name == "area":
         return number(name, value, above=0, below=1)
     return number(name, value, least=-FARTHEST, most=FARTHEST)

@@ -1,4 +1,4 @@
-"""Is my surface sticky: a measured topography, or two, in an interface."""
+"""Predict whether a contact of one or two measured topographies is sticky."""
 
 import inspect
 import time
@@ -23,7 +23,7 @@ from continuum.topography.quantities import length_of, share
 from continuum.topography.reading import read_all
 
 READ = frozenset(OPTIONS) & frozenset(inspect.signature(read_all).parameters)
-"""Arguments that are used when the maps are read."""
+"""Arguments for reading the maps."""
 
 
 def predict(
@@ -53,32 +53,32 @@ def predict(
     solve: bool | None = None,
     threads: int = 1,
 ) -> Prediction:
-    """Is my surface sticky?  Every criterion on a measured topography, or on two that face each other.
+    """Predict whether a measured surface is sticky: by solving its contact, and by every criterion.
 
     Every quantity is a text with its unit, as ``"50mJ/m2"``.
 
     Parameters
     ----------
-    maps : one topography, or two for two rough bodies: file names, or arrays of heights, shape (nx, ny), out of the
-        body.  Masked points of an array are missing ones; an array of one row or column is a line scan, one of two or
-        three columns has positions and heights.  Or one input (TOML) with the tables [topography] and [interface]: what
-        is given beside it overrules its keys.
+    maps : one topography, or two for two rough bodies: file names, or arrays of heights, shape (nx, ny), positive out
+        of the body.  Masked points of an array are missing; an array of one row or column is a line scan, one of two
+        or three columns has positions and heights.  Or one input (TOML) with the tables [topography] and [interface]:
+        other arguments overrule its keys.
     size, unit, dataset, part, join, periodic, override_size, detrend, fill, crop, cutoff, tip, smallest : see
-        :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  Of two maps one text for both,
-        or one for each, ``"-"`` as the file says.
+        :class:`continuum.sticky.tables.TopographyTable`; an array needs size and unit.  For two maps give one text for
+        both, or one for each, where ``"-"`` leaves it to the file.
     material, modulus, poisson, contact_modulus, work, range, spacing, probe, coating : see
         :class:`continuum.sticky.tables.InterfaceTable`.
-    solve : whether to solve the contact of the map: its turn, the work of adhesion from which on it is sticky, and its
-        state at the given one.  If nothing is said, the turn of maps of at most 512 x 512 points is solved, and given
-        up where it takes ten times as long as on most maps.
-    threads : of the solver.
+    solve : whether to solve the contact of the map: for the work of adhesion above which it is sticky (the turn), and
+        for the state at the given work.  By default only the turn is solved, for maps of at most 512 x 512 points, and
+        given up if it takes ten times as long as on most maps.
+    threads : threads of the solver.
 
     Raises
     ------
     TopographyError, InterfaceError
         If a map or the contact cannot be used.
     ArgumentError
-        If an argument is of another type, such as a number where a text with its unit is asked for.
+        If an argument is of another type, such as a number instead of a text with its unit.
     """
     given = {name: value for name, value in locals().items() if name in OPTIONS}
     if solve is not None:
@@ -109,11 +109,11 @@ def predict(
 def solved(
     found: Prediction, solve: bool | None, threads: int, told: Callable[[str], None] = lambda text: None
 ) -> Prediction:
-    """A prediction with its map solved as far as that is asked for; see :func:`predict`.
+    """A prediction with the contact of its map solved as far as is asked for; see :func:`predict`.
 
     Parameters
     ----------
-    told : called with what is solved, before it is, and with the time that it took.
+    told : called with a text before each solution, and with the time that it took.
     """
     if solve is False:
         return found

@@ -1,4 +1,4 @@
-"""The states of a contact of your own, and the path along which they were reached: their numbers, maps and pictures."""
+"""States of a contact, and paths of them: their numbers, maps and figures."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class State:
 
     @property
     def imprint(self) -> Real:
-        """Depth of the imprint that the wall keeps, of this state and those before it, shape (nx, ny), in a0."""
+        """Depth of the imprint that this state and those before it leave, shape (nx, ny), in a0."""
         left = self.found.imprint_left
         return np.zeros(self.gap.shape) if left is None else left
 
@@ -72,7 +72,7 @@ class State:
 
     @property
     def load(self) -> float:
-        """Per A0, in E*, compression positive."""
+        """Load per A0, in E*, compression positive."""
         return self.found.load
 
     @property
@@ -102,19 +102,19 @@ class State:
 
     @property
     def residual(self) -> float:
-        """Root-mean-square residual traction, relative to that which flattens the heights: h'rms E* on a half-space."""
+        """Root-mean-square residual traction, over that which flattens the surface (h'rms E* on a half-space)."""
         return self.found.solution.residual / self.contact.problem.traction_scale
 
     @cached_property
     def duality_gap(self) -> float:
-        """Under a hard wall what another state of this load saves at most, relative to the elastic energy; else NaN."""
+        """Bound on the error of the energy under a hard wall, relative to the elastic energy; NaN for other walls."""
         problem = self.contact.problem.dented(self.found.imprint)
         boundary = problem.open_boundary
         energy = problem.elastic_energy(self.gap) if boundary is None else boundary.elastic_energy(self.traction)
         return self.found.solution.duality_gap / energy if energy > 0 else float("nan")
 
     def require(self) -> State:
-        """The state itself, if it is an equilibrium at its target.
+        """Return the state if it is an equilibrium at its target.
 
         Raises
         ------
@@ -125,14 +125,14 @@ class State:
         return self
 
     def stability(self) -> Stability:
-        """Whether it is a minimum: the lowest eigenvalue of its Hessian, by a hundred transforms or two.
+        """Lowest eigenvalue of the Hessian, which is positive at a minimum; costs one or two hundred transforms.
 
-        The displacement of the mean is held, as at a given mean gap; where nothing is repeated that of the far away.
+        The mean displacement is held, as at a given mean gap; without periodic images the half-space far away.
 
         Raises
         ------
         TypeError
-            Under a hard wall, whose energy is convex: there each equilibrium is the minimum.
+            Under a hard wall, whose energy is convex, so that each equilibrium is the minimum.
         """
         problem = self.contact.problem
         if problem.wall.law is None:
@@ -146,7 +146,7 @@ class State:
         return contacts.contact_map(self.contact.wall, self.gap)
 
     def measure(self) -> Measurement:
-        """κ, perimeter, mean diameter and all else that the paper measures."""
+        """Measure κ, perimeter, mean diameter and the other numbers of the paper."""
         repulsive = self.contact_map == contacts.REPULSIVE
         return contacts.measure(self.contact.grid, self.found.totals, repulsive, self.contact.moments.rms_slope)
 
@@ -237,7 +237,7 @@ class LoadingPath(Sequence[State]):
 
 
 def _with_picture(shown: State | LoadingPath) -> str:
-    """Numbers and picture, as a notebook shows them."""
+    """Table and figure for a notebook."""
     from continuum.show.page import picture
     from continuum.show.plot import image_bytes
 
@@ -246,10 +246,10 @@ def _with_picture(shown: State | LoadingPath) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """A turn, or where the search for it ended."""
+    """The turn of a contact, or the last bracket of the search for it."""
 
     state: State
-    """State at the given area whose load is nearest to zero; its contact has the wall of that work."""
+    """State at the given area whose load is nearest to zero."""
 
     @property
     def bracket(self) -> Event | None:
@@ -266,7 +266,7 @@ class Turn:
 
     @property
     def jumps(self) -> bool:
-        """Whether the load jumps over zero: the surface snaps, and there is no state of vanishing load."""
+        """Whether the load jumps over zero: the surface snaps, and no state has zero load."""
         return self.bracket is not None and self.bracket.kind == "jump-in"
 
     @property
@@ -280,7 +280,7 @@ class Turn:
         return self.state.status
 
     def require(self) -> Turn:
-        """The turn itself, if it was found.
+        """Return the turn if it was found.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Which sample is the stickiest: every spot of a study, each as a contact by itself."""
+"""Rank samples by stickiness: every spot of a study is one contact."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,21 +23,21 @@ def study(
     progress: Callable[[Spot], None] = lambda spot: None,
     **options: Any,
 ) -> Study:
-    """Which sample is the stickiest?  All maps of a folder, and one ranking of its samples.
+    """Rank the samples in a folder of maps by their stickiness.
 
     Parameters
     ----------
-    folder : of the maps, named SAMPLE_SPOT_MAGNIFICATION, or with a table ``study.csv`` of the columns file, sample,
-        spot, magnification, size, unit, dataset and part, of which file and sample are needed.
-    pattern : of the names without their ending, such as ``"{sample}-{spot}-{magnification}"``.
-    without : a folder in it that is left alone.
-    progress : called with each spot when it is done.
-    options : as in :func:`continuum.predict`, but for join; the same for all, and solve is False unless asked for.
+    folder : folder of the maps, named SAMPLE_SPOT_MAGNIFICATION, or with a table ``study.csv`` of the columns file,
+        sample, spot, magnification, size, unit, dataset and part, of which file and sample are needed.
+    pattern : pattern of the names without their ending, such as ``"{sample}-{spot}-{magnification}"``.
+    without : a folder inside it that is left out.
+    progress : called with each finished spot.
+    options : as in :func:`continuum.predict`, without join; the same for all spots, and solve is False by default.
 
     Raises
     ------
     InputError
-        If there is no map, names are of no known form, or the contact cannot be used.
+        If there is no map, names do not fit the pattern, or the contact cannot be used.
     ArgumentError
         If an argument is unknown or of another type.
     """
@@ -59,7 +59,7 @@ def study(
 
 
 def _spot(sample: str, name: str, files: Sequence[Scan], options: dict[str, Any]) -> Spot:
-    """A spot, its magnifications joined; the reason where one of its files cannot be used."""
+    """A spot with its magnifications joined, or the reason why one of its files cannot be used."""
     told = dict(options)
     for key in PER_MAP:
         common = told.get(key)

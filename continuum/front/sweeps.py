@@ -1,7 +1,7 @@
-"""What ``continuum sweep`` does, as functions: one for each of its actions.
+"""The functions behind ``continuum sweep``, one for each of its actions.
 
-They take the folder of a sweep, or its input, and no object that a call has left behind: a sweep is asked how far it is
-days later, by another process or on another machine.
+They take the folder of a sweep, or its input, and never an object of an earlier call, as progress is asked for days
+later, from another process or machine.
 """
 
 import re
@@ -34,27 +34,27 @@ from continuum.sweeps.workers import Message, Task, TaskResult
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
-"""Called after each system with how it ended, how many have, and how many there are."""
+"""Called after each system with its result, the number of finished systems, and the number of all."""
 
 
 @dataclass(frozen=True)
 class SweepRun(TableSource):
-    """What one call did of a sweep."""
+    """Result of one call of :func:`sweep`."""
 
     folder: Path
     total: int
-    """Number of systems that this call had to do; of searches, where a key is searched for, as below."""
+    """Number of systems (or of searches, if a key is searched for) that this call had to do."""
     found: int
-    """Systems that were done before, or meanwhile by another process."""
+    """Number that was done before, or meanwhile by another process."""
     done: int
     failed: tuple[TaskResult, ...]
     """Systems that failed, with the reasons."""
     held: tuple[TaskResult, ...]
     """Systems that are locked by another process."""
     crossings: tuple[Crossing, ...] = ()
-    """What the searches of this call have found."""
+    """Results of the searches of this call."""
     died: tuple[str, ...] = ()
-    """Processes that died, each with the system that it worked on, which was done again."""
+    """Processes that died, each with its system, which was then done again."""
 
     @property
     def ok(self) -> bool:
@@ -85,30 +85,30 @@ def sweep(
     meanwhile: Callable[[Task, float], None] | None = None,
     warn: Callable[[Sequence[str]], None] | None = None,
 ) -> SweepRun:
-    """Do what is missing of a sweep: one path for each system, each stored in a file of its own.
+    """Run the missing systems of a sweep: one path each, stored in a file of its own.
 
     A sweep is an input with a table [sweep]: axes over any of its keys, along one of which a crossing may be searched
-    for.  Whatever stops the work, the same call does what is missing.
+    for.  After an interruption the same call runs what is missing.
 
     Parameters
     ----------
     file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
-    output : folder in which that of the sweep is made, named after the file.
-    name : of that folder, instead of the name of the file.
-    settings : values of keys instead of those of the file; a list for a key on an axis.
+    output : folder in which the folder of the sweep is made, named after the input.
+    name : name of the folder of the sweep, instead of that of the input.
+    settings : values for keys of the input; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced]: minutes instead of days.
-    workers : processes at once, one by default, or one for each GPU; fewer where their memory would not suffice.
+    workers : number of processes; one by default, or one for each GPU; fewer if memory does not suffice.
     threads : threads of the solver of each system.
-    device : what the solver runs on, instead of the input's ``[solver] device``: cpu, or cuda (experimental).
-    memory : bytes of this machine that may be used; all of it if None.
-    retry : try again what failed.
-    shard : this part of so many, for jobs of an array.
-    scheduler_file : file of a Dask cluster that does the work instead of processes of this machine.
-    begun : called with the systems of this call, before the first.
+    device : device of the solver, instead of ``[solver] device`` of the input: cpu, or cuda (experimental).
+    memory : memory to use, in bytes; all of this machine if None.
+    retry : run failed systems again.
+    shard : (i, n) runs the i-th of n parts, for jobs of an array.
+    scheduler_file : scheduler file of a Dask cluster that runs the systems, instead of processes on this machine.
+    begun : called with the systems of this call before the first starts.
     progress : see :data:`After`.
-    meanwhile : called after each point of a system with the share of its path that is done, from 0 to 1.
-    warn : called with what is other than in the sweep that the folder has, before the first system, and when a process
-        has died.
+    meanwhile : called after each point of a system with the finished share of its path, from 0 to 1.
+    warn : called with differences from the sweep stored in the folder before the first system, and when a process has
+        died.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def sweep(
 
     Notes
     -----
-    In Python the input may be a dictionary of its tables, too; it is called "sweep" unless it gets a name.
+    In Python the input may also be a dictionary of its tables; it is then named "sweep" unless it gets a name.
     """
     for argument, called in (("progress", progress), ("begun", begun), ("warn", warn), ("meanwhile", meanwhile)):
         function(argument, called)
@@ -170,19 +170,19 @@ def _hear(
     task: Task,
     said: Message,
 ) -> None:
-    """Pass on what is heard of a system that is being done; that its process died is said and stored, too."""
+    """Pass on messages of a running system; the death of its process is also reported and stored."""
     if said.share is not None and meanwhile is not None:
         meanwhile(task, said.share)
     if said.death is None:
         return
-    died.append(f"{task.label}: {said.death}; what it had stored is kept, and it is done again after the others")
+    died.append(f"{task.label}: {said.death}; its stored points are kept, and it is run again after the others")
     record_death(root, task, said.death)
     if warn is not None:
         warn(died[-1:])
 
 
 def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepRun:
-    """What became of the systems of a call."""
+    """Results of the systems of a call."""
     is_done = done_before(root)
     held = tuple(one for one in ended if isinstance(one.error, LockedError) and not is_done(one.task))
     failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
@@ -192,14 +192,14 @@ def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepR
 
 
 def _crossings(root: Path, paths: Set[Path]) -> tuple[Crossing, ...]:
-    """What the searches of these files have found."""
+    """Results of the searches of these files."""
     listing = systems_of(root)
     mine = tuple(one for one in listing.searches if Folder(root).search(one.name) in paths)
     return crossings_of(root, replace(listing, searches=mine))
 
 
 def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
-    """Validate the input of a sweep, each of its systems, and say what they cost together."""
+    """Check the input of a sweep and each of its systems, and estimate their total cost."""
     described = Sweep.read(file, settings, reduced=reduced)
     costs = [(cost_of(config), config.grid.build()) for _, config in described.systems()]
     pairs = {grid: pair_seconds(grid) for grid in {grid for _, grid in costs}}
@@ -226,18 +226,18 @@ def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) 
 def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointTable:
     """Write all points of a sweep as one table: ``table.csv`` (a row for each) and ``table.h5`` (xarray opens it).
 
-    Where a key is searched for, ``crossings.csv`` has a row for each search, and ``table.h5`` its numbers.
+    If a key is searched for, ``crossings.csv`` has a row for each search, and ``table.h5`` its numbers.
 
     Parameters
     ----------
     sweep : folder of the sweep.
-    output : folder of the tables; that of the sweep if None.
+    output : folder for the tables (default: that of the sweep).
 
     Returns
     -------
     PointTable
-        The table; ``found["load"]`` is a column, ``found.crossings`` are what searches have found, and ``found.files``
-        those that were written.
+        The table; ``found["load"]`` is a column, ``found.crossings`` has the results of searches, and ``found.files``
+        the files written.
 
     Raises
     ------
@@ -278,29 +278,30 @@ def sweep_slurm(
     modules: Sequence[str] = (),
     lines: Sequence[str] = (),
 ) -> str:
-    """A job script for ``sbatch`` that does a sweep: a cluster in one allocation, or an array of jobs.
+    """Job script for ``sbatch`` that runs a sweep: a cluster in one allocation, or an array of jobs.
 
     Parameters
     ----------
     file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
-    output : folder in which that of the sweep is made, named after the file.
-    settings : values of keys instead of those of the file; a list for a key on an axis.
+    output : folder in which the folder of the sweep is made, named after the input.
+    settings : values for keys of the input; a list for a key on an axis.
     reduced : use the smaller sizes of [sweep.reduced].
     nodes : nodes of the allocation.
     time : time of the allocation, as SLURM writes it.
     workers : processes on each node.
     threads : threads of the solver of each system.
     memory : bytes that each process may use; what the largest system needs if None.
-    device : what the solver runs on, instead of the input's ``[solver] device``; with cuda each process takes a GPU.
-    shards : number of jobs of an array instead of one cluster.
-    partition, account : as SLURM names them.
-    modules : modules that are loaded before the work, as gcc/13.2.
-    lines : lines of your own, after these, as "source ~/venv/bin/activate".
+    device : device of the solver, instead of ``[solver] device`` of the input; with cuda each process uses one GPU.
+    shards : number of jobs of a job array, instead of one cluster.
+    partition : SLURM partition.
+    account : SLURM account.
+    modules : modules to load first, as gcc/13.2.
+    lines : further lines of the script, as "source ~/venv/bin/activate".
 
     Raises
     ------
     ConfigError
-        If a system is no input of a run.
+        If a system is not a valid input of a run.
     ArgumentError
         If an argument is not allowed.
     """

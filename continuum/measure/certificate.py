@@ -1,7 +1,7 @@
-"""A state certified: what its gap says of it, by other means than those it was found by.
+"""Check a state from its gap alone, independently of the solver.
 
-The solver's transforms, compiled laws, tiles and sums take no part.  Here are SciPy's complex transforms over the whole
-spectrum, the traction as the derivative of the law's energy by differences, and NumPy's sums, all from heights and gap.
+The solver's transforms, compiled laws and sums are not used.  Instead heights and gap are evaluated with SciPy's
+complex transforms over the whole spectrum, the traction as a finite difference of the law's energy, and NumPy's sums.
 """
 
 from dataclasses import dataclass, replace
@@ -18,44 +18,43 @@ STEP = 1e-5
 """Step of the differences, in a0: rounding leaves 1e-12 of the traction, a kink of the law about as much as that of its
 area on the map."""
 DIRECTIONS = 6
-"""Random displacements along which a minimum is looked at."""
+"""Number of random displacements along which the energy is tested for a minimum."""
 NO_TRACTION = "under a hard wall no traction follows from the gap of a part of a half-space alone"
 """Why a state without periodic images is not certified under a hard wall."""
 OUT_OF_REACH = 1e4
-"""How much higher the wall is where there is none, in a0: no law pulls there, and no digits are lost."""
+"""Height of the wall above the points without wall, in a0: far enough for any law, and no digits are lost."""
 SINGLE = 2.0**-24
 """Largest rounding of a number that was stored in single precision, relative to it."""
 
 
 @dataclass(frozen=True)
 class StateCheck:
-    """A state as its heights and gap say; lengths in a0, tractions in E*, areas as fractions of A0."""
+    """Numbers of a state from its heights and gap; lengths in a0, tractions in E*, areas as fractions of A0."""
 
     area_rep: float
     uncertain_area: float
-    """Points whose gap is as near to the end of repulsion as the gap was rounded."""
+    """Number of points whose gap is within rounding of the edge of repulsion."""
     load: float
-    """Mean traction of the wall; under a hard wall the mean of what the surface carries, NaN in full contact."""
+    """Mean traction of the wall; under a hard wall that of the surface, NaN in full contact."""
     residual: float
-    """Root-mean-square of what elasticity and wall leave; under a hard wall of what breaks its three conditions."""
+    """Root-mean-square residual traction; under a hard wall the violation of its three conditions."""
     rounding: float
-    """Residual that the rounding of the gap makes."""
+    """Residual due to the rounding of the gap."""
     curvature: float
     """Smallest second derivative of the energy along random displacements, in E*/a0; NaN under a hard wall."""
 
 
 def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int = 0) -> StateCheck:
-    """Evaluate a state anew.
+    """Evaluate a state from its heights and gap.
 
     Parameters
     ----------
     problem : its contact.
     gap : shape ``grid.shape``, in a0.
     rounded : whether the gap was stored in single precision.
-    seed : of the random displacements.
+    seed : seed of the random displacements.
 
-    Raises ValueError if nothing is repeated and the wall is hard: no traction follows from the gap of a part of a
-    half-space alone.
+    Raises ValueError for a hard wall without periodic images, where the gap does not determine the traction.
     """
     coarse = SINGLE * float(np.abs(gap).max()) if rounded else 0.0
     if problem.open_boundary is not None:
@@ -64,7 +63,7 @@ def check_state(problem: ContactProblem, gap: Real, *, rounded: bool, seed: int 
 
 
 def _check(problem: ContactProblem, gap: Real, coarse: float, seed: int) -> StateCheck:
-    """The same for a gap that was rounded by at most ``coarse``."""
+    """Evaluate a state whose gap was rounded by at most ``coarse``."""
     wall, stiffness = problem.wall, _whole(problem)
     # Rounding is uniform within ± coarse, and the response is that of each wave.
     noise = coarse / np.sqrt(3) * float(np.sqrt(np.mean(stiffness**2)))
@@ -85,7 +84,7 @@ def _check(problem: ContactProblem, gap: Real, coarse: float, seed: int) -> Stat
 
 @dataclass(frozen=True)
 class _Doubled:
-    """The response of the periodic surface of twice the size of which an open boundary makes a half-space."""
+    """Response of the periodic surface of twice the size by which an open boundary is computed."""
 
     boundary: OpenBoundary
 
@@ -96,7 +95,7 @@ class _Doubled:
 
 
 def _check_part(problem: ContactProblem, boundary: OpenBoundary, gap: Real, coarse: float, seed: int) -> StateCheck:
-    """The same for a part of a half-space, beside which the surface moves as the tractions of its gap make it."""
+    """Evaluate a state without periodic images: tractions in the window move the surface outside, too."""
     if problem.wall.law is None:
         raise ValueError(NO_TRACTION)
     # Counted from the height at which the gap is the one given, as the heights are.
@@ -153,9 +152,9 @@ def _curvatures(problem: ContactProblem, stiffness: Real, gap: Real, seed: int) 
 
 
 def _hard(gap: Real, pressure: Real, coarse: float, hardness: float) -> tuple[float, float]:
-    """Load, and how far a state is from the conditions of a hard wall: no overlap but where it yields, no tension, no
-    pressure above the hardness, no action at a distance.  Elasticity tells the pressure but for its mean, which is such
-    that it vanishes beside the contact, and is the hardness where the wall yields.
+    """Load, and violation of the conditions of a hard wall: no overlap except where it yields, no tension, no pressure
+    above the hardness, and none at a distance.  The elastic pressure is known up to its mean, which makes it vanish
+    beside the contact, or equal the hardness where the wall yields.
     """
     touching, yields = gap <= coarse, (gap < -coarse) & np.isfinite(hardness)
     if not touching.any():

@@ -1,4 +1,4 @@
-"""What a contact looks like: its areas, loads and map, and the numbers by which the paper compares contacts."""
+"""Areas, loads and contact map of a state, and the numbers by which the paper compares contacts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ _ROWS = 256
 
 
 def quantity(units: str, long_name: str) -> Any:
-    """A field of a record that is stored: its unit and, in words, what it is."""
+    """A stored field of a record, with its unit and its description."""
     return field(metadata={"units": units, "long_name": long_name})
 
 
@@ -79,7 +79,7 @@ def totals_of(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -
 
 @dataclass(frozen=True)
 class Measurement:
-    """One contact: its areas and loads, the outline of A_rep as counted, and what the paper makes of them.
+    """Areas and loads of a contact, the outline of A_rep, and the numbers that the paper derives from them.
 
     A ratio whose two sides are zero is NaN: without contact there is no κ and no diameter.
     """
@@ -181,11 +181,11 @@ MEASURED: Mapping[str, tuple[str, str]] = {
     "diameter_exact": ("a0", "mean diameter d_rep, with the correction 1.1107"),
     "chord": ("a0", "mean chord of A_rep in both directions"),
 }
-"""What a :class:`Measurement` adds to the totals: unit, and what it is."""
+"""Unit and description of the numbers that a :class:`Measurement` adds to the totals."""
 
 
 def measure(grid: Grid, totals: Totals, repulsive: Mask, rms_slope: float) -> Measurement:
-    """What the paper measures on one state.
+    """Measure the numbers of the paper on one state.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def measure(grid: Grid, totals: Totals, repulsive: Mask, rms_slope: float) -> Me
     repulsive : the cells of A_rep: ``contact_map(wall, gap) == REPULSIVE``, or the map stored with a run.
     rms_slope : h'rms of the undeformed surface; its spectral moment, not the target of its synthesis.
 
-    Raises ValueError if the map does not fit the grid, or is not that of these areas.
+    Raises ValueError if the map does not fit the grid, or the areas.
     """
     rim = outline(grid, repulsive)
     if abs(rim.cells - totals.area_rep * grid.size) > 0.5:

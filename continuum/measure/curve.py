@@ -1,7 +1,7 @@
 """A loading path as a curve of load against distance: stiffness, pull-off, work of separation.
 
-Loads are per A0, in E*, compression positive; distances in a0.  What lies between the points of a path is not known: a
-jump shows as a steep piece, and an extreme is that of the points, so that its error is the change to the next one.
+Loads are per A0, in E*, compression positive; distances in a0.  Nothing is known between the points of a path: a jump
+appears as a steep piece, and an extreme is that of the points, so that its error is the change to the next point.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from continuum.model.fourier import Real
 
 
 class CurvePoint(Protocol):
-    """What a curve asks of a point of a path."""
+    """A point of a path, as far as a curve needs it."""
 
     @property
     def mean_gap(self) -> float:
@@ -36,7 +36,7 @@ class CurvePoint(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Points of a path in the order in which they were reached, equilibria only."""
+    """The equilibria of a path in the order in which they were reached."""
 
     mean_gap: Real
     separation: Real
@@ -47,7 +47,7 @@ class Curve:
 
     @classmethod
     def of(cls, points: Sequence[CurvePoint]) -> Self:
-        """The curve of equilibria, in their order."""
+        """Build the curve of the equilibria among some points, in their order."""
         columns = [(point.mean_gap, point.separation, point.load) for point in points]
         mean_gap, separation, load = np.array(columns, dtype=np.float64).reshape(-1, 3).T
         return cls(mean_gap, separation, load, np.array([point.branch == "retract" for point in points], dtype=bool))
@@ -75,10 +75,10 @@ def normal_stiffness(curve: Curve) -> Real:
 
 @dataclass(frozen=True)
 class Adhesion:
-    """What a path says about adhesion, per A0."""
+    """Pull-off and work of adhesion of a path, per A0."""
 
     peak_load: float
-    """Largest load of the path, in E*: what pull-off depends on."""
+    """Largest load of the path, in E*, on which pull-off depends."""
     largest_tension: float
     """Largest tension on approach, in E*, not negative: the paper's N_max (Suppl. S-III)."""
     pull_off: float
@@ -86,21 +86,22 @@ class Adhesion:
     work_of_separation: float
     """Work against tension on retraction, in E* a0: from where the load turns tensile to the end."""
     loss: float
-    """Work lost in the cycle, in E* a0: that done on approach less that regained over the same distances."""
+    """Work lost in the cycle, in E* a0: the work done on approach less that regained over the same distances."""
     separated: bool
-    """Whether the tension at the end of the retraction is below 1 % of the pull-off: the work is all there."""
+    """Whether the tension at the end of the retraction is below 1 % of the pull-off, so that the work is complete."""
 
 
 def adhesion(curve: Curve) -> Adhesion:
-    """Pull-off and work of a path of one approach and, for most of it, one retraction.
+    """Pull-off and work of a path of one approach and one retraction, without which only the tension on approach is
+    known.
 
-    Work is the integral of the load over the separation, of the device that pulls, or over the mean gap where the
-    substrate's mean is free; by the trapezoidal rule over the points of the path.
+    Work is the integral of the load over the separation, or over the mean gap if the mean displacement is free, by the
+    trapezoidal rule over the points of the path.
 
     Raises ValueError if there is no point.
     """
     if curve.load.size == 0:
-        raise ValueError("the path has no equilibrium: there is nothing to measure")
+        raise ValueError("the path has no equilibrium, so that nothing can be measured")
     distance = curve.separation if np.isfinite(curve.separation).all() else curve.mean_gap
     away = curve.retracting
     tension = np.maximum(-curve.load, 0.0)

@@ -1,7 +1,7 @@
-"""The outline of a contact: perimeter, chords, connected patches, and areas under several definitions.
+"""The outline of a contact: perimeter, chords, connected patches, and areas by several definitions.
 
 A contact is a map of cells, one around each point of a periodic grid, inside or outside.  Cells are neighbours if they
-share an edge; what leaves the period on one side enters it on the other.  Numbers are counted on the cells, so that
+share an edge; the map is periodic.  Numbers are counted on the cells, so that
 turning or shifting the map changes none of them.
 """
 
@@ -21,7 +21,7 @@ Mask = NDArray[np.bool_]
 EDGE_SHARE = float((np.pi - 1 + np.log(2)) / 24)
 """Area counted too much per edge, 0.118 cells: Yastrebov, Anciaux, Molinari, Tribol. Int. 114, 161 (2017)."""
 Correction = Literal["paper", "exact", "edges"]
-"""How a length follows from cells: see :meth:`Outline.perimeter`."""
+"""How the length of the perimeter follows from the cells: see :meth:`Outline.perimeter`."""
 
 
 def ratio(numerator: float, denominator: float) -> float:
@@ -42,7 +42,7 @@ class Outline:
     perimeter_cells: int
     """N_P: cells inside that have fewer than four neighbours inside."""
     edges: tuple[int, int]
-    """Edges between a cell inside and one outside, met on the way along x and along y."""
+    """Number of edges between a cell inside and one outside, along x and along y."""
 
     @property
     def area(self) -> float:
@@ -76,7 +76,7 @@ class Outline:
     def chords(self) -> tuple[float, float]:
         """Mean length of the contiguous segments of slices along x and along y, in a0.
 
-        A slice that lies inside altogether has no end: it adds to the length, not to the number of segments.
+        A slice entirely inside has no end: it adds to the length, not to the number of segments.
         """
         dx, dy = self.spacing
         along_x, along_y = self.edges
@@ -84,7 +84,7 @@ class Outline:
 
     @property
     def chord(self) -> float:
-        """Mean chord of both directions, in a0: their harmonic mean, that is the mean over all segments."""
+        """Mean chord over all segments of both directions, in a0."""
         return self.diameter("edges")
 
 
@@ -109,9 +109,9 @@ def perimeter_map(inside: Mask) -> Mask:
 
 
 def mask_on_grid(grid: Grid, inside: Mask) -> Mask:
-    """A map of the shape of the grid.
+    """Convert a map to booleans, and check that it has the shape of the grid.
 
-    Raises ValueError if it has another.
+    Raises ValueError if it has another shape.
     """
     inside = np.asarray(inside, dtype=np.bool_)
     if inside.shape != grid.shape:
@@ -164,7 +164,7 @@ def size_distribution(areas: Real, per_decade: int = 5) -> tuple[Real, Real]:
 
     Parameters
     ----------
-    areas : of the patches, in a0².
+    areas : areas of the patches, in a0².
     per_decade : bins in a factor of ten.
 
     Returns
@@ -190,19 +190,19 @@ class Areas:
     """Contact area of one state, as fractions of A0."""
 
     repulsive: float
-    """A_rep: cells with gap < zero_gap; the paper's.  For atoms there is no other: a cell is an atom."""
+    """A_rep: cells with gap < zero_gap; the paper's definition, and the only one for atoms, where a cell is an atom."""
     attracted: float
     """A_att: cells with zero_gap <= gap < zero_gap + range."""
     within_range: float
     """A_rep + A_att: cells that feel the wall."""
     corrected: float
-    """``repulsive`` less 0.118 cells per edge of its outline: for points that sample a continuum under a hard wall.
+    """``repulsive`` less 0.118 cells per edge of its outline, for points that sample a continuum under a hard wall.
 
     There a cell at the edge counts as a whole as soon as its point carries pressure.  For Hertz contacts this is
     right within 1 % from a radius of two cells on (docs/geometry.md).
     """
     contour: float
-    """Area inside the line gap = zero_gap, which lies between points where linear interpolation puts it.
+    """Area inside the line gap = zero_gap, by linear interpolation between points.
 
     NaN where the gap does not cross it: in contact with a hard wall it is zero.
     """
@@ -213,7 +213,7 @@ class Areas:
     uncertainty: float
     """Standard deviation of ``repulsive`` as an estimate of the area of a smooth patch that lies anywhere on the grid.
 
-    As if each perimeter cell were cut at random: sqrt(N_P/12) cells, an upper bound for smooth edges.
+    Each perimeter cell is taken to be cut at random: sqrt(N_P/12) cells, an upper bound for smooth edges.
     """
 
 
@@ -240,8 +240,8 @@ def areas(grid: Grid, wall: Wall, gap: Real) -> Areas:
 def _contour(inside: Mask, gap: Real, level: float, cells: int) -> float:
     """Cells inside the contour: the mean over the lines along x and along y of the length on which the gap is below.
 
-    Each link between two points counts with its part inside; links between points inside count whole, so only those
-    that cross the contour have to be looked at.
+    Each link between two points counts with its part inside; links between two points inside count whole, so that only
+    links across the contour are computed.
     """
     length = 0.0
     for axis in (0, 1):

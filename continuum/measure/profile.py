@@ -1,4 +1,4 @@
-"""Fields of a contact as curves: gap against distance from the edge, distributions of gap and pressure."""
+"""Gap against distance from the edge of a contact, and distributions of gap and pressure."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class GapProfile:
     """Mean gap outside a contact against the distance x from its edge; one entry for each cell width that holds cells.
 
     x is the distance from the centre of a cell to the nearest centre inside, less :data:`EDGE_DEPTH` cells, which is
-    how deep that centre lies inside the edge: half a cell for an edge along the axes, less for others.
+    the depth of that centre inside the edge: half a cell for an edge along the axes, less for others.
     """
 
     distance: Real
@@ -31,11 +31,11 @@ class GapProfile:
     gap: Real
     """Mean gap above that of the edge, in a0."""
     spread: Real
-    """Standard deviation of the gap, in a0: of the surface, not of the mean."""
+    """Standard deviation of the gap over the surface, in a0; not the error of the mean."""
     cells: NDArray[np.int64]
     """Number of cells at that distance."""
     depth: float
-    """How deep the nearest centre inside lies inside the edge, in a0."""
+    """Depth of the nearest centre inside the edge, in a0."""
 
     @property
     def from_perimeter_cells(self) -> Real:
@@ -45,7 +45,7 @@ class GapProfile:
     def width(self, range: float) -> float:
         """Distance d_att at which the mean gap reaches the range of the attraction, in a0.
 
-        NaN if it does not.  Between two distances gap^(2/3) is taken to be linear, as in Eq. (S-1).
+        NaN if it does not.  Between two distances gap^(2/3) is taken as linear, as in Eq. (S-1).
         """
         reached = np.flatnonzero(self.gap >= range)
         if reached.size == 0:
@@ -84,7 +84,7 @@ def gap_profile(grid: Grid, gap: Real, inside: Mask, farthest: float, zero_gap: 
 
 
 def _outside(grid: Grid, gap: Real, inside: Mask, farthest: float) -> Iterator[tuple[Real, Real]]:
-    """Distance to the nearest cell inside, and gap, of the cells outside that lie near: block by block."""
+    """Distance to the nearest cell inside, and gap, of the cells outside near the contact, block by block."""
     if not inside.any():
         return
     (dx, dy), (nx, ny) = grid.spacing, grid.shape
@@ -118,7 +118,7 @@ def gap_distribution(grid: Grid, gap: Real, bins: int = 80) -> Distribution:
     """Distribution of the gap, in a0, from the smallest to the largest: its integral is 1."""
     edges = np.linspace(float(gap.min()), float(gap.max()), bins + 1)
     if edges[0] == edges[-1]:
-        edges = edges[0] + np.linspace(-0.5, 0.5, bins + 1)  # a flat surface: all in the middle
+        edges = edges[0] + np.linspace(-0.5, 0.5, bins + 1)  # a flat surface: all points in the middle bin
     blocks = (gap[start : start + _ROWS] for start in range(0, grid.shape[0], _ROWS))
     return Distribution(edges, _histogram(blocks, edges) / (grid.size * np.diff(edges)))
 
@@ -126,13 +126,13 @@ def gap_distribution(grid: Grid, gap: Real, bins: int = 80) -> Distribution:
 def pressure_distribution(
     grid: Grid, wall: Wall, gap: Real, traction: Real | None = None, bins: int = 80
 ) -> Distribution:
-    """Distribution of the pressure, in E*, compression positive, over the cells that bear any.
+    """Distribution of the pressure, in E*, compression positive, over the cells with non-zero pressure.
 
     Its integral is the fraction of A0 that feels the wall, its first moment the load.
 
     Parameters
     ----------
-    traction : of the state; needed under a hard wall only, else it follows from the gap.
+    traction : traction of the state; needed under a hard wall only, otherwise it follows from the gap.
     """
 
     def blocks() -> Iterator[Real]:

@@ -1,5 +1,5 @@
-"""What presses on what: a periodic grid, a rough wall above it, the law between wall and surface, an elastic substrate.
+"""The contact problem: a periodic grid, a rough wall, the law between wall and surface, an elastic substrate.
 
-:class:`~continuum.model.problem.ContactProblem` puts the four together and says what their energy is; all signs live
-there.  Nothing here minimises, and nothing is remembered: frozen data, and functions of arrays.
+:class:`~continuum.model.problem.ContactProblem` combines the four and defines their energy and all signs.  Nothing
+here minimises or keeps state: there are only frozen dataclasses and functions of arrays.
 """

@@ -1,4 +1,4 @@
-"""The second of two rough bodies: shifted and turned, and what is left of both is one wall."""
+"""The second of two rough bodies, shifted and turned; both together are one wall."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -30,14 +30,14 @@ def turned(grid: Grid, heights: Real, angle: float) -> Real:
 
 
 def against(grid: Grid, heights: Real, other: Real, shift: tuple[float, float], angle: float) -> Real:
-    """Heights of one rigid wall that presses as two bodies do: with small slopes only the difference counts.
+    """Heights of the one rigid wall that is equivalent to two bodies: with small slopes only their difference counts.
 
     Parameters
     ----------
-    heights : of the upper body, shape ``grid.shape``, in a0, away from the other one positive.
-    other : of the lower body, towards the upper one positive.
-    shift : by which the lower body is moved, in a0, periodically.
-    angle : by which it is turned before, in degrees.
+    heights : heights of the upper body, shape ``grid.shape``, in a0, positive away from the other.
+    other : heights of the lower body, positive towards the upper one.
+    shift : shift of the lower body, in a0, periodic.
+    angle : angle by which it is turned before the shift, in degrees.
     """
     along_x, along_y = (number("shift", length) for length in pair("shift", shift))
     return heights - shifted(grid, turned(grid, field("other", other, grid.shape), angle), (along_x, along_y))
@@ -49,13 +49,13 @@ class CounterfaceTable(Table):
     newer: ClassVar[frozenset[str]] = frozenset({"shift_seed"})
 
     surface: SurfaceTable
-    """its heights, towards the surface positive; the tables of [surface]"""
+    """its heights, positive towards the surface; the keys of [surface]"""
     shift: Annotated[tuple[float, float], both_directions(float, -_FARTHEST, _FARTHEST, _SHIFT)] = (0.0, 0.0)
-    """by which it is moved along x and y, periodically, in a0"""
+    """shift along x and y, periodic, in a0"""
     shift_seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
-    """seed of a shift drawn evenly from the whole period; instead of shift"""
+    """seed of a uniformly random shift over the period; instead of shift"""
     angle: float = 0.0
-    """by which it is turned before it is moved, in degrees: quarter turns"""
+    """angle by which it is turned before the shift, in degrees: a multiple of 90"""
 
     @constraint
     def _one_shift(self) -> Iterator[Fault]:
@@ -68,7 +68,7 @@ class CounterfaceTable(Table):
             yield Fault(("angle",), _TURNS)
 
     def unfit(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
-        """What a grid cannot show of it, or its period cannot hold."""
+        """Faults: what the grid cannot resolve, or the period cannot hold."""
         if self.angle % 180 and (n[0] != n[1] or lengths[0] != lengths[1]):
             yield Fault(("counterface", "angle"), "a multiple of 180 degrees where the period is no square")
         for found in (self.surface.too_short(n, lengths), self.surface.too_long(n, lengths)):
@@ -82,10 +82,10 @@ class CounterfaceTable(Table):
         return float(along_x), float(along_y)
 
     def under(self, grid: Grid, heights: Real, own: Real) -> Real:
-        """Heights of the wall that a surface and this one, of its own heights, are together."""
+        """Heights of the wall that is equivalent to a surface and this counterface."""
         return against(grid, heights, own, self.moved_by(grid), self.angle)
 
     def expected(self, grid: Grid, surface: Moments | None) -> Moments | None:
-        """Moments of both bodies, drawn independently: their squares add up."""
+        """Moments of the sum of both independent random surfaces, whose squares add up."""
         own = self.surface.expected(grid)
         return Moments(*np.hypot(surface, own).tolist()) if surface is not None and own is not None else None

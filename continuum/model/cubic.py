@@ -34,7 +34,7 @@ class CubicConstants(NamedTuple):
     c44: float
 
     def require_stable(self) -> None:
-        """Refuse a crystal that is not stable: C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0 are required.
+        """Check that the crystal is stable: C11 > |C12|, C11 + 2 C12 > 0 and C44 > 0.
 
         Raises ValueError if it is not.
         """

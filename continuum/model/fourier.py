@@ -1,8 +1,8 @@
-"""Fourier transforms of fields with two periods, in blocks of rows and columns: the one convention (see `continuum`).
+"""Fourier transforms of periodic fields, in blocks of rows and columns (convention: see `continuum`).
 
 values(x) = sum over q of values_q exp(i q x); of the spectrum of a real field one half is kept.  A transform goes along
 the rows, then along the columns, or back.  Blocks are fixed by the shape of the field, and one thread transforms a
-block (ducc0's own threads change the last bits): so whoever runs them, in whatever order, finds the same bits.
+block (ducc0's own threads change the last bits), so that results do not depend on the number of threads.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ _PADDING = 128  # bytes
 
 
 def block_edges(length: int, points: int) -> list[int]:
-    """Where the blocks of rows or columns of a field begin and end: a megabyte, which stays in a cache.
+    """Edges of the blocks of rows or columns of a field, each about a megabyte, which fits into a cache.
 
     They are at least 32 wide, which sweeps over columns need, and depend on the field only, never on the threads.
     """
@@ -26,7 +26,7 @@ def block_edges(length: int, points: int) -> list[int]:
 
 
 def padded(shape: tuple[int, int], kind: DTypeLike = np.float64) -> NDArray[Any]:
-    """Zeros of a shape, with padded rows: rows a power of two apart would share the sets of the caches."""
+    """Zeros of a shape with padded rows: rows a power of two apart would compete for the same cache lines."""
     rows, columns = shape
     return np.zeros((rows, columns + _PADDING // np.dtype(kind).itemsize), dtype=kind)[:, :columns]
 

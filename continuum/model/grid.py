@@ -25,7 +25,7 @@ from continuum.model.fourier import (
 from continuum.tables import LARGEST_N, Fault, Table, both_directions, constraint
 
 SHORTEST, LONGEST = 1e-30, 1e30
-"""Periods, in any unit, whose moments and wavevectors to the fourth power are still numbers."""
+"""Bounds of periods, in any unit, within which fourth powers of wavevectors do not overflow."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Grid:
 
     Parameters
     ----------
-    shape : (nx, ny), at least 2 points each; odd and non-square grids are as good as any.  One point along x makes it a
-        line, across which nothing changes.
+    shape : (nx, ny), at least 2 points each; odd and non-square grids are allowed.  One point along x makes it a line
+        contact.
     lengths : (Lx, Ly), the periods, in a0.
     """
 
@@ -60,12 +60,12 @@ class Grid:
 
     @property
     def is_line(self) -> bool:
-        """Whether it is one point wide: a contact in two dimensions, x and z."""
+        """Whether the grid is one point wide: a line contact in two dimensions."""
         return self.shape[0] == 1
 
     @property
     def narrowest(self) -> int:
-        """Points along its shorter side; along itself, for a line."""
+        """Points along the shorter side; for a line, along the line."""
         return self.shape[1] if self.is_line else min(self.shape)
 
     @property
@@ -80,12 +80,12 @@ class Grid:
 
     @property
     def widest_step(self) -> float:
-        """Larger of the distances of neighbouring points, in a0; along itself, for a line."""
+        """Larger of the spacings along x and y, in a0; for a line, the spacing along it."""
         return self.spacing[1] if self.is_line else max(self.spacing)
 
     @property
     def shortest_period(self) -> float:
-        """Shorter of the periods, in a0; along itself, for a line."""
+        """Shorter of the two periods, in a0; for a line, the period along it."""
         return self.lengths[1] if self.is_line else min(self.lengths)
 
     @property
@@ -163,7 +163,7 @@ class Grid:
 
     @property
     def coarser(self) -> Grid | None:
-        """The grid of every second point, if its own half spectrum is cut out of this one's; else None."""
+        """The grid of every second point, if its half spectrum is part of that of this grid; else None."""
         if (self.shape[0] % 4 and not self.is_line) or self.shape[1] % 4:
             return None
         return Grid((max(self.shape[0] // 2, 1), self.shape[1] // 2), self.lengths)
@@ -188,7 +188,7 @@ class GridTable(Table):
 
     n: Annotated[
         tuple[int, int],
-        both_directions(int, 1, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]"),
+        both_directions(int, 1, LARGEST_N, f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]"),
     ]
     """points along x and y; [1, ny] is a line"""
     period: Annotated[
@@ -206,12 +206,12 @@ class GridTable(Table):
     def _enough_points(self) -> Iterator[Fault]:
         if self.n[1] < 2:
             cause = "a line lies along y: [1, ny]" if self.n[0] > 1 else ""
-            yield Fault(("n",), f"a whole number from 2 to {LARGEST_N}, or two of them [nx, ny]", cause)
+            yield Fault(("n",), f"a whole number from 2 to {LARGEST_N}, or two in a list [nx, ny]", cause)
 
     @constraint
     def _whole_atoms(self) -> Iterator[Fault]:
         if any(length != round(length) for length in self.lengths):
-            cause = "the surface is a crystal: a period holds whole atoms"
+            cause = "the surface is a crystal, so that a period has whole atoms"
             yield Fault(("period",), "a whole number of a0", cause)
         elif any(n % length for n, length in zip(self.n, self.lengths, strict=True)):
             cause = "n is meant to be the period, or k times the period for k x k points per atom"
@@ -219,7 +219,7 @@ class GridTable(Table):
             yield Fault(("n",), f"a multiple of the period, {period}: spacing a0, a0/2, ...", cause)
 
     def plain(self, *, identity: bool = False) -> dict[str, Any]:
-        """Keys and values as JSON has them, with the period as it is used."""
+        """Keys and values for JSON, with the period that is used."""
         return {**super().plain(identity=identity), "period": list(self.lengths)}
 
     def build(self) -> Grid:

@@ -1,11 +1,10 @@
 """The formulas of the wall laws, compiled.
 
-A law is a number, its kind, and an array of parameters; :func:`respond` is the one function that all code calls, so
-that it is compiled once for all laws.  What the parameters are is written in :mod:`continuum.model.walls`, whose
-classes make them and are what users see.
+A law is a number (its kind) and an array of parameters, which the classes in :mod:`continuum.model.walls` make.  All
+code calls :func:`respond`, which is compiled once for all laws.
 
-numba's cache on disk looks at the file of a function only, not at those of the functions that it calls.  Compiled code
-of other files that calls these has to see to it: :mod:`continuum.solve.cpu.compiled`.
+numba's cache on disk checks the file of a function only, not those of the functions that it calls; see
+:mod:`continuum.solve.cpu.compiled`.
 """
 
 import math
@@ -21,7 +20,7 @@ SPLINE, INVERSE_POWERS, EXPONENTIAL, TABLE = 0, 1, 2, 3
 
 
 class Law(NamedTuple):
-    """A wall law as compiled code takes it."""
+    """A wall law for compiled code."""
 
     kind: int
     parameters: Real
@@ -97,7 +96,7 @@ def _power(base: float, exponent: int) -> float:
 
 @njit(cache=True, error_model="numpy")
 def inverse_powers(z: float, p: Real) -> tuple[float, float, float]:
-    """The same of one gap: where each point has a thread of its own, tiles gain nothing."""
+    """Inverse powers of one gap, for devices with a thread for each point."""
     core, m, n = p[1], p[2], p[3]
     inverse = 1.0 / (z if z > core else core)
     attraction = _power(inverse, int(n))
@@ -121,7 +120,7 @@ def spline(z: float, p: Real) -> tuple[float, float, float]:
     pull_energy = pull_energy if t < 1.0 else 0.0
     y = z if z < 1.0 else 1.0
     y = y if y > core else core
-    below = z - y  # counts where z < core: there the law goes on with constant stiffness
+    below = z - y  # used where z < core: there the law continues with constant stiffness
     i = 1.0 / y
     i3 = i * i * i
     # z^-9/9 - z^-3/3 + 2/9, factored: near the minimum the terms cancel to second order.

@@ -26,7 +26,7 @@ import numpy as np
 from continuum.model.fourier import Real
 
 OPAQUE = 40.0
-"""q times depth below which nothing is felt: what lies there counts for exp(-80)."""
+"""q times depth beyond which deeper layers are neglected: they contribute exp(-80)."""
 
 
 class Solid(NamedTuple):

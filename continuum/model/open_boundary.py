@@ -1,10 +1,10 @@
 """Surfaces without periodic images: the exact response of an isotropic half-space to tractions in a window.
 
-Each point of the grid is a cell under uniform traction.  What such cells do to one another depends on their distance
-only, so that all displacements of a window are a convolution, which is periodic on a grid of twice the points along x
-and y (Hockney, Methods Comput. Phys. 9, 135 (1970); Liu, Wang and Liu, Wear 243, 101 (2000)).  Its spectrum G_q is
-positive: so 1/G_q is the stiffness of a periodic surface of twice the size which, where nothing acts outside of the
-window, moves inside of it as the half-space does.  The solvers need nothing else.
+Each point of the grid is a cell under uniform traction.  The influence of one cell on another depends on their
+distance only, so that the displacements of a window are a convolution, which is periodic on a grid of twice the points
+along x and y (Hockney, Methods Comput. Phys. 9, 135 (1970); Liu, Wang and Liu, Wear 243, 101 (2000)).  Its spectrum
+G_q is positive, so that 1/G_q is the stiffness of a periodic surface of twice the size that moves inside the window as
+the half-space does if no traction acts outside.  The solvers need nothing else.
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 
 FAR = 40.0
-"""Distance, in the longer side of a cell, beyond which the influence is that of its moments: to 1e-11 of it, where the
-difference of large numbers that the formula is has lost as much."""
+"""Distance, in longer sides of a cell, beyond which the influence is computed from moments: both errors are then about
+1e-11, as the closed formula is a difference of large numbers."""
 
 
 def cell_influence(x: Real, y: Real, spacing: tuple[float, float]) -> Real:
@@ -51,7 +51,7 @@ def _corner(x: Real, y: Real) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class OpenBoundary:
-    """The periodic surface of twice the size whose first quarter, the window, is a part of a half-space.
+    """The periodic surface of twice the size whose first quarter, the window, responds as a half-space.
 
     Parameters
     ----------
@@ -100,13 +100,13 @@ class OpenBoundary:
         return self.window.mean(self._mean_influence * traction)
 
     def elastic_energy(self, traction: Real) -> float:
-        """½ <u, K u> of the displacement under tractions, per area of the window, in E* a0."""
+        """Elastic energy ½ <u, K u> under tractions, per area of the window, in E* a0."""
         return -0.5 * self.window.mean(traction * self.inside(self.displacement(traction)))
 
     @cached_property
     def _mean_influence(self) -> Real:
-        """Displacement at each point under a uniform traction of one: by reciprocity what a traction there does to the
-        mean, in units of its own mean.
+        """Displacement at each point under a uniform unit traction; by reciprocity also the effect of a traction there
+        on the mean displacement.
         """
         return self.inside(self.displacement(np.ones(self.window.shape))).copy()
 

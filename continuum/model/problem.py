@@ -1,4 +1,4 @@
-"""The contact problem: what the energy of a displaced surface under a wall is.  All signs live here.
+"""The contact problem: the energy of a displaced surface under a wall.  All signs are defined here.
 
 With h the heights, D the separation, u the displacement of the surface and φ the wall law, per area::
 
@@ -7,7 +7,7 @@ With h the heights, D the separation, u the displacement of the surface and φ t
     gradient  dE/du = K u + p(z),           p = -dφ/dz, the traction
     Hessian   v -> K v + φ''(z) v
 
-Stateless: functions of the displacement return arrays, nothing is remembered.
+Functions of the displacement return arrays and keep no state.
 """
 
 from collections.abc import Callable
@@ -48,7 +48,7 @@ class ContactProblem:
     def __post_init__(self) -> None:
         heights = field("heights", self.heights, self.grid.shape)
         if heights.flags.writeable or heights.base is not None:
-            # Others could change them.
+            # Copied, as the caller could change them.
             heights = heights.copy()
         heights.flags.writeable = False
         object.__setattr__(self, "heights", heights)
@@ -65,13 +65,13 @@ class ContactProblem:
 
     @cached_property
     def open_boundary(self) -> OpenBoundary | None:
-        """What the substrate does where nothing is repeated; None for a periodic surface."""
+        """The response without periodic images; None for a periodic surface."""
         made = getattr(self.substrate, "open_boundary", None)
         return None if made is None else made(self.grid)
 
     @cached_property
     def period(self) -> tuple[Grid, Real]:
-        """Grid and heights of a period: themselves, or continued by mirror images where nothing is repeated."""
+        """Grid and heights of a period; without periodic images, with mirror images."""
         if self.open_boundary is None:
             return self.grid, self.heights
         mirrored = np.concatenate([self.heights, self.heights[::-1]])
@@ -86,8 +86,8 @@ class ContactProblem:
     def traction_scale(self) -> float:
         """Traction to which tolerances are relative, in E*: h'rms E*, unless the substrate is softer than E* = 1.
 
-        Twice the root-mean-square traction that flattens the surface is h'rms E* of a half-space.  A substrate that is
-        softer at the waves of the heights, whatever its unit, is solved as closely in terms of its own tractions.
+        Twice the root-mean-square traction that flattens the surface is h'rms E* of a half-space.  On a substrate that
+        is softer at the waves of the heights, tolerances are relative to its own tractions.
         """
         if self.open_boundary is not None:
             return self.moments.rms_slope
@@ -103,11 +103,11 @@ class ContactProblem:
         return self.grid.mean(self.heights)
 
     def dented(self, imprint: Real | None) -> Self:
-        """The problem whose wall keeps an imprint: heights raised by its depth, shape ``grid.shape``, in a0."""
+        """The problem after plastic yield: heights raised by the depth of the imprint, shape ``grid.shape``, in a0."""
         if imprint is None:
             return self
         found = replace(self, heights=self.heights + imprint)
-        # The response is the same, and would be computed again.
+        # The cached response is the same.
         vars(found).update({name: vars(self)[name] for name in _OF_THE_SUBSTRATE if name in vars(self)})
         return found
 
@@ -116,12 +116,12 @@ class ContactProblem:
         return separation + self.heights - displacement
 
     def separation(self, mean_gap: float, load: float, traction: Callable[[], Real]) -> float:
-        """Separation of an equilibrium, in a0; NaN where a free mean leaves none.
+        """Separation of an equilibrium, in a0; NaN if the mean displacement is free.
 
         Parameters
         ----------
         mean_gap, load : of the equilibrium; in a0, and per area in E*.
-        traction : asked for the traction at each point, in E*, where the mean pressure does not tell.
+        traction : function that returns the traction at each point, in E*, called if the mean pressure is not enough.
         """
         if self.open_boundary is not None:
             return mean_gap - self.mean_height + self.open_boundary.mean_displacement(traction())
@@ -129,13 +129,13 @@ class ContactProblem:
         return mean_gap - self.mean_height - (load / k if k > 0 else np.nan)
 
     def displacement(self, gap: Real, separation: float) -> Real:
-        """The displacement that leaves the given gap, in a0."""
+        """Displacement at a given gap, in a0."""
         return separation + self.heights - gap
 
     def elastic_traction_q(self, displacement_q: Complex) -> Complex:
-        """K u: minus the traction that holds the displacement.
+        """K u, minus the traction that holds the displacement.
 
-        A clamped mean carries any traction, so that component is reported as zero.
+        A clamped mean carries any traction; that component is set to zero.
         """
         return self._finite_stiffness_q * displacement_q
 
@@ -144,7 +144,7 @@ class ContactProblem:
         return np.where(np.isfinite(self.stiffness_q), self.stiffness_q, 0.0)
 
     def elastic_energy(self, gap: Real) -> float:
-        """½ <u, K u> per area of the displacement that leaves a gap, without its mean, in E* a0."""
+        """Elastic energy ½ <u, K u> per area at a given gap, without the mean displacement, in E* a0."""
         u_q = self.grid.forward(self.heights - gap)
         u_q[0, 0] = 0.0
         return 0.5 * self.grid.inner_q(u_q, self._finite_stiffness_q * u_q)
@@ -158,7 +158,7 @@ class ContactProblem:
         return elastic + self.grid.integrate(self.wall.energy(self.gap(displacement, separation)))
 
     def gradient(self, displacement: Real, separation: float) -> Real:
-        """Derivative of the energy by the displacement, per area, in E*; without its mean where clamped."""
+        """Derivative of the energy by the displacement, per area, in E*; without its mean if that is clamped."""
         traction = self.wall.evaluate(self.gap(displacement, separation)).traction
         gradient_q = self.elastic_traction_q(self.grid.forward(displacement)) + self.grid.forward(traction)
         if np.isinf(self.mean_stiffness):

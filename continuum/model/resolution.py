@@ -1,4 +1,4 @@
-"""Whether the grid shows what it should: the surface, and the wall law at the rim of a contact."""
+"""Checks whether the grid resolves the surface, and the wall law at the rim of a contact."""
 
 from collections.abc import Iterator
 
@@ -11,24 +11,24 @@ from continuum.model.surface import LARGEST_SLOPE
 from continuum.theory.paper import snap_in_wavelength
 
 POINTS = 4
-"""Points of the grid that a wavelength needs."""
+"""Points of the grid needed per wavelength."""
 SMALL_SLOPE = 0.3
 """Largest rms slope that small-slope theory covers: there tan and sin of a typical slope differ by 4 %."""
 OTHER_UNIT = 10.0
 """Factor by which a stiffness may differ from that of a half-space of E* = 1 in the median over all waves."""
 LARGEST_SHARE = 0.05
-"""Largest part of the mean square slope that may lie in shorter waves: what a surface with edges has anyway."""
+"""Largest part of the mean square slope that may lie in shorter waves; surfaces with edges have about as much."""
 
 
 def check_slope(rms_slope: float) -> None:
-    """Refuse a surface of no slope, to which tolerances refer, and one that no linear theory has anything to say of."""
+    """Check that the slope is not zero, as tolerances refer to it, and not too large for linear elasticity."""
     if not 0 < rms_slope <= LARGEST_SLOPE * (1 + 1e-9):
         what = f"a slope greater than 0 and at most {LARGEST_SLOPE:g}: heights are in a0, as the spacing is"
         raise ArgumentError("rms slope of the heights", float(rms_slope), what)
 
 
 def steep(rms_slope: float) -> Iterator[str]:
-    """What small-slope theory does not cover, in a sentence with what helps."""
+    """Warning about slopes that are not small, with a remedy."""
     if rms_slope > SMALL_SLOPE * (1 + 1e-9):  # a surface scaled to the bound may exceed it by rounding
         yield (
             f"the rms slope, {rms_slope:.3g}, is above {SMALL_SLOPE:g}: the theory of small slopes does not cover "
@@ -47,10 +47,10 @@ def short_waves(problem: ContactProblem) -> float:
 
 
 def other_unit(problem: ContactProblem) -> Iterator[str]:
-    """Whether the stiffness seems to be in another unit than E*/a0, in a sentence with what helps.
+    """Warning about a stiffness that seems to be in another unit than E*/a0, with a remedy.
 
-    Most waves of a grid are short, and short waves see a half-space whatever lies below: the median of 2 K/q is about
-    E*.  It is taken over some ten thousand waves.
+    Most waves of a grid are short, and for short waves the substrate is a half-space: the median of 2 K/q over some
+    ten thousand waves is about E*.
     """
     every = max(1, round((problem.grid.size / 2e4) ** 0.5))
     q, stiffness_q = (values[::every, ::every].ravel()[1:] for values in (problem.grid.wavenumber, problem.stiffness_q))
@@ -64,11 +64,10 @@ def other_unit(problem: ContactProblem) -> Iterator[str]:
 
 
 def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None = None) -> Iterator[str]:
-    """What the grid does not resolve, one sentence each, with what helps.
+    """Warnings about lengths that the grid does not resolve, each with a remedy.
 
-    Three lengths are compared with the spacing Δ.  None is an error: a grid with one point for each atom is the
-    model of the paper, and a law that acts on single atoms is then what is meant.  But no result is then that of the
-    continuum, and a finer grid gives another.
+    Three lengths are compared with the spacing Δ.  None is an error: the paper's model has one point for each atom,
+    and its law acts on single atoms.  But results are then not those of the continuum, and a finer grid gives others.
 
     * The surface: its shortest wavelength against 4 Δ.  Its curvature, and with it the size of contacts, comes from
       the shortest waves; with fewer points a crest falls between points or on one.
@@ -82,7 +81,7 @@ def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None
     Parameters
     ----------
     rms_slope : h'rms.
-    shortest : shortest wavelength of the surface, in a0, if it has one; else the spectrum of the heights is looked at.
+    shortest : shortest wavelength of the surface, in a0, if it is known; otherwise the spectrum of the heights is used.
     """
     wall, spacing = problem.wall, problem.grid.widest_step
     needed = POINTS * spacing
@@ -115,5 +114,5 @@ def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None
 
 
 def doubts(problem: ContactProblem, rms_slope: float, shortest: float | None = None) -> tuple[str, ...]:
-    """What is to be known before a result is relied on: :func:`steep`, :func:`other_unit`, :func:`unresolved`."""
+    """All warnings about a problem: :func:`steep`, :func:`other_unit`, :func:`unresolved`."""
     return (*steep(rms_slope), *other_unit(problem), *unresolved(problem, rms_slope, shortest))

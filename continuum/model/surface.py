@@ -13,8 +13,7 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-100, 10.0
-"""Rms slopes that are computed at all: below, squares are no numbers; above, heights are rather given in other units
-than a0."""
+"""Bounds of the rms slope: below, its square underflows; above, heights are probably in other units than a0."""
 _GENERATOR = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
 
 
@@ -44,7 +43,7 @@ def moments(grid: Grid, heights: Real) -> Moments:
         power_q[0, 0] = 0.0
         found = _moments(grid, power_q)
     if not all(np.isfinite(found)):
-        raise ArgumentError("heights", heights, "heights whose mean squares are finite numbers; these are too large")
+        raise ArgumentError("heights", heights, "smaller heights: the mean squares of these overflow")
     return found
 
 
@@ -115,8 +114,8 @@ class SelfAffine:
 
         Parameters
         ----------
-        grid : where the heights are wanted.
-        rng : from which phases and amplitudes are drawn, as ``numpy.random.default_rng(seed)`` makes one.
+        grid : the points of the heights.
+        rng : random generator for phases and amplitudes, such as ``numpy.random.default_rng(seed)``.
         """
         finest = 2 * instance("grid", grid, Grid).widest_step
         instance("rng", rng, np.random.Generator, _GENERATOR)
@@ -145,7 +144,7 @@ class SelfAffine:
 
 
 def _shells(largest: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], ...]:
-    """Mode numbers of one half plane, ordered by shells of max(|m|, |n|), whatever the grid."""
+    """Mode numbers of one half plane, ordered by shells of max(|m|, |n|), which does not depend on the grid."""
     m, n = (a.ravel() for a in np.mgrid[-largest : largest + 1, 0 : largest + 1])
     half = (n > 0) | (m > 0)
     m, n = m[half], n[half]
@@ -174,9 +173,9 @@ def power_spectrum(grid: Grid, heights: Real) -> tuple[Real, Real]:
 
 
 def shifted(grid: Grid, heights: Real, shift: tuple[float, float]) -> Real:
-    """Heights moved by a vector, in a0, periodically: whole points exactly, fractions as the waves between points.
+    """Heights shifted by a vector, in a0, periodically: exactly by whole points, by Fourier interpolation otherwise.
 
-    The shortest wave of an even grid has no phase: it is moved by the nearest whole points.
+    The shortest wave of an even grid has no phase and is shifted by the nearest whole number of points.
     """
     points = [length / spacing for length, spacing in zip(shift, grid.spacing, strict=True)]
     whole = [round(number) for number in points]

@@ -1,4 +1,4 @@
-"""Surfaces of the rigid wall, each with its table in an input: random, simple shapes.
+"""Surfaces of the rigid wall, each with its table of the input: random surfaces and simple shapes.
 
 Heights are those of the rigid wall above its mean plane, in a0, shape ``grid.shape``.
 """
@@ -16,7 +16,7 @@ from continuum.model.surface import LARGEST_SLOPE, SMALLEST_SLOPE, Moments, Self
 from continuum.tables import LARGEST_N, Fault, Fraction, Positive, TableFamily, both_directions, constraint
 
 HIGHEST = 1e30
-"""Heights of more a0 are none, and would overflow where they are squared."""
+"""Larger heights, in a0, are refused: their squares would overflow."""
 _ROUNDING = 1e-12  # a value written in decimal may miss its bound by this fraction
 
 
@@ -25,7 +25,7 @@ class SurfaceTable(TableFamily):
 
     kind_key: ClassVar[str] = "kind"
     sizes: ClassVar[tuple[str, ...]] = ()
-    """Keys that say how large the heights are, of which one is given: at fault where the slope is none."""
+    """Keys of the amplitude, of which one is given; a slope out of range is reported for it."""
 
     @property
     def origin(self) -> str:
@@ -33,27 +33,27 @@ class SurfaceTable(TableFamily):
 
     @property
     def shortest(self) -> float | None:
-        """Shortest wavelength, in a0; None if there is none that is known."""
+        """Shortest wavelength, in a0; None if unknown."""
         return None
 
     @property
     def longest(self) -> float | None:
-        """Wavelength that the period has to hold, in a0."""
+        """Longest wavelength, in a0, which the period must contain."""
         return None
 
     @property
     def most_waves(self) -> tuple[int, int]:
-        """Waves per period along x and y that the grid has to show."""
+        """Largest number of waves per period along x and y, which the grid must resolve."""
         return 0, 0
 
     @property
     def expected_slope(self) -> float | None:
-        """The slope h'rms of a random surface, without a grid."""
+        """Expected slope h'rms of a random surface, independent of the grid."""
         return None
 
     @property
     def attributes(self) -> dict[str, int]:
-        """What is stored of it beside its heights."""
+        """Attributes that are stored with its heights."""
         return {}
 
     def build(self, grid: Grid) -> Real:
@@ -61,13 +61,13 @@ class SurfaceTable(TableFamily):
         raise NotImplementedError
 
     def expected(self, grid: Grid) -> Moments | None:
-        """Moments of the ensemble that the heights are drawn from; None if they are not drawn."""
+        """Moments of the random ensemble; None if the surface is not random."""
         return None
 
     def too_short(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
-        """Waves that a grid of n points over these periods cannot show."""
+        """Faults: waves that a grid of n points over these periods cannot resolve."""
         if n[1] < 2:
-            return  # said of the grid
+            return  # reported for the grid
         spacing = Grid(n, lengths).widest_step
         if self.shortest is not None and self.shortest < 2 * spacing * (1 - _ROUNDING):
             cause = "too coarse a grid: raise the number of points at the same period, or lambda_s"
@@ -78,7 +78,7 @@ class SurfaceTable(TableFamily):
             yield Fault(("surface", "waves"), f"at most half the points, {limits}", cause)
 
     def too_long(self, n: tuple[int, int], lengths: tuple[float, float]) -> Iterator[Fault]:
-        """Waves that the periods cannot hold."""
+        """Faults: waves longer than the periods."""
         period = lengths[1] if n[0] == 1 else min(lengths)
         if self.longest is not None and self.longest > period:
             cause = "too small a period: raise it, or lower lambda_L"
@@ -121,7 +121,7 @@ class SelfAffineSurface(SelfAffineTable):
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     """seed of the random numbers"""
     rescale: bool = True
-    """whether the realisation has exactly that rms slope or height, or scatters about it"""
+    """whether the realisation is scaled to exactly that rms slope or height, or scatters about it"""
 
     @constraint
     def _ordered(self) -> Iterator[Fault]:
@@ -136,7 +136,7 @@ class SelfAffineSurface(SelfAffineTable):
 
     @property
     def expected_slope(self) -> float:
-        """h'rms; where h_rms is given, that of a spectrum of all waves between the two, not of those of a grid."""
+        """h'rms; if h_rms is given, that of the continuous spectrum between both wavelengths, not of a grid."""
         if self.rms_slope is not None:
             return self.rms_slope
         assert self.rms_height is not None
@@ -180,7 +180,8 @@ def sine(grid: Grid, amplitude: float, waves: tuple[int, int]) -> Real:
     Parameters
     ----------
     amplitude : half the height from valley to crest, in a0.
-    waves : per period along x and y, at most half the points: whole numbers, negative for the other diagonal.
+    waves : number of waves per period along x and y, whole numbers, at most half the points; negative for the other
+        diagonal.
     """
     x, y = instance("grid", grid, Grid).positions
     amplitude = number("amplitude", amplitude, least=-HIGHEST, most=HIGHEST)
@@ -220,11 +221,11 @@ class SineSurface(SurfaceTable):
 
 
 def _parabola(squared: Real, name: str, radius: float) -> Real:
-    """Heights r²/(2R); a radius so small that they are no numbers is refused by its name."""
+    """Heights r²/(2R); a radius so small that they overflow is refused."""
     with np.errstate(over="ignore"):
         heights: Real = squared / (2 * radius)
     if not np.isfinite(heights).all():
-        raise ArgumentError(name, radius, "a radius that is not so small that the heights overflow")
+        raise ArgumentError(name, radius, "a larger radius: the heights of this one overflow")
     return heights
 
 

@@ -1,4 +1,4 @@
-"""One run: from an input, along its path, to a stored result, and what can be measured on that later.
+"""One run: from an input, along its path, to a stored result and measurements on it.
 
-The only room that knows the whole chain, from the tables of a file to the record on disk.
+It covers the whole chain from the tables of a file to the record on disk.
 """

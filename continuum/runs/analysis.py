@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class FieldMeasurement:
-    """What only the gap at each point tells."""
+    """Measurements that need the gap at each point."""
 
     areas: Areas
     profile: GapProfile
-    """Above zero_gap, up to twice the mean diameter."""
+    """Mean gap above zero_gap, up to twice the mean diameter from the edge."""
     width: float
     """d_att, in a0: where the mean gap above zero_gap reaches the range; NaN without attraction."""
     expected_width: float
@@ -45,15 +45,15 @@ class FieldMeasurement:
     """Smallest and largest ratio of the mean gap to Eq. (S-1), see :func:`gap_ratio`."""
     gaps: Distribution
     pressures: Distribution | None
-    """None under a hard wall: the traction is not stored, and does not follow from the gap."""
+    """None under a hard wall, as the traction is not stored and does not follow from the gap."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPoint:
-    """One stored equilibrium with its measurements."""
+    """A stored equilibrium with its measurements."""
 
     step: int
-    """Its place on the path."""
+    """Its index on the path."""
     point: Point
     numbers: Measurement
     patch_areas: Real
@@ -70,13 +70,13 @@ class Analysis:
 
     result: Result
     expected: ExpectedContact
-    """The paper's relations for the undeformed surface and the wall of the run; lengths in a0, pressures in E*."""
+    """Predictions of the paper for the undeformed surface and the wall; lengths in a0, pressures in E*."""
     points: tuple[MeasuredPoint, ...]
     """The equilibria, in the order of the path."""
     adhesion: Adhesion | None
     """Pull-off and work of separation; None without equilibria."""
     notes: tuple[str, ...]
-    """What is missing, and what to do about it."""
+    """Missing measurements, with a remedy."""
 
     def __repr__(self) -> str:
         return f"Analysis({self.result!r})"
@@ -102,11 +102,11 @@ def analyse_run(result: Result) -> Analysis:
     good = [(step, point) for step, point in enumerate(result.points) if point.converged]
     notes = []
     if result.wall.law is None:
-        notes.append("no distribution of pressures: under a hard wall they do not follow from the file")
+        notes.append("no distribution of pressures: under a hard wall they do not follow from the stored data")
     if missing := len(result.points) - len(good):
         notes.append(f"{missing} points that did not converge are left out")
     if not result.finished:
-        notes.append("the run is not finished: `continuum run` with its input goes on with it")
+        notes.append("the run is not finished: `continuum run` with its input continues it")
     if result.points and result.gap(0) is None:
         notes.append(
             "areas under other definitions, gap profile, d_att and distributions need the gap at each point, which "
@@ -143,7 +143,7 @@ def _fields(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, numbers: Measure
 
 def profile_outside(grid: Grid, wall: Wall, gap: Real, repulsive: Mask, diameter: float) -> GapProfile:
     """Mean gap above zero_gap outside a contact, up to twice its mean diameter."""
-    # So far it shows the gap between patches; the map is held with a margin that wide, hence the limit.
+    # Farther out it is the gap between patches; the limit also bounds the memory for the margin of the map.
     reach = 2 * diameter if np.isfinite(diameter) else 0.0
     farthest = min(max(reach, 16 * grid.widest_step), grid.shortest_period / 8)
     return gap_profile(grid, gap, repulsive, farthest, wall.zero_gap)
@@ -156,13 +156,13 @@ def gap_ratio(
 
     Parameters
     ----------
-    profile : its gap above zero_gap.
+    profile : gap profile above zero_gap.
     rms_slope, diameter : h'rms and the measured d_rep.
     from_perimeter_cells : count x from the centres of the perimeter cells instead of the edge.
 
     Returns
     -------
-    lowest, highest : NaN where no distance lies between those.
+    lowest, highest : NaN if no distance lies in that interval.
     """
     x = profile.from_perimeter_cells if from_perimeter_cells else profile.distance
     near = (x >= 2) & (x <= diameter / 4)

@@ -24,24 +24,24 @@ _STEP = 0.1  # part of the range; steps of a fifth moved 2 of 20 states by up to
 
 @dataclass(frozen=True, eq=False)
 class RunSetup:
-    """A contact problem with what belongs to it."""
+    """A contact problem with its input, moments and solver settings."""
 
     config: RunConfig
     problem: ContactProblem = field(repr=False)
     realised: Moments
-    """Moments of the heights as they are."""
+    """Moments of the realised heights."""
     expected: Moments | None
-    """Moments of the ensemble that they were drawn from; None if they were not drawn."""
+    """Moments of the random ensemble; None if the surface is not random."""
     settings: Settings
     warnings: tuple[str, ...] = ()
-    """What the grid does not resolve."""
+    """Warnings about resolution."""
 
     @property
     def grid(self) -> Grid:
         return self.problem.grid
 
     def at_work(self, work: float) -> ContactProblem:
-        """The problem of a point: where turns are looked for, each has a work of adhesion of its own."""
+        """The problem of a point: in a search for turns each point has its own work of adhesion."""
         if self.config.loading.turn is None:
             return self.problem
         return replace(self.problem, wall=self.config.wall.at_work(work))
@@ -81,7 +81,7 @@ def build(config: RunConfig) -> RunSetup:
 
 
 def _made(key: Key, table: Table, build: Callable[[], _Made], faults: list[Fault]) -> _Made | None:
-    """What a table describes; None, and one more fault, if that cannot be used."""
+    """Build the object of a table; None, with a fault added, if that fails."""
     try:
         return build()
     except (ValueError, OSError) as error:
@@ -90,16 +90,16 @@ def _made(key: Key, table: Table, build: Callable[[], _Made], faults: list[Fault
 
 
 def _unusable(key: Key, table: Table, error: Exception) -> Fault:
-    """The fault of a table at the key that the error names, else at the one that the values come from."""
+    """The fault of a table at the key that the error names, else at its main key."""
     if not isinstance(error, ArgumentError):
-        return Fault((*key, table.origin), f"values that can be used: {error}")
+        return Fault((*key, table.origin), f"valid values; {error}")
     if error.name in type(table).model_fields:
         return Fault((*key, error.name), error.allowed)
     return Fault((*key, table.origin), error.allowed, f"this makes the {str(error).partition(': allowed')[0]}")
 
 
 def _long_steps(config: RunConfig, problem: ContactProblem) -> Iterator[str]:
-    """Warn of a way back that may lose contacts which a slow one keeps, as each point begins at the gap before it."""
+    """Warn of retraction steps so long that contacts may be lost which slow retraction keeps."""
     reach = problem.wall.range
     if config.loading.event_resolution is not None or not 0 < reach < np.inf:
         return
@@ -114,7 +114,7 @@ def _long_steps(config: RunConfig, problem: ContactProblem) -> Iterator[str]:
 
 
 def _check_mean_gaps(config: RunConfig, problem: ContactProblem) -> None:
-    """Refuse targets that no state has, where the wall bounds the gap."""
+    """Check that targets are possible if the wall bounds the gap."""
     held = {"mean-gap": problem.wall.bound}
     if np.isinf(problem.mean_stiffness):
         held["separation"] = problem.wall.bound - problem.mean_height

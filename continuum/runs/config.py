@@ -1,4 +1,4 @@
-"""The input of a continuum run: its path of loading, and the whole file."""
+"""The input of a continuum run: the loading path, and the whole file."""
 
 import itertools
 import math
@@ -35,49 +35,49 @@ def _device(value: str) -> str:
 
 
 class ToleranceTable(Table):
-    """When a point counts as solved."""
+    """The tolerance of a solution."""
 
     tolerance: Annotated[float, Field(gt=0, le=LOOSEST)] = 1e-6
     """largest root-mean-square residual traction, relative to h'rms E*; 0.01 leaves errors of a few percent"""
 
     def build(self, scale: float) -> Settings:
-        """Settings for tolerances relative to a traction, that of ``ContactProblem.traction_scale``."""
+        """Settings with tolerances relative to ``ContactProblem.traction_scale``."""
         return Settings(self.tolerance * scale)
 
 
 class SolverTable(ToleranceTable):
-    """[solver]: when a point counts as solved, how to get there, and on what."""
+    """[solver]: tolerance, iterations, threads and device."""
 
     not_identity: ClassVar[frozenset[str]] = frozenset({"threads"})
 
     max_iterations: _Count = 5000
-    """after which a point counts as not converged"""
+    """number of iterations after which a point counts as not converged"""
     shift: Annotated[float, Field(gt=0, le=100)] = 0.01
     """c0 of the preconditioner 1/(K + c0), in E*/a0; 0.001 - 0.03 are equally good"""
     threads: Annotated[int, Field(ge=1, le=1024)] = 1
     """threads of the solver; they do not change results"""
     stability: bool = False
-    """whether to look for the lowest eigenvalue of the Hessian of each point under a law, a hundred pairs or two: a
-    saddle then counts as not converged"""
+    """whether to compute the lowest eigenvalue of the Hessian of each point under a law, in one or two hundred FFT
+    pairs; a saddle point then counts as not converged"""
     device: Annotated[str, AfterValidator(_device)] = "cpu"
     """what the solver runs on: "cpu", or "cuda" for an NVIDIA GPU, which is experimental: its results were checked in a
     simulator, its speed on no GPU yet; results of two devices agree but for rounding, and are kept apart"""
 
     def build(self, scale: float) -> Settings:
-        """The same with the other settings."""
+        """Solver settings, including iterations, threads and device."""
         names = ("max_iterations", "shift", "threads", "stability", "device")
         return replace(super().build(scale), **{name: getattr(self, name) for name in names})
 
 
 MOST = 1_000_000
-"""Values of a range, and systems of a sweep, at most."""
+"""Largest number of values of a range, and of systems of a sweep."""
 _HUGE = 1e150  # numbers whose differences and ratios are numbers, too
 
 
 def expand_range(given: Any) -> tuple[Any, ...]:
     """The values of a list, or of a range ``{from, to, step | factor | count}``, its end included.
 
-    Raises ValueError if it is neither.
+    Raises ValueError if it is neither a list nor a range.
     """
     if isinstance(given, (tuple, list)):
         return tuple(given)
@@ -97,11 +97,11 @@ def expand_range(given: Any) -> tuple[Any, ...]:
         return tuple(first + i * by for i in range(_enough((last - first) / by)))
     if steps == ["factor"] and by > 0 and first * last > 0 and by != 1 and math.log(last / first) / math.log(by) >= 0:
         return tuple(first * by**i for i in range(_enough(math.log(last / first) / math.log(by))))
-    raise ValueError("a step or factor that leads from the one to the other")
+    raise ValueError("a step or factor that leads from the first to the last value")
 
 
 def _enough(steps: float) -> int:
-    """Values for so many steps."""
+    """Number of values for a number of steps, checked against the limit."""
     if steps >= MOST:
         raise ValueError(f"at most {MOST} values, not {steps + 1:.3g}")
     return int(steps + 1e-9) + 1
@@ -120,7 +120,7 @@ _Targets = Annotated[tuple[float, ...], BeforeValidator(_spread), Field(min_leng
 
 
 def _unordered(control: Control, targets: tuple[float, ...], *, nearer: bool) -> Iterator[Fault]:
-    """Faults of targets that do not all lead nearer, or farther, or that no state can have."""
+    """Faults of targets that are not monotonic, or that no state can have."""
     falling = nearer == (control in ("separation", "mean-gap"))
     if any(b >= a if falling else b <= a for a, b in itertools.pairwise(targets)):
         cause = "a retraction in the same list: write the approach, and retract = true for the way back"
@@ -132,7 +132,7 @@ def _unordered(control: Control, targets: tuple[float, ...], *, nearer: bool) ->
 
 
 class RetractionTable(Table):
-    """[loading.retraction]: the way back, where it is not that of the approach."""
+    """[loading.retraction]: the way back, if it has other targets than the approach."""
 
     control: Control
     """what is given at each point of the way back"""
@@ -159,17 +159,18 @@ class LoadingTable(Table):
     """another way back, instead of retract"""
     area_tolerance: Fraction | Annotated[tuple[Fraction, ...], Field(min_length=1)] = 0.01
     """largest difference from a given repulsive area, relative to it or, beyond half contact, to what is left of A0; or
-    one for each target; half a point of the grid always counts as met"""
+    one for each target; half a grid point is always accepted"""
     turn: Fraction | None = None
-    """look at each area for the work of adhesion at which the load changes its sign, the turn, instead of the state at
-    the wall's own work: width of the bracket of works, relative to the turn, as 0.02"""
+    """find at each area the work of adhesion at which the load changes its sign, the turn, instead of the state at the
+    given work; the value is the width of the bracket of works, relative to the turn, as 0.02"""
     area_resolution: Annotated[float, Field(ge=1e-9)] = 1e-3
     """width in mean gap to which a jump of the area over its target is bracketed, in a0"""
     event_resolution: Annotated[float, Field(ge=1e-9)] | None = None
-    """width to which jumps between points are bracketed, in units of the control; not looked for if not given"""
+    """width to which jumps between points are bracketed, in units of the control; jumps are not bracketed if not
+    given"""
     event_threshold: Fraction = 0.01
-    """smallest jump that counts, as a fraction of A0: of repulsive area, of contact area, or of attractive load
-    over the largest tension of the wall"""
+    """smallest jump to report, as a fraction of A0: in repulsive area, in contact area, or in attractive load over the
+    largest tension of the wall"""
 
     @property
     def legs(self) -> tuple[tuple[Control, tuple[float, ...]], ...]:
@@ -180,7 +181,7 @@ class LoadingTable(Table):
 
     @property
     def stretches(self) -> Iterator[tuple[Control, tuple[float, ...], Search]]:
-        """The legs, cut where areas are to be met more or less closely from there on."""
+        """The legs, cut where the tolerance of the area changes."""
         resolutions = self.area_resolution, self.event_resolution, self.event_threshold
         for control, targets in self.legs:
             if isinstance(self.area_tolerance, float):
@@ -226,16 +227,16 @@ class LoadingTable(Table):
 
 
 class OutputTable(Table):
-    """[output]: what is stored beside areas, loads and contact maps."""
+    """[output]: what is stored in addition to areas, loads and contact maps."""
 
     fields: bool = False
     """whether to store heights and gaps in full, in single precision"""
     last_state: bool | None = None
-    """whether to store the gap of the last point in double precision, from which a longer path goes on; by default on
-    grids of at most 1024 x 1024 points"""
+    """whether to store the gap of the last point in double precision, so that a longer path can continue from it; by
+    default on grids of at most 1024 x 1024 points"""
 
     def keeps_last_state(self, shape: tuple[int, int]) -> bool:
-        """Whether the gap of the last point is stored in double precision, of a grid of this shape."""
+        """Whether the gap of the last point is stored in double precision on a grid of this shape."""
         return math.prod(shape) <= 1024**2 if self.last_state is None else self.last_state
 
 
@@ -246,7 +247,7 @@ class RunConfig(Document):
     result_version: ClassVar[int] = 3
     not_identity: ClassVar[frozenset[str]] = frozenset({"output"})
     newer: ClassVar[frozenset[str]] = frozenset({"counterface"})
-    of_others: ClassVar[Mapping[str, str]] = {"sweep": "the input of a sweep, which is for `continuum sweep run`"}
+    of_others: ClassVar[Mapping[str, str]] = {"sweep": "this is the input of a sweep: use `continuum sweep run`"}
 
     grid: GridTable
     """points and period"""
@@ -267,7 +268,7 @@ class RunConfig(Document):
 
     @property
     def shortest(self) -> float | None:
-        """Shortest wavelength of what is pressed, in a0, if it is known."""
+        """Shortest wavelength of the combined surface, in a0; None if unknown."""
         if self.counterface is None:
             return self.surface.shortest
         both = self.surface.shortest, self.counterface.surface.shortest
@@ -275,7 +276,7 @@ class RunConfig(Document):
 
     @property
     def expected_slope(self) -> float | None:
-        """Slope h'rms of what is pressed, without a grid; None if it is not drawn."""
+        """Expected slope h'rms of the combined surface, independent of the grid; None if it is not random."""
         slope = self.surface.expected_slope
         if self.counterface is None or slope is None:
             return slope
@@ -285,7 +286,7 @@ class RunConfig(Document):
     def on(self, device: str) -> Self:
         """The same run on another device.
 
-        Raises InputError if there is none of that name.
+        Raises InputError if there is no device of that name.
         """
         try:
             solver = SolverTable.model_validate({**dict(self.solver), "device": device})
@@ -309,7 +310,7 @@ class RunConfig(Document):
     @constraint
     def _work_to_change(self) -> Iterator[Fault]:
         if self.loading.turn is not None and not self.wall.work_key:
-            cause = f"the work of adhesion is no key of law {getattr(self.wall, self.wall.kind_key)!r}"
+            cause = f"the work of adhesion is not a key of law {getattr(self.wall, self.wall.kind_key)!r}"
             allowed = 'only with a law whose work is given: "lennard-jones-spline", "attraction-on-core"'
             yield Fault(("loading", "turn"), allowed, cause)
 
@@ -328,7 +329,9 @@ class RunConfig(Document):
                 yield Fault((*key, "control"), f'another control than "{control}" where the wall yields', YIELDS)
             elif control == "mean-pressure" and max(targets) >= self.wall.largest_pressure:
                 most = f"values below the hardness, {self.wall.largest_pressure:g} E*"
-                yield Fault((*key, "targets"), most, "all of the surface yields at a mean pressure of the hardness")
+                yield Fault(
+                    (*key, "targets"), most, "the whole surface yields at a mean pressure equal to the hardness"
+                )
 
     @constraint
     def _no_line_alone(self) -> Iterator[Fault]:

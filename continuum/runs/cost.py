@@ -1,7 +1,7 @@
-"""What a run will take, from its input alone: memory, transforms, and core-seconds of this machine.
+"""Estimate the cost of a run from its input: memory, FFT pairs, and core-seconds on this machine.
 
-The counts of transforms, in ``cost.toml``, were fitted to the runs of ``inputs/``, which they meet to a factor of two;
-the time is that of one transform here, now, measured.
+The counts of transforms in ``cost.toml`` were fitted to the runs of ``inputs/``, within a factor of two; the time of a
+transform is measured on this machine.
 """
 
 import os
@@ -29,7 +29,7 @@ _MEMORY, _PAIRS, _ROUGH, _APART, _TIME = (
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run will take, to within a factor of about two; three beside instabilities."""
+    """Cost of a run, within a factor of about two, or three near instabilities."""
 
     memory: int
     """Peak memory, in bytes."""
@@ -51,7 +51,7 @@ def cost_of(config: RunConfig) -> Cost:
     """Memory and transforms of a run, from its configuration alone."""
     nx, ny = config.grid.n
     size, points = nx * ny, config.loading.points
-    # Contact maps take two bits per point, fields four bytes, and a rewrite holds them twice.
+    # Contact maps take two bits per point, fields four bytes, and both are held twice during a rewrite.
     kept = points * size * 2 * (0.25 + (4 if config.output.fields else 0))
     decades = max(-float(np.log10(config.solver.tolerance)), 1.0) / _PAIRS["decades"]
     larger = max(1.0, np.sqrt(size) / _PAIRS["flat"])
@@ -67,7 +67,7 @@ def cost_of(config: RunConfig) -> Cost:
         pairs += len(targets) * min(each, allowed)
         resolution = config.loading.event_resolution
         if resolution is not None and not area and reach > 0:
-            # Where the retraction begins is known when the approach has ended: its first interval is as the second.
+            # The start of the retraction is not known yet: its first interval is taken as the second.
             intervals = [abs(b - a) for a, b in pairwise(targets)]
             halvings = sum(np.log2(max(width / resolution, 2.0)) for width in [*intervals[:1], *intervals])
             pairs += _PAIRS["bisection"] * halvings * point
@@ -77,7 +77,7 @@ def cost_of(config: RunConfig) -> Cost:
 
 
 def _pairs_of_area(config: RunConfig, larger: float) -> float:
-    """Pairs of a point at a given area; ``larger`` is the size of the grid over that from which on they grow."""
+    """Pairs of a point at a given area; ``larger`` is the size of the grid over that above which they grow."""
     wall, shortest, slope = config.wall, config.shortest, config.expected_slope
     if shortest is None or slope is None:
         reach = 1 + _PAIRS["area_range"] * wall.equivalent_range**2
@@ -92,14 +92,14 @@ def _pairs_of_area(config: RunConfig, larger: float) -> float:
 
 
 def pair_seconds(grid: Grid, most: int = 1024) -> float:
-    """Time of a transform and its inverse on a grid, in s, measured here and now on one thread.
+    """Time of a transform and its inverse on a grid, in s, measured on one thread of this machine.
 
-    A larger grid than ``most`` points a side is not made: its time is that of a smaller one by the n² log n of points.
+    For a grid of more than ``most`` points along a side the time is extrapolated from a smaller one, as n² log n.
     """
     n = min(max(round(np.sqrt(grid.size)), 16), most)
     small, seconds = Grid.square(n), np.inf
     field, spectrum = np.random.default_rng(1).normal(size=small.shape), padded(small.shape_q, np.complex128)
-    # The arrays are there, as they are for a solver; the best of a few is that of a machine that others leave alone.
+    # Arrays are allocated before, as in a solver; the best of a few times is that of an idle machine.
     for _ in range(5):
         began = time.process_time()
         repeats = max(1, 2**18 // small.size)
@@ -126,7 +126,7 @@ _UNITS = {"K": 2**10, "M": 2**20, "": 2**20, "G": 2**30, "T": 2**40}
 def physical_memory() -> float:
     """Memory that this process may use, in bytes.
 
-    Raises InputError if a variable of SLURM holds no amount of memory.
+    Raises InputError if a variable of SLURM is not an amount of memory.
     """
     allowed = min(slurm_limit(os.environ), cgroup_limit(Path("/")))
     try:
@@ -138,7 +138,7 @@ def physical_memory() -> float:
 def slurm_limit(environment: Mapping[str, str]) -> float:
     """Memory of this node that SLURM gives the job, in bytes; infinite without a limit.
 
-    Raises InputError if a variable holds no amount of memory.
+    Raises InputError if a variable is not an amount of memory.
     """
     limit = np.inf
     for name, counter in _SLURM.items():
@@ -148,7 +148,7 @@ def slurm_limit(environment: Mapping[str, str]) -> float:
             if not found or not times.isdecimal():
                 given = f"{name} = {environment[name]!r}" + (f" with {counter} = {times!r}" if counter else "")
                 raise InputError(
-                    f"{given}: allowed: a number of MB, as SLURM sets it; unset the variable if this is no job of SLURM"
+                    f"{given}: allowed: a number of MB, as SLURM sets it; unset the variable outside a SLURM job"
                 )
             # --mem=0 is all memory of the node.
             limit = min(limit, int(found[1]) * _UNITS[found[2].upper()] * int(times) or np.inf)
@@ -156,7 +156,7 @@ def slurm_limit(environment: Mapping[str, str]) -> float:
 
 
 def cgroup_limit(root: Path) -> float:
-    """The lowest limit of the control groups of this process and of all that these lie in; infinite without one.
+    """The lowest limit of the control groups of this process and of their parents; infinite without one.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def cgroup_limit(root: Path) -> float:
 
 
 def _limits(root: Path) -> Iterator[Path]:
-    """Files that hold the limits of this process, whatever version of control groups there is."""
+    """Files with the limits of this process, in either version of control groups."""
     groups = root / "sys" / "fs" / "cgroup"
     try:
         lines = (root / "proc" / "self" / "cgroup").read_text().splitlines()

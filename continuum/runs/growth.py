@@ -1,7 +1,7 @@
-"""Paths that grow: what a stored path is worth to one with other targets, another way back or another tolerance.
+"""Reuse of a stored path by a run with other targets, another way back or another tolerance.
 
-Points are kept where the paths begin alike.  The next one needs the state of the last of them in full; a finer
-tolerance needs those of all, and begins each point from its own.
+Points are reused as far as both paths agree.  The next point needs the full state of the last of them; a finer
+tolerance needs the states of all points, and starts each from its own.
 """
 
 import hashlib
@@ -28,22 +28,22 @@ _NUMBERS = ("step", *(column.name for column in fields(Point)))
 
 @dataclass(frozen=True)
 class Growth:
-    """What of a stored path another one uses."""
+    """The part of a stored path that another run uses."""
 
     source: Path
     """File of the stored path."""
     identity: str
     """Identity of its run."""
     kept: int = 0
-    """Points that are taken as they are."""
+    """Number of points that are used unchanged."""
     refined: int = 0
-    """Points that are solved more closely, each from its stored state."""
+    """Number of points that are solved to a finer tolerance, each from its stored state."""
     whole: bool = False
-    """Whether nothing of the stored path is left out."""
+    """Whether the whole stored path is used."""
 
 
 def contact_identity(config: RunConfig) -> str:
-    """Hash of all that two runs of one contact have in common: all but the path and the tolerance."""
+    """Hash of everything but the path and the tolerance, which two runs of one contact have in common."""
     content = config.plain(identity=True)
     content["loading"] = {"turn": config.loading.turn}
     content["solver"] = {key: value for key, value in content["solver"].items() if key != "tolerance"}
@@ -52,7 +52,7 @@ def contact_identity(config: RunConfig) -> str:
 
 
 def growth_of(config: RunConfig, source: Path) -> Growth | None:
-    """What a run may use of a stored one; None if nothing, or if that is no path on the same contact."""
+    """The part of a stored run that another run can use; None if nothing, or if the contact differs."""
     try:
         held, found = store.read_few(source, ("step", "restart/target"), _FEW)
         if found.get("contact_identity") != contact_identity(config):
@@ -76,7 +76,7 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
 
 
 def growths(configs: Mapping[str, RunConfig], stored: Iterable[Path]) -> dict[str, Growth]:
-    """For each run by its key the stored path of which it may use most, if there is one."""
+    """For each run, by its key, the stored path of which it can use most, if any."""
     by_contact: dict[str, list[Path]] = {}
     for path in stored:
         try:
@@ -94,7 +94,7 @@ def growths(configs: Mapping[str, RunConfig], stored: Iterable[Path]) -> dict[st
 
 
 def grown(record: Record, growth: Growth) -> Record:
-    """The part of the record of a stored path that is kept; what the next point starts from only at its end."""
+    """The part of the record of a stored path that is reused; with the restart state only at its end."""
     good = record.good if growth.kept == len(record.points) else []
     return replace(record.beginning(growth.kept, good), grown_from=growth.identity)
 
@@ -112,7 +112,7 @@ def stored_state(source: Path, step: int) -> PathState | None:
 
 
 def _points(config: RunConfig) -> Iterator[tuple[Control, float, Search]]:
-    """Each point of a path, as far as it says what is looked for."""
+    """The targets of each point of a path."""
     for control, targets, search in config.loading.stretches:
         for target in targets:
             yield control, target, search

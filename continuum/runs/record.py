@@ -1,4 +1,4 @@
-"""The record of a run: what is known of each point, as numbers and as fields, and its form in the result file."""
+"""The record of a run: numbers and fields of each point, and their form in the result file."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ _OF_WORK: Mapping[str, tuple[type, str, str]] = {
     "work/sweeps": (int, "1", "evaluations of the line search"),
     "journal/fft_seconds": (float, "s", "wall time in Fourier transforms"),
 }
-"""Datasets of the work on each grid: type, unit, and what it is."""
+"""Datasets of the work on each grid: type, unit and description."""
 _SIDES = {"value": "", "separation": "a0", "mean_gap": "a0", "area_rep": "1", "area_att": "1", "load": "E*"}
 _OF_EVENT: Mapping[str, tuple[type, str, str]] = {
     "events/step": (int, "1", "point on the way to which it was met"),
@@ -43,7 +43,7 @@ EVENT_DATASETS = frozenset(_OF_EVENT)
 
 @dataclass(frozen=True, kw_only=True)
 class Point(Totals):
-    """One point of a path, as numbers.  Each field is stored as a dataset over ``step``."""
+    """Numbers of one point of a path.  Each field is stored as a dataset over ``step``."""
 
     control: str = quantity("", "what is given")
     target: float = quantity("", "its value: in a0, in E* (mean pressure), or a fraction of A0 (repulsive area)")
@@ -51,7 +51,7 @@ class Point(Totals):
     work_of_adhesion: float = quantity("E* a0", "work of adhesion w of the wall; in reduced units l_a")
     separation: float = quantity("a0", "height of the wall's zero above the undeformed surface")
     mean_gap: float = quantity("a0", "mean gap")
-    lowest_load: float = quantity("E*", "smallest load on the way from the point before, as far as it was looked at")
+    lowest_load: float = quantity("E*", "smallest load found on the way from the point before")
     lowest_load_mean_gap: float = quantity("a0", "mean gap there")
     elastic_energy: float = quantity("E* a0", "elastic energy per area, of a periodic surface without the mean mode")
     residual: float = quantity("E*", "root-mean-square residual traction")
@@ -94,7 +94,7 @@ class Point(Totals):
 
 
 class PathEvent(NamedTuple):
-    """A jump, and the point of the path on the way to which it was met."""
+    """A jump, and the point of the path that it precedes."""
 
     step: int
     event: Event
@@ -102,10 +102,10 @@ class PathEvent(NamedTuple):
 
 @dataclass
 class Record:
-    """What is known so far.  The one mutable thing of a run."""
+    """The points so far; the only mutable object of a run."""
 
     fields: bool
-    """Whether gaps are kept in full."""
+    """Whether gaps are stored."""
     points: list[Point] = field(default_factory=list)
     events: list[PathEvent] = field(default_factory=list)
     repulsive: list[NDArray[np.uint8]] = field(default_factory=list)
@@ -115,12 +115,12 @@ class Record:
     seconds: list[tuple[float, float]] = field(default_factory=list)
     """Seconds of the solve of each point, and of the whole point with its search and the writing."""
     grown_from: str = ""
-    """Identity of the stored run whose points are the first of this one; empty if there is none."""
+    """Identity of the stored run whose points this one begins with; empty if there is none."""
     good: list[PathState] = field(default_factory=list)
-    """What the next point starts from; kept up to date by :func:`continuum.path.loading.follow`."""
+    """The states that the next point starts from, updated by :func:`continuum.path.loading.follow`."""
 
     def append(self, problem: ContactProblem, state: PathState, solver: Solver) -> None:
-        """Add a point of the path; the solver is that of the path, in whose arrays the elastic energy is found."""
+        """Add a point of the path; the elastic energy is computed with the arrays of the solver."""
         self.points.append(Point.of(problem, state, solver))
         self.events += [PathEvent(len(self.points) - 1, event) for event in state.events]
         repulsive, attracted = _contact(problem, state)
@@ -131,7 +131,7 @@ class Record:
         self.work.append(state.solution.work)
 
     def beginning(self, points: int, good: list[PathState]) -> Self:
-        """The record as it was after so many points, with the states that the next one starts from."""
+        """The record after the first points, with the states that the next one starts from."""
         return replace(
             self,
             points=self.points[:points],
@@ -227,7 +227,7 @@ class Record:
                 state = PathState(**named, totals=Totals(*contact), solution=solution)
                 record.good = [*map(numbers, record.good), state]
             if record.good and "imprint" in file.datasets:
-                # That after the last state, whose gap is as if it had been there before.
+                # The state after the last one, whose gap is restored as it was.
                 record.good[-1] = replace(record.good[-1], imprint=file["imprint"])
         return record
 
@@ -242,7 +242,7 @@ _ROWS = 256
 
 
 def points_of(file: store.File) -> tuple[Point, ...]:
-    """The points that a file holds."""
+    """The points in a file."""
     names = [column.name for column in dataclasses.fields(Point)]
     # Files of earlier versions have one work of adhesion, that of their wall.
     same = [file.attributes.get("work_of_adhesion", np.nan)] * len(file["step"])
@@ -252,7 +252,7 @@ def points_of(file: store.File) -> tuple[Point, ...]:
 
 
 def events_of(file: store.File) -> tuple[PathEvent, ...]:
-    """The jumps that a file holds."""
+    """The jumps in a file."""
     rows = zip(*(file[name].tolist() for name in _OF_EVENT), strict=True)
     n = len(_SIDES)
     return tuple(
@@ -267,7 +267,7 @@ def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
 
 
 def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Masks of the repulsive contact and of the attracted area, packed; row by row, since a grid may be large."""
+    """Packed masks of the repulsive and of the attracted area, computed row by row, since a grid may be large."""
     rows = range(0, problem.grid.shape[0], _ROWS)
     kinds = (contact_map(problem.wall, state.gap[row : row + _ROWS]) for row in rows)
     masks = [(store.pack(kind == REPULSIVE), store.pack(kind == ATTRACTED)) for kind in kinds]

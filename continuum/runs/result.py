@@ -1,4 +1,4 @@
-"""A stored run, read back by its own schema."""
+"""A stored run."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ FLAGS = {
     "branch": get_args(Branch),
     "status": (*Status.__members__, *Outcome.__members__),
 }
-"""Words of a point's datasets, in the order of their CF flags; new ones come at the end."""
+"""Words in datasets of points, in the order of their CF flags; new words are appended."""
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A run on disk: its numbers here, its maps and fields read when they are asked for."""
+    """A run on disk: numbers in memory, maps and fields read from the file on demand."""
 
     path: Path
     config: RunConfig = field(repr=False)
-    """Input with defaults; of a file that was read only the name is known."""
+    """Input with defaults; of other files that it reads only the names."""
     attributes: Mapping[str, Attribute] = field(repr=False)
     points: tuple[Point, ...]
     """Points of the path, converged or not."""
@@ -54,7 +54,7 @@ class Result:
     """Jumps on the path."""
     wall: Wall
     resumed: int = 0
-    """Points that the call which made this object found finished."""
+    """Number of points that were stored before this call."""
     seconds: float = 0.0
     """Wall time of that call."""
 
@@ -104,7 +104,7 @@ class Result:
 
     @property
     def moments(self) -> Moments:
-        """Spectral moments of the heights as they were."""
+        """Spectral moments of the heights."""
         return Moments(*(float(self.attributes[f"realised_{name}"]) for name in Moments._fields))
 
     def repulsive(self, index: int) -> Mask:
@@ -137,7 +137,7 @@ class Result:
         return file["heights"].astype(np.float64) if names <= set(file.datasets) else None
 
     def analyse(self) -> Analysis:
-        """Measure every stored equilibrium: patches, perimeter, κ, gap profile, pull-off."""
+        """Measure all stored equilibria: patches, perimeter, κ, gap profile, pull-off."""
         from continuum.runs.analysis import analyse_run
 
         return analyse_run(self)
@@ -170,10 +170,10 @@ class Result:
 
 
 def stored_wall(path: Path, config: RunConfig, file: store.File) -> Wall:
-    """The wall of a stored run; StoreError if it is a table that the file does not hold."""
+    """The wall of a stored run; raises StoreError if it is a table that the file does not contain."""
     names = (name for name in file.datasets if name.startswith("wall/"))
     try:
         return config.wall.restored({name.removeprefix("wall/"): file[name] for name in names})
     except KeyError as error:
-        msg = f"{path}: does not hold the table of its wall, as older versions did not store it: run it again"
+        msg = f"{path}: lacks the table of its wall, which older versions did not store: run it again"
         raise StoreError(msg) from error

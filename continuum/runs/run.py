@@ -1,7 +1,7 @@
-"""A whole run: from a configuration, along its path, to a stored result.
+"""Run a configuration along its path to a stored result.
 
-After each point the result is rewritten with all that the next point starts from, so that a run that was
-stopped, however, goes on where it was and ends as if nothing had happened, bit for bit.
+After each point the result is rewritten with all that the next point starts from, so that an interrupted run continues
+to a bitwise identical result.
 """
 
 import time
@@ -32,7 +32,7 @@ from continuum.solve.solver import Solver
 
 _OF_KNOTS = {"gap": ("a0", "gap at the knots of the wall law"), "traction": ("E*", "traction at the knots")}
 Progress = Callable[[Point, int, int], None]
-"""Called after each point with what it is, how many are done, and how many there are."""
+"""Called after each point with the point, the number of finished points, and the number of all."""
 
 
 def follow_run(
@@ -50,16 +50,15 @@ def follow_run(
     Parameters
     ----------
     config : what to do.
-    path : the result.  If it holds the same run finished, nothing is done; unfinished, it is continued.
-    force : start anew, if the file holds a result of an earlier run.
+    path : file of the result.  A finished run of the same input is returned, an unfinished one is continued.
+    force : replace a result of another run.
     progress : see :data:`Progress`.
-    warn : called with what the grid does not resolve, before the first point; it is stored as well.
-    every : seconds between two writings; a run that is stopped meanwhile does the points after the last one again.
-    growth : a stored path of the same contact, whose points are used where the file has none yet.
+    warn : called with warnings about resolution before the first point; they are also stored.
+    every : seconds between two writes; after an interruption the points since the last write are computed again.
+    growth : a stored path of the same contact, whose points are reused if the file has none yet.
 
-    Raises ConfigError if the configuration cannot be run; InputError if this machine has not the device that the solver
-    shall run on; OutputError if the file holds something else, is an input, is being written by another process, or
-    cannot be written.
+    Raises ConfigError if the configuration cannot be run; InputError if this machine lacks the device of the solver;
+    OutputError if the file is something else, an input, locked by another process, or cannot be written.
     """
     start = time.perf_counter()
     key = identity(config)
@@ -70,19 +69,19 @@ def follow_run(
     if not finished and (caution := back_end(system.settings.device).CAUTION):
         said.append(caution)
     if record.grown_from and not finished:
-        said.append(f"{path}: goes on with the {len(record.points)} points that were stored of another path")
+        said.append(f"{path}: continues with {len(record.points)} stored points of another path")
     if warn is not None:
         warn(said)
     if finished:
         return replace(Result.read(path), resumed=len(record.points), seconds=time.perf_counter() - start)
     with reserved(path):
-        record, _ = _stored(system, path, key, growth, force=force)  # again, now that nobody else writes it
+        record, _ = _stored(system, path, key, growth, force=force)  # read again, now that no other process writes it
         resumed = len(record.points)
 
         def write(known: Record) -> None:
             _write(known, system, path, key, resumed)
 
-        if resumed == config.loading.points:  # all of them are those of a longer path
+        if resumed == config.loading.points:  # all points are those of a longer path
             write(record)
         _follow(system, record, growth, write, every, progress)
     return replace(Result.read(path), resumed=resumed, seconds=time.perf_counter() - start)
@@ -96,7 +95,7 @@ def _follow(
     every: float,
     progress: Progress | None,
 ) -> None:
-    """Do the points that are left; what stops this loses none of them, unless it is that they cannot be written."""
+    """Compute the remaining points; an interruption loses none that can be written."""
     total, since = system.config.loading.points, time.perf_counter()
     written, unwritten = since, None
     solver = solver_of(system.problem, system.settings)
@@ -109,7 +108,7 @@ def _follow(
             if done == total or time.perf_counter() - written >= every:
                 write(record)
                 written, unwritten = time.perf_counter(), None
-            else:  # the record is of the next point already when that is stopped
+            else:  # at an interruption the record may already belong to the next point
                 unwritten = done, list(record.good)
             if progress is not None:
                 progress(record.points[-1], done, total)
@@ -123,7 +122,7 @@ def _follow(
 def states_of(
     system: RunSetup, record: Record, solver: Solver, growth: Growth | None = None
 ) -> Iterator[tuple[ContactProblem, PathState]]:
-    """The points of the path that are still to be done, each with its contact."""
+    """The remaining points of the path, each with its contact."""
     loading, done = system.config.loading, len(record.points)
     if loading.turn is not None:
         for _, targets, search in loading.stretches:
@@ -145,7 +144,7 @@ def states_of(
 
 
 def _begin_at_stored(record: Record, growth: Growth | None) -> None:
-    """Where a stored point is to be solved more closely, begin at its state."""
+    """If a stored point is solved to a finer tolerance, start from its state."""
     step = len(record.points)
     if growth is not None and step < growth.refined and (state := stored_state(growth.source, step)) is not None:
         record.good[:] = [state]
@@ -200,7 +199,7 @@ def _attributes(system: RunSetup, record: Record, key: str, finished: bool) -> d
 
 
 def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, force: bool) -> tuple[Record, bool]:
-    """What a file holds of this run, or another path that it goes on with, and whether that is all of it."""
+    """The stored part of this run, or of another path that it continues, and whether it is complete."""
     config = system.config
     here = None if force else growth_of(config, path)
     if here is not None and here.identity != key and here.whole:
@@ -214,6 +213,6 @@ def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, fo
     if file is None:
         return Record(config.output.fields, grown_from=growth.identity if growth is not None else ""), False
     if config.output.fields and "gap" not in file.datasets:
-        return Record(config.output.fields), False  # the same numbers again, this time with fields
+        return Record(config.output.fields), False  # computed again, to store the fields
     record = Record.restored(system.problem, file, fields=config.output.fields)
     return record, bool(file.attributes.get("finished"))

@@ -10,7 +10,7 @@ import numpy as np
 from continuum.model.fourier import Real
 from continuum.model.laws import Law, evaluate
 from continuum.model.open_boundary import OpenBoundary
-from continuum.solve.solution import Closer, Settings, Solution, Status
+from continuum.solve.solution import Closer, Settings, Solution
 from continuum.solve.solver import Solver
 from continuum.solve.stability import Stability
 
@@ -109,8 +109,7 @@ class NonPeriodicSolver(Solver):
 
     def _start(self, law: Law, around: Real, start: Real, lift: float, *, loaded: bool) -> Real:
         """Gap all around, of the displacement that an equilibrium of this gap has."""
-        traction = Solution(start, Status.CONVERGED, 0.0, 0, law=law).traction
-        displacement = self.boundary.displacement(traction)
+        displacement = self.boundary.displacement(evaluate(law, start)[1])
         if loaded:
             # Counted from another height: that at which the gap is the one given.
             inside = self.boundary.inside

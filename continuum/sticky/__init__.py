@@ -1,1 +1,1 @@
-"""Is my surface sticky?  Materials, what each theory says of a rough contact, its record, and the verdict."""
+"""Prediction of stickiness: materials, theories of rough contact, their record, and the verdict."""

@@ -1,8 +1,8 @@
-"""What was not measured: the spectrum continued to the atoms, below the shortest wave that a map shows.
+"""Continuation of the spectrum to atomic wavelengths, below the shortest wave that a map shows.
 
-A map ends at two of its pixels, at its cut-off, where noise begins, or where its tip is too blunt.  Below, the surface
-goes on: here as the self-affine fit to what was measured, C ~ q^(-2-2H), to a smallest wavelength.  Where the fit finds
-the surface's own cut-off above the end of the map, nothing is missing.
+A map ends at two of its pixels, at its cut-off, where noise begins, or where its tip is too blunt.  Below, the
+spectrum is continued as the self-affine fit to the measurement, C ~ q^(-2-2H), to a smallest wavelength.  If the fit
+finds a cut-off of the surface above the end of the map, nothing is missing.
 """
 
 from collections.abc import Sequence
@@ -17,26 +17,27 @@ from continuum.topography.map import Topography
 from continuum.topography.roughness import Roughness, fit_self_affine, spectrum
 
 OWN = 1.25
-"""Factor of the shortest measured wave above which a cut-off is the surface's own, and not that of the map."""
+"""Factor to the shortest measured wave above which a cut-off belongs to the surface, and not to the map."""
 _LEVEL = 4.0
-"""Factor of wavenumbers, up to the last measured one, over which the level of the spectrum is averaged."""
+"""Range of wavenumbers, as a factor below the last measured one, over which the level of the spectrum is averaged."""
 _FEWEST = 8
-"""Waves of a spectrum below which it tells no power law."""
+"""Smallest number of waves of a spectrum for a power law."""
 _END = 8.0
-"""Factor of wavenumbers, up to the last, whose power law is continued where none fits the whole spectrum."""
+"""Range of wavenumbers, as a factor below the last one, whose power law is continued if none fits the whole
+spectrum."""
 _FLAT = 1e-9
-"""Exponent that is none, so that an integral is a logarithm."""
+"""Exponent below which it is taken as zero, so that an integral is a logarithm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tail:
-    """One body below its shortest measured wave."""
+    """Spectrum of one body below its shortest measured wavelength."""
 
     roughness: Roughness
     measured: float
     """Its shortest measured wavelength."""
     hurst: float | None
-    """Exponent of the continuation; None where the surface has its own cut-off above, and nothing is missing."""
+    """Exponent of the continuation; None if the surface has a cut-off above, so that nothing is missing."""
     level: float
     """C q^(2+2H) of the continuation."""
 
@@ -60,10 +61,10 @@ class Tail:
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """The contact with what was not measured."""
+    """A contact with the roughness that was not measured."""
 
     measured: float
-    """Wavelength below which nothing was measured, of the worse map."""
+    """Wavelength below which nothing was measured, the larger of both maps."""
     smallest: float
     """Wavelength to which the spectrum is continued."""
     tails: tuple[Tail, ...]
@@ -74,7 +75,7 @@ class Continuation:
         return tuple(tail.hurst for tail in self.tails if tail.hurst is not None)
 
     def contact(self, known: RoughContact, wavelength: float | None = None) -> RoughContact:
-        """A contact as known, with the roughness of all waves above a wavelength, the smallest if none is given."""
+        """A contact with the roughness of all waves above a wavelength, by default the smallest."""
         wavelength = self.smallest if wavelength is None else wavelength
         total = np.sum([tail.squares(wavelength) for tail in self.tails], axis=0)
         height, slope, curvature = np.sqrt(total[:3])
@@ -93,13 +94,13 @@ def continuation_of(
     smallest: float,
     tip: float | None = None,
 ) -> Continuation | None:
-    """The spectra continued to a smallest wavelength; None where nothing is missing, or no power law was measured.
+    """Continue the spectra to a smallest wavelength; None if nothing is missing, or no power law was measured.
 
     Parameters
     ----------
     topographies, analysed : the maps and their roughness.
-    smallest : in the unit of the maps.
-    tip : radius of the tip that measured them.
+    smallest : smallest wavelength, in the unit of the maps.
+    tip : radius of the tip that measured the maps.
     """
     tails = [_tail(one, mine, tip) for one, mine in zip(topographies, analysed, strict=True)]
     missing = [tail.measured for tail in tails if tail is not None and tail.hurst is not None]
@@ -109,7 +110,7 @@ def continuation_of(
 
 
 def _tail(topography: Topography, roughness: Roughness, tip: float | None) -> Tail | None:
-    """The continuation of one body; None where no power law fits what was measured."""
+    """The continuation of one body; None if no power law fits the measurement."""
     end = max(2 * roughness.pixel, topography.cutoff or 0.0, 0.0 if tip is None else sharpest_wave(roughness, tip))
     q, c = spectrum(topography)
     seen = q <= 2 * np.pi / end * (1 + 1e-9)
@@ -118,7 +119,7 @@ def _tail(topography: Topography, roughness: Roughness, tip: float | None) -> Ta
         return None
     fit = fit_self_affine(q, c)
     if fit is None:
-        # No power law over the whole: that of the last waves.
+        # If no power law fits the whole, that of the last waves.
         last = q >= q[-1] / _END
         exponent = float(np.polyfit(np.log(q[last]), np.log(c[last]), 1, w=np.sqrt(q[last]))[0])
         hurst, own = -exponent / 2 - 1, False
@@ -136,6 +137,6 @@ def _tail(topography: Topography, roughness: Roughness, tip: float | None) -> Ta
 
 
 def sharpest_wave(roughness: Roughness, tip: float) -> float:
-    """The shortest wavelength that a tip of a radius follows; 0 if it follows all."""
+    """The shortest wavelength that a tip of a given radius follows; 0 if it follows all."""
     waves, followed = roughness.wavelengths, roughness.followed_by(tip)
     return 0.0 if followed == waves else next(iter(followed), waves[-1])

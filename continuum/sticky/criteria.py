@@ -1,4 +1,4 @@
-"""Is it sticky?  What each theory says of one rough contact, how much is missing, and whether it may be asked.
+"""Criteria of stickiness: verdict, margin and range of validity of each theory for a rough contact.
 
 A criterion, or a number behind it, is one entry of :data:`CRITERIA`: its key, name and symbol, the formula in
 :mod:`continuum.theory`, the source, the range in which it holds.  Criteria of stickiness have a margin, the same for
@@ -16,7 +16,7 @@ from continuum.theory.smooth import JKR, tabor_parameter
 
 Answer = Literal["sticky", "not sticky", "undecided"]
 ANSWERS: Mapping[bool | None, Answer] = {True: "sticky", False: "not sticky", None: "undecided"}
-"""What is said of a surface that is sticky, is not, or may be either."""
+"""The three answers."""
 AREA = 0.01
 """Repulsive area at which a surface is called sticky if its load is negative."""
 GW_LIMIT = 3.0
@@ -24,12 +24,12 @@ GW_LIMIT = 3.0
 LARGEST_SLOPE = 0.3
 """Steepest surfaces of the paper; its relations assume small slopes."""
 JKR_LIMIT, DMT_LIMIT = 5.0, 0.1
-"""Maugis' λ above and below which the contact of a sphere is JKR's and DMT's."""
+"""Maugis' λ above which the contact of a sphere is JKR's, and below which it is DMT's."""
 
 
 @dataclass(frozen=True)
 class RoughContact:
-    """What the theories ask about a contact.  Any consistent units.
+    """The numbers of a contact that theories need, in any consistent units.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class RoughContact:
     spacing : a0 of the atoms; None where there is none.
     roll_off : λ_L; None where it is not known.
     kappa_rep : of Eq. (1).
-    coated : whether the contact modulus is that of a coating only, of which no theory here knows.
+    coated : whether the contact modulus is that of a coating only, which no theory here includes.
     """
 
     rms_height: float
@@ -62,7 +62,7 @@ class RoughContact:
                 object.__setattr__(self, name, number(name, value, above=0))
 
     def rougher(self, height: float, slope: float, curvature: float) -> Self:
-        """The contact with its moments times factors, and the energy of full contact, which goes as h h', with them."""
+        """The contact with scaled moments; the energy of full contact scales as h h'."""
         energy = self.conformal_energy
         return replace(
             self,
@@ -79,7 +79,7 @@ class RoughContact:
 
     @property
     def expected(self) -> paper.ExpectedContact:
-        """What the paper expects of it."""
+        """Predictions of the paper for the contact."""
         return paper.ExpectedContact(self.rms_slope, self.rms_curvature, self.range, self.adhesion_length)
 
     @property
@@ -112,12 +112,12 @@ class Estimate:
     symbol: str
     value: float
     unit: str
-    """"" for a pure number, else in words of the input: "length", "pressure"."""
+    """Unit: "" for a pure number, else a dimension such as "length" or "pressure"."""
     source: str
     why: tuple[str, ...] = ()
-    """Why it is out of range here; empty where it is not."""
+    """Why it is out of its range here; empty if it is in range."""
     margin: float | None = None
-    """w over the w at which the verdict turns; None where the theory gives no verdict."""
+    """w over the w at which the verdict turns; None if the theory gives no verdict."""
     key: str = ""
     """Key of its entry in :data:`CRITERIA`."""
 
@@ -140,16 +140,16 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Limit:
-    """One end of the range of a theory: a quantity that lies above ``least`` and is at most ``most``."""
+    """One limit of the range of a theory: a quantity that lies above ``least`` and is at most ``most``."""
 
     quantity: Callable[[RoughContact], float]
     text: str
-    """Why a contact is beyond, with a place for the value."""
+    """Message for a contact beyond the limit, with a place for the value."""
     least: float = -float("inf")
     most: float = float("inf")
 
     def why(self, contact: RoughContact) -> str:
-        """Why the contact is out of the range, in words; empty where it is not."""
+        """Why the contact is out of the range, in words; empty if it is not."""
         value = self.quantity(contact)
         return "" if self.least <= value <= self.most else self.text.format(value)
 
@@ -159,7 +159,7 @@ class Criterion:
     """A criterion of stickiness, or a number of a theory: called with a contact it gives an :class:`Estimate`."""
 
     key: str
-    """Identity, also in the record."""
+    """Its key, also in the record."""
     name: str
     symbol: str
     source: str
@@ -170,14 +170,14 @@ class Criterion:
     """Work of adhesion over that at the turn, from the contact and the value; None for a number without a verdict."""
     unit: str = ""
     needs: str = ""
-    """A quantity that not every contact has, without which it cannot be asked."""
+    """Name of an optional quantity of the contact that the criterion needs."""
     sufficient: bool = True
-    """False for a necessary condition, which has no record and no vote."""
+    """False for a necessary condition, which has no record and does not count in the verdict."""
     least: float = -float("inf")
     """Smallest value that is shown."""
 
     def __call__(self, contact: RoughContact) -> Estimate:
-        """The estimate for a contact; ValueError where the contact lacks what it needs."""
+        """The estimate for a contact; raises ValueError if the contact lacks a quantity."""
         if not self.possible(contact):
             raise ValueError(f"{self.name} needs the {self.needs} of the contact")
         value = self.formula(contact)
@@ -196,16 +196,16 @@ _STEEP = Limit(
 _RIM = (
     _STEEP,
     Limit(lambda c: 1 / c.expected.area_ratio,
-          "A_att/A_rep = {:.3g} is above 1: the attracted area is no thin rim", most=1),
+          "A_att/A_rep = {:.3g} is above 1: the attracted area is not a thin rim", most=1),
     Limit(lambda c: c.expected.width / c.diameter,
           "d_att/d_rep = {:.3g} is above 1/2: the gap profile ends inside the next contact", most=0.5),
     Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above {JKR_LIMIT:g}: adhesion changes the gap",
           most=JKR_LIMIT),
 )  # fmt: skip
-_JKR = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is below {JKR_LIMIT:g}: asperities are not "
-                      "JKR's", least=JKR_LIMIT))  # fmt: skip
-_DMT = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above {DMT_LIMIT}: asperities are not DMT's",
-                      most=DMT_LIMIT))  # fmt: skip
+_JKR = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is below {JKR_LIMIT:g}: the asperities "
+                      "are not in the JKR limit", least=JKR_LIMIT))  # fmt: skip
+_DMT = (_STEEP, Limit(lambda c: c.maugis, f"Maugis' parameter {{:.3g}} is above {DMT_LIMIT}: the asperities "
+                      "are not in the DMT limit", most=DMT_LIMIT))  # fmt: skip
 _ENERGY = (_STEEP, Limit(lambda c: c.range - c.rms_height, "the range of adhesion exceeds h_rms; the theory takes it "
                          "as zero", most=0))  # fmt: skip
 _TURN = (
@@ -218,7 +218,7 @@ _BEARING = (_STEEP, Limit(lambda c: c.range - c.rms_height, "the range of adhesi
 
 
 def _asperity_margin(contact: RoughContact, value: float) -> float:
-    """h_rms/δ_c falls to 3 as δ_c grows, as w^(2/3)."""
+    """Margin of h_rms/δ_c < 3, as δ_c grows as w^(2/3)."""
     return float((GW_LIMIT / value) ** 1.5)
 
 
@@ -249,7 +249,7 @@ _CRITERIA = (
         "persson-tosatti", "Persson-Tosatti", "U_full/w", "Persson and Tosatti 2001",
         _full_contact, _ENERGY, margin=lambda c, value: 1 / value, needs="conformal_energy",
     ),
-    # High pull-off stress where w exceeds half the elastic energy of full contact: simulated half-spaces and sheets.
+    # High pull-off stress if w exceeds half the elastic energy of full contact, from simulated half-spaces and sheets.
     Criterion(
         "half-conformal-energy", "half conformal energy", "U_full/w", "doi:10.3389/fmech.2022.965584 (Müser's group)",
         _full_contact, _ENERGY, margin=lambda c, value: 1 / (0.5 * value), needs="conformal_energy",
@@ -301,7 +301,7 @@ _CRITERIA = (
         "asperity-tabor", "Tabor parameter", "μ", "Tabor 1977",
         lambda c: tabor_parameter(c.radius, c.work_of_adhesion, c.range, c.contact_modulus),
     ),
-    # Says whether the range matters, and nothing of stickiness.
+    # Measures whether the range matters; not a criterion of stickiness.
     Criterion(
         "generalised-tabor", "generalised Tabor number", "μ_T", "Müser 2016, 1/R the rms of ∂²h/∂x²",
         lambda c: rough.generalised_tabor(c.rms_curvature, c.adhesion_length, c.range),
@@ -311,7 +311,7 @@ _CRITERIA = (
         "range-over-gap", "range over gap", "Δr/g0", "paper, Eq. (S-1) one patch outside the edge",
         lambda c: c.range / paper.gap_scale(c.rms_slope, c.rms_curvature),
     ),
-    # The tail of a theory that finds no tension is not a push: a pull-off is shown as at least zero.
+    # Without tension the tail of the theory is negative; a pull-off is shown as at least zero.
     Criterion(
         "pull-off", "pull-off", "N/A0", "Fuller and Tabor 1975, 0.05 summits per R h_rms",
         lambda c: _asperity_limit(c) * rough.fuller_tabor(c.height_over_separation), _JKR, unit="pressure", least=0.0,
@@ -329,7 +329,7 @@ CRITERIA = {criterion.key: criterion for criterion in _CRITERIA}
 
 
 def every_estimate(contact: RoughContact) -> tuple[Estimate, ...]:
-    """Every verdict that the inputs allow, the paper's first, and the numbers behind them."""
+    """All estimates that the inputs allow: verdicts, the paper's first, and the numbers behind them."""
     return tuple(criterion(contact) for criterion in CRITERIA.values() if criterion.possible(contact))
 
 

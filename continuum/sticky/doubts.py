@@ -1,4 +1,4 @@
-"""What to doubt of a prediction: of the maps, of their resolution and size, of the numbers that were given."""
+"""Warnings of a prediction: about the maps, their resolution and size, and the numbers given."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -12,23 +12,25 @@ from continuum.topography.roughness import Fit, Roughness
 
 _length = partial(units.readable, quantity="length")
 RESOLVED = 8.0
-"""Pixels in d_rep from which slope and curvature are those of the surface, not of the pixel."""
+"""Smallest d_rep, in pixels, at which slope and curvature are those of the surface, not of the pixel."""
 GROWTH = 0.1
-"""Share of the rms slope in the last octave of wavelengths above which the slope is not that of the surface."""
+"""Share of the rms slope in the shortest octave above which the slope is not that of the surface."""
 FEW = 10.0
-"""Contacts of the size d_rep² in 1 % of the map that make an average; the paper shows A_rep above 10 λ_s² only."""
+"""Smallest number of contacts of size d_rep² in 1 % of the map for an average; the paper shows A_rep above 10 λ_s²
+only."""
 STIFFEST = 2e12
-"""E* in Pa beyond which it is questioned; in other units nothing is so stiff, and nothing is said."""
+"""E* in Pa above which a warning is given; in other units no number is so large."""
 LINE_ERROR = 0.1
-"""Error of slope and curvature from one line, seen on synthetic surfaces; it falls with the root of their number."""
+"""Error of slope and curvature from one line, measured on synthetic surfaces; it falls with the root of their
+number."""
 LINES_ERROR = 0.03
-"""Error of slope and curvature from many lines: the largest seen from thirty lines, where more do not help."""
+"""Error of slope and curvature from many lines: the largest found for thirty lines, beyond which more do not help."""
 DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
 
 
 def _stands_for(topography: Topography) -> Iterator[str]:
-    """What to doubt of a random surface that stands for lines or for several measurements."""
+    """Warnings about a random surface that represents lines or several measurements."""
     if topography.lines:
         error = max(LINE_ERROR / np.sqrt(topography.lines), LINES_ERROR)
         yield (
@@ -50,7 +52,7 @@ def prediction_doubts(
     roughness: Roughness,
     contact: RoughContact,
 ) -> list[str]:
-    """What to doubt of a prediction, in words."""
+    """Warnings of a prediction, in words."""
     found = []
     for topography, mine, fit in zip(topographies, analysed, fits, strict=True):
         name = topography.source

@@ -1,8 +1,8 @@
-"""Moduli, work of adhesion and range of attraction of some materials against themselves, each with its source.
+"""Moduli, work of adhesion and range of attraction of some materials, each with its source.
 
-A material is one entry of ``materials.toml``, with its sources.  The values are starting points of an estimate, not a
-substitute for measured ones: works of adhesion vary by factors with preparation and humidity, moduli of elastomers with
-cross-linking.  What has no source is not in the table, and is asked for where it is needed.
+A material is one entry of ``materials.toml``, with its sources.  The values are starting points of an estimate and do
+not replace measured ones: works of adhesion vary by factors with preparation and humidity, moduli of elastomers with
+cross-linking.  Values without a source are not in the table and must be given where they are needed.
 """
 
 import tomllib
@@ -24,14 +24,14 @@ from continuum.model.substrates import HalfSpace, LayeredHalfSpace, Substrate
 _POSSIBLE: dict[units.Quantity, tuple[float, float]] = {
     "pressure": (1.0, 1e13), "energy_per_area": (1e-9, 1e3), "length": (1e-12, 1e-3),
 }  # fmt: skip
-"""Values in SI beyond which a number is a slip of the pen; far beyond all materials, interfaces and ranges."""
+"""Bounds in SI beyond which a number is taken as an error; far beyond all materials, interfaces and ranges."""
 _PROBES = (1e-9, 1.0)
 """Radii of probes in m, from an atomically sharp tip to a lens."""
 _EXAMPLES: dict[units.Quantity, str] = {"pressure": '"2MPa"', "energy_per_area": '"50mJ/m2"', "length": '"0.5nm"'}
 
 
 class InterfaceError(InputError, ValueError):
-    """A contact is not, or doubly, described: the message says what is missing or wrong."""
+    """The description of a contact is incomplete or contradictory: the message has what is missing or wrong."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class Material:
     ----------
     name : in lower case.
     modulus, poisson : Young's modulus E, in Pa, and Poisson's ratio.
-    work_of_adhesion : w of two smooth surfaces, in J/m²; None where none is known with a source.
+    work_of_adhesion : w of two smooth surfaces, in J/m²; None if no source is known.
     range : Δr, in m.
-    sources : of these values.
-    spacing : a0 of the atoms, in m; None where roughness is not made of atomic steps.
+    sources : sources of these values.
+    spacing : a0 of the atoms, in m; None if roughness does not consist of atomic steps.
     """
 
     name: str
@@ -72,7 +72,7 @@ def _materials() -> dict[str, Material]:
 
 
 def _work_of_adhesion(entry: Mapping[str, Any], cutoff: Mapping[str, Any]) -> tuple[float | None, list[str]]:
-    """The work of adhesion of an entry of the table, and how it follows from a surface energy or a Hamaker constant."""
+    """The work of adhesion of an entry of the table, also from a surface energy or a Hamaker constant."""
     if "hamaker" in entry:
         work = entry["hamaker"] / (12 * np.pi * cutoff["distance"] ** 2)
         text = f"w: of van der Waals forces between dry, clean surfaces, A/(12π D0²), A = {entry['hamaker']:.3g} J"
@@ -88,12 +88,12 @@ MATERIALS = _materials()
 
 @dataclass(frozen=True)
 class Body:
-    """What is known of one of two bodies, in SI units; None where nothing is.
+    """Moduli and materials of one of two bodies, in SI units; None if unknown.
 
     Parameters
     ----------
     modulus, poisson : Young's modulus and Poisson's ratio; they overrule those of the material.
-    material : gives what is not given.
+    material : source of values that are not given.
     """
 
     modulus: float | None = None
@@ -110,29 +110,29 @@ class Body:
 
     @property
     def ratio(self) -> float | None:
-        """Poisson's ratio; None where it is not known."""
+        """Poisson's ratio; None if unknown."""
         return self.material.poisson if self.poisson is None and self.material is not None else self.poisson
 
     @property
     def plane_strain_modulus(self) -> float | None:
-        """E/(1 - ν²), in Pa; None if nothing is known of the body, an InterfaceError if one of E and ν is missing."""
+        """E/(1 - ν²), in Pa; None if neither E nor ν is known, an InterfaceError if one of them is missing."""
         modulus, poisson = self.modulus, self.ratio
         if self.material is not None:
             modulus = self.material.modulus if modulus is None else modulus
         if modulus is None and poisson is None:
             return None
         if modulus is None or poisson is None:
-            raise InterfaceError("a body has a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`")
+            raise InterfaceError("a body needs a modulus and a Poisson's ratio: `modulus` and `poisson`, or `material`")
         return modulus / (1 - poisson**2)
 
 
 @dataclass(frozen=True)
 class Coating:
-    """An elastic layer and what is below it, in SI units.
+    """An elastic layer and its base, in SI units.
 
     Parameters
     ----------
-    thickness : of the layer, in m.
+    thickness : thickness of the layer, in m.
     contact_modulus, poisson : E/(1 - ν²) of the layer, in Pa, and its ν.
     base_modulus, base_poisson : the same of the half-space below.
     """
@@ -150,7 +150,7 @@ class Coating:
             object.__setattr__(self, name, number(name, getattr(self, name), above=-1, most=0.5))
 
     def substrate(self, unit: float) -> LayeredHalfSpace:
-        """Its response, in units of the contact modulus of the layer and of a length in m."""
+        """Elastic response, in units of the contact modulus of the layer and of a length in m."""
         layer = (self.thickness / unit, 1.0, self.poisson)
         return LayeredHalfSpace([layer], (self.base_modulus / self.contact_modulus, self.base_poisson))
 
@@ -168,11 +168,11 @@ class Interface:
     spacing: float | None
     """a0 of the atoms, in m."""
     origin: tuple[str, ...] = ()
-    """Where the values come from."""
+    """Sources of the values."""
     probe: float | None = None
-    """Radius of a sphere that one of the bodies is, in m; None where its shape is not asked about."""
+    """Radius of a spherical probe, in m; None if no pull-off force is asked for."""
     coating: Coating | None = None
-    """Coating of the elastic body, whose modulus E* is then that of the coating; None where there is none."""
+    """Coating of the elastic body, which E* then belongs to; None if there is none."""
 
     def __post_init__(self) -> None:
         for name in ("contact_modulus", "work_of_adhesion", "range", "spacing", "probe"):
@@ -203,7 +203,7 @@ def interface(
     spacing: float | None = None,
     probe: float | None = None,
 ) -> Interface:
-    """Two bodies as one contact.  What is given overrules what the materials say.
+    """Combine two bodies to one contact; given values overrule those of the materials.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def interface(
     materials = [body.material for body in bodies if body.material is not None]
     if contact_modulus is not None:
         if any(body.modulus is not None or body.poisson is not None for body in bodies):
-            msg = "E* is given twice: by `contact_modulus`, and by `modulus` and `poisson`; leave out one"
+            msg = "E* is given twice, by `contact_modulus` and by `modulus` with `poisson`: leave out one"
             raise InterfaceError(msg)
         origin.append("E* as given")
     elif known:
@@ -245,7 +245,7 @@ def interface(
 
 
 def _mean_work(materials: Sequence[Material]) -> float:
-    """The geometric mean of the works of adhesion of each material against itself; InterfaceError if one has none."""
+    """Geometric mean of the works of adhesion of both materials; raises InterfaceError if one has none."""
     works = [material.work_of_adhesion for material in materials]
     known = [work for work in works if work is not None]
     if len(known) < len(works):
@@ -267,10 +267,10 @@ def read_interface(
     probe: str | None = None,
     coating: str | None = None,
 ) -> Interface:
-    """An interface from text: numbers with their units, names of materials; the first of each for the first body.
+    """Parse an interface from text: numbers with units and names of materials, the first of each for the first body.
 
-    Raises InterfaceError: all faults at once; ArgumentError if an argument is of another type, such as a number without
-    its unit.
+    Raises InterfaceError with all faults at once; ArgumentError if an argument is of another type, such as a number
+    without its unit.
     """
     faults: list[str] = []
     names = texts("material", material, '"silicon"')
@@ -279,7 +279,7 @@ def read_interface(
         if one is None:
             near = get_close_matches(name.lower(), MATERIALS, 1)
             hint = f"did you mean {near[0]}? " if near else ""
-            faults.append(f"`material` {name!r} is unknown: {hint}one of {', '.join(MATERIALS)}")
+            faults.append(f"`material` {name!r} is unknown: {hint}known are {', '.join(MATERIALS)}")
     moduli = [_amount(faults, "modulus", text, "pressure") for text in texts("modulus", modulus, '"2MPa"')]
     ratios = [_ratio(faults, value) for value in _ratios(poisson)]
     if max(len(found), len(moduli), len(ratios)) > 2:
@@ -298,7 +298,9 @@ def read_interface(
     if coating is None:
         return whole
     if len(bodies) != 1 or contact_modulus is not None or probe is not None:
-        raise InterfaceError("`coating` is on one elastic body, and has no `contact_modulus`, second body or `probe`")
+        raise InterfaceError(
+            "`coating` needs one elastic body, and cannot be combined with `contact_modulus`, a second body or `probe`"
+        )
     layer = _coating(bodies[0], instance("coating", coating, str, 'a text such as "50nm:200GPa:0.2"'))
     said = f"E* is that of a coating of {units.readable(layer.thickness, 'length', 3)}"
     return replace(whole, contact_modulus=layer.contact_modulus, coating=layer, origin=(said, *whole.origin))
@@ -308,10 +310,12 @@ def _coating(body: Body, text: str) -> Coating:
     """The coating of a body: thickness, Young's modulus and Poisson's ratio."""
     base, ratio = body.plane_strain_modulus, body.ratio
     if base is None or ratio is None:
-        raise InterfaceError("`coating` needs what is below it: `modulus` and `poisson`, or `material`, of one body")
+        raise InterfaceError("`coating` needs the body below it: `modulus` and `poisson`, or `material`")
     parts, faults = text.split(":"), list[str]()
     if len(parts) != 3:
-        raise InterfaceError(f"`coating` {text!r} is not thickness, Young's modulus, Poisson's ratio: 50nm:200GPa:0.2")
+        raise InterfaceError(
+            f"`coating` {text!r}: write thickness, Young's modulus and Poisson's ratio, as 50nm:200GPa:0.2"
+        )
     thickness, modulus = (_amount(faults, "coating", *one) for one in ((parts[0], "length"), (parts[1], "pressure")))
     poisson = _ratio(faults, parts[2])
     if faults or thickness is None or modulus is None or poisson is None:
@@ -320,7 +324,7 @@ def _coating(body: Body, text: str) -> Coating:
 
 
 def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quantity) -> float | None:
-    """A quantity with its unit, in SI; what is wrong with it is added to the faults."""
+    """Parse a quantity with its unit to SI; errors are added to the faults."""
     if text is None:
         return None
     instance(name, text, str, f"a text such as {_EXAMPLES[quantity]}")
@@ -337,7 +341,7 @@ def _amount(faults: list[str], name: str, text: str | None, quantity: units.Quan
 
 
 def _ratio(faults: list[str], value: str | float) -> float | None:
-    """Poisson's ratio; what is wrong with it is added to the faults."""
+    """Parse Poisson's ratio; errors are added to the faults."""
     if not isinstance(value, str):
         return number("poisson", value, above=-1, most=0.5)
     try:

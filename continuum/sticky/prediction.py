@@ -1,8 +1,7 @@
-"""Is my surface sticky?  Roughness, estimates of every theory, faults of the maps, the solution, and what to doubt.
+"""The prediction for one contact: roughness, estimates of every theory, faults of the maps, solution, warnings.
 
-Everything is in one consistent system of units: SI where it begins with a file.  The equations are those of
-:mod:`continuum.theory.paper`, the verdicts and their ranges those of :mod:`continuum.sticky.criteria`; here they are
-put together.
+All numbers are in one consistent system of units: SI if they come from a file.  It combines the equations of
+:mod:`continuum.theory.paper` with the verdicts and ranges of :mod:`continuum.sticky.criteria`.
 """
 
 from __future__ import annotations
@@ -34,17 +33,17 @@ if TYPE_CHECKING:
 
 _length = partial(units.readable, quantity="length")
 SMALL = 512**2
-"""Points up to which a map is solved without being asked: seconds to minutes on one core."""
+"""Largest number of points of a map that is solved by default: seconds to minutes on one core."""
 NOTHING = 1e-9
-"""Part of a moment below which there is nothing but rounding errors."""
+"""Part of a moment below which it consists of rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What can be said about one contact."""
+    """The results for one contact."""
 
     topographies: tuple[Topography, ...] = field(repr=False)
-    """One, or two rough bodies."""
+    """The maps of one or two rough bodies."""
     roughness: Roughness = field(repr=False)
     """Roughness of both bodies together."""
     fits: tuple[Fit | None, ...]
@@ -56,25 +55,25 @@ class Prediction:
     cuts: tuple[tuple[Cut, tuple[Estimate, ...]], ...] = field(repr=False)
     """Roughness above each cut-off wavelength, ascending, and the verdicts on it."""
     warnings: tuple[str, ...]
-    """What to doubt, in words."""
+    """Warnings, in words."""
     findings: tuple[Findings, ...] = field(default=(), repr=False)
-    """What is wrong with each map."""
+    """Faults of each map."""
     summits: RoughContact | None = field(default=None, repr=False)
-    """The same with the roughness of the upper twentieth of the map; None for two bodies."""
+    """The contact with the roughness of the upper twentieth of the map; None for two bodies."""
     continuation: Continuation | None = field(default=None, repr=False)
-    """What was not measured, continued; None where nothing is missing, or nothing is known of it."""
+    """The contact with unmeasured waves from a continued spectrum; None if nothing is missing or known of them."""
     mended: Prediction | None = field(default=None, repr=False)
-    """The same where faults that have a remedy are mended; None where there are none."""
+    """The prediction with faults corrected that have a remedy; None if there are none."""
     simulation: Simulation | None = field(default=None, repr=False)
-    """The contact of the map itself at the given work of adhesion, where it was solved."""
+    """The solved contact of the map at the given work of adhesion, if it was computed."""
     turn: SolvedTurn | None = field(default=None, repr=False)
-    """The work of adhesion at which the contact of the map itself turns sticky, where it was solved."""
+    """The solved work of adhesion at which the contact of the map becomes sticky, if it was computed."""
     unsolved: str = ""
-    """Why something was not solved, where it was tried or the map is too large to be solved without being asked."""
+    """Why the contact was not solved, if that was tried or the map is too large to be solved by default."""
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Warnings of the prediction, of its solution, or why there is none."""
+        """Warnings of the prediction and of its solution, or the reason why there is none."""
         solved = [text for one in (self.turn, self.simulation) if one is not None for text in one.warnings]
         missing = [f"not solved: {self.unsolved}"] if self.unsolved else []
         probe = [] if self.probe is None else probe_doubts(self.contact, self.probe)
@@ -82,7 +81,7 @@ class Prediction:
 
     @property
     def solved_sticky(self) -> bool | None:
-        """Whether the solver finds it sticky; None if it was not solved, or what was solved leaves it open."""
+        """Whether the solver finds it sticky; None if it was not solved, or the solution leaves it open."""
         state = None if self.simulation is None else self.simulation.sticky
         if self.turn is None:
             return state
@@ -91,12 +90,12 @@ class Prediction:
 
     @property
     def solved_answer(self) -> Answer | None:
-        """What the solver says; None where nothing was solved."""
+        """The answer of the solver; None if nothing was solved."""
         return None if self.turn is None and self.simulation is None else ANSWERS[self.solved_sticky]
 
     @property
     def probe(self) -> ProbePullOff | None:
-        """The pull-off force of the probe that was given, as an interval; None where none was."""
+        """The pull-off force of the probe as an interval; None if no probe was given."""
         if self.interface.probe is None:
             return None
         touched = None
@@ -106,9 +105,9 @@ class Prediction:
 
     @property
     def too_much(self) -> str:
-        """Why the map is not solved without being asked, in words; empty if it is."""
+        """Why the map is not solved by default, in words; empty if it is."""
         if any(one.lines or one.measurements for one in self.topographies):
-            return "what was measured is no map"
+            return "the measurement is not a map"
         if excluded := [fault.kind for fault in self.excluding if fault.kind != NOT_GAUSSIAN]:
             return f"{excluded[0]} of the map"
         if len({one.grid.spacing for one in self.topographies}) > 1:
@@ -122,7 +121,7 @@ class Prediction:
 
     @property
     def excluding(self) -> tuple[MapFault, ...]:
-        """Faults with which theories of moments say nothing."""
+        """Faults that exclude theories of moments."""
         return tuple(fault for fault in self.faults if fault.excludes)
 
     @property
@@ -146,37 +145,38 @@ class Prediction:
 
     @property
     def load(self) -> float:
-        """Load per area at a repulsive area of 1 %, by the paper; negative: a tension that the contact bears."""
+        """Load per area at a repulsive area of 1 %, by the paper; negative loads are tensions."""
         contact = self.contact
         return AREA * paper.repulsive_pressure(contact.rms_slope, self.kappa, contact.contact_modulus)
 
     @property
     def distinct(self) -> list[int]:
-        """Places of the criteria whose margins differ: asperity theories share one."""
+        """Indices of the criteria with different margins: asperity theories share one."""
         margins = [estimate.margin for estimate in self.verdicts]
         return [i for i, margin in enumerate(margins) if margin not in margins[:i]]
 
     @property
     def facing(self) -> Topography:
-        """The map of the contact, or its two maps put face to face, where that can be done."""
+        """The map of the contact, or both maps face to face, if possible."""
         maps = self.topographies
         return maps[0] if len(maps) == 1 else opposed(*maps)
 
     def solved(self, threads: int = 1, state: bool = True, *, limited: bool = False) -> Prediction:
-        """The prediction with the contact of its map, solved, beside it; or with the reason why it cannot be solved.
+        """The prediction with the solved contact of its map, or with the reason why it cannot be solved.
 
         Parameters
         ----------
-        threads : of the solver.
-        state : whether the contact is also solved at the given work of adhesion: often longer than its turn.
+        threads : threads of the solver.
+        state : whether the contact is also solved at the given work of adhesion, which often takes longer than its
+            turn.
         limited : whether a turn that takes ten times as long as on most maps is given up.
 
         Raises
         ------
         TopographyError
-            If two maps cannot be put face to face.
+            If two maps cannot be combined.
         """
-        from continuum.solve.solution import NotConvergedError  # compiled, and not always asked for
+        from continuum.solve.solution import NotConvergedError  # imported late, as it is compiled and not always needed
         from continuum.sticky.simulate import UnresolvedError, simulate
         from continuum.sticky.solved_turn import solve_turn
 
@@ -204,7 +204,7 @@ class Prediction:
         return prediction_sheets(self)
 
     def json(self) -> str:
-        """Everything, with the whole spectrum, in SI units."""
+        """All results, with the whole spectrum, in SI units."""
         from continuum.show.prediction_data import as_json
 
         return as_json(self)
@@ -232,7 +232,7 @@ class Prediction:
 
 
 def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None) -> RoughContact:
-    """Roughness and interface as the criteria take them; λ_L where it is known."""
+    """Roughness and interface for the criteria; with λ_L if it is known."""
     return RoughContact(
         *cut.moments,
         interface.work_of_adhesion,
@@ -246,7 +246,7 @@ def rough_contact(cut: Cut, interface: Interface, roll_off: float | None = None)
 
 
 def summit_contact(topography: Topography, contact: RoughContact) -> RoughContact | None:
-    """A contact whose roughness is that of the summits; None where they are flat."""
+    """A contact with the roughness of the summits; None if they are flat."""
     ratios = summit_ratios(topography)
     return None if min(ratios) < NOTHING else replace(contact.rougher(*ratios), roll_off=None)
 
@@ -257,12 +257,12 @@ def prediction_of(
     smallest: float | None = None,
     tip: float | None = None,
 ) -> Prediction:
-    """Analyse one topography, or two that face each other, as they are: detrended before, if at all.
+    """Analyse one topography, or two that face each other, without detrending them.
 
     Parameters
     ----------
     smallest : wavelength to which the spectrum is continued; None for two atoms (:func:`smallest_wave`).
-    tip : radius of the tip that measured them; None where it is not known.
+    tip : radius of the tip that measured the maps; None if unknown.
     """
     instance("interface", interface, Interface)
     for name, length in (("smallest", smallest), ("tip", tip)):
@@ -285,7 +285,7 @@ def prediction_of(
 
 
 def smallest_wave(interface: Interface) -> float:
-    """The shortest wave, of two atoms; where their spacing is unknown, of two ranges of attraction."""
+    """The smallest wavelength: two atoms, or if their spacing is unknown two ranges of attraction."""
     return 2 * (interface.spacing or interface.range)
 
 
@@ -298,9 +298,9 @@ def _predicted(
 ) -> Prediction:
     analysed = [roughness_of(topography) for topography in topographies]
     roughness = analysed[0] if len(analysed) == 1 else together(*analysed)
-    # What bands of lines leave of a spectrum gives moments, but no exponent that deserves the name.
+    # A spectrum from bands of lines has reliable moments, but no reliable exponent.
     fits = tuple(None if one.lines or one.measurements else fit_self_affine(*spectrum(one)) for one in topographies)
-    # Of two bodies the longer waves carry the heights; a map without roll-off has at least its own size.
+    # The longer waves of two bodies determine the heights; without roll-off λ_L is at least the size of the map.
     roll_off = max(
         (fit.roll_off if fit is not None and fit.roll_off else topography.extent)
         for topography, fit in zip(topographies, fits, strict=True)
@@ -308,7 +308,7 @@ def _predicted(
     contact = rough_contact(roughness.whole, interface, roll_off)
     estimates = every_estimate(contact)
     warnings = prediction_doubts(topographies, analysed, fits, roughness, contact)
-    warnings += [f"{estimates[0].name} out of its range: {why}" for why in estimates[0].why]
+    warnings += [f"{estimates[0].name} is out of its range: {why}" for why in estimates[0].why]
     shortest = max(topography.cutoff or 0.0 for topography in topographies)
     cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths if wavelength >= shortest]
     return Prediction(
@@ -327,5 +327,5 @@ def _predicted(
 
 
 def _shown(cut: Cut, roughness: Roughness) -> bool:
-    """Whether a cut-off leaves more than rounding errors."""
+    """Whether a cut-off leaves more roughness than rounding errors."""
     return all(one > NOTHING * whole for one, whole in zip(cut.moments, roughness.whole.moments, strict=True))

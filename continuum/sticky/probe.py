@@ -1,8 +1,8 @@
-"""The pull-off force of a sphere on the rough surface, between what is proven and what a smooth sphere has.
+"""Bounds of the pull-off force of a sphere on the rough surface.
 
-Where roughness is much finer than the contact of the sphere, the contact is that of a smooth sphere with an apparent
-work of adhesion.  Full contact leaves w - U of w, U being the elastic energy that it costs; no state of linear
-elasticity with small slopes gains more than w.
+If roughness is much finer than the contact of the sphere, the contact is that of a smooth sphere with an apparent work
+of adhesion.  Full contact leaves w - U, where U is its elastic energy; no state of linear elasticity with small slopes
+gains more than w.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from continuum.sticky.criteria import RoughContact
 from continuum.theory.smooth import JKR, MaugisDugdale, tabor_parameter
 
 WIDE_CONTACT = 0.3
-"""Radius of the contact over that of the sphere from which on a sphere is no parabola: heights differ by 2 % there."""
+"""Radius of the contact over that of the sphere above which a sphere is not a parabola: heights differ by 2 %."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class ProbePullOff:
     smooth: float
     """Pull-off force of a smooth sphere."""
     most: float
-    """Pull-off force with all of w, over a range that the heights lengthen by h_rms: at most 2π w R."""
+    """Pull-off force with the full w, and the range increased by h_rms: at most 2π w R."""
     apparent: float | None
-    """Apparent work of adhesion w - U of full contact; None where U exceeds w, and there is none by this."""
+    """Apparent work of adhesion w - U of full contact; None if U exceeds w."""
     least: float | None
-    """Pull-off force with w - U; None where U exceeds w."""
+    """Pull-off force with w - U; None if U exceeds w."""
     rim: float | None
-    """Largest pull-off force where at most 1 % is in contact, if that was solved and is not sticky; else None."""
+    """Largest pull-off force with at most 1 % in contact, if the contact was solved and is not sticky; else None."""
     contact_radius: float
     """Radius of the contact of a smooth sphere without load."""
     maugis: float
@@ -49,19 +49,19 @@ class ProbePullOff:
 def probe_pull_off(contact: RoughContact, radius: float, touched: float | None = None) -> ProbePullOff:
     """The pull-off force of a sphere on a rough surface, as an interval.
 
-    * At least that with w - U: what full contact leaves of w (Persson and Tosatti, J. Chem. Phys. 115, 5597 (2001);
+    * At least that with w - U, the apparent work of full contact (Persson and Tosatti, J. Chem. Phys. 115, 5597 (2001);
       measured on approach: Dalvi and others, PNAS 116, 25484 (2019)).
-    * At most that with w, as no contact gains more.
+    * At most that with w, as no contact gains more energy.
     * Where the surface is not sticky, its states under tension have less than 1 % of repulsive area, and no more than
       the attracted area beside it: the energy gained is below w times the share of both, so that the force is
-      below 2π R w times this share (Derjaguin, Kolloid-Z. 69, 155 (1934)).  That is of approach, not of a sphere that
-      was pressed into full contact.
+      below 2π R w times this share (Derjaguin, Kolloid-Z. 69, 155 (1934)).  This holds on approach, not for a sphere
+      that was pressed into full contact.
 
     Parameters
     ----------
-    contact : what is known of the rough surface, with its energy of full contact.
-    radius : of the sphere, in the same units.
-    touched : (A_rep + A_att)/A0 of the state of 1 % repulsive area, where that is known and not sticky.
+    contact : the rough contact, with its energy of full contact.
+    radius : radius of the sphere, in the same units.
+    touched : (A_rep + A_att)/A0 of the state of 1 % repulsive area, if that is known and not sticky.
 
     Raises ArgumentError if the radius is not positive.
     """
@@ -85,9 +85,9 @@ def probe_pull_off(contact: RoughContact, radius: float, touched: float | None =
 
 
 def probe_doubts(contact: RoughContact, probe: ProbePullOff) -> list[str]:
-    """Where the contact of a probe is not that of a smooth sphere with an apparent work of adhesion, in words.
+    """Warnings where the contact of a probe is not that of a smooth sphere with an apparent work of adhesion.
 
-    Its contact has to hold the longest waves, λ_L or those of the size of the map, and to be small beside the sphere.
+    Its contact must be larger than the longest waves, λ_L or the size of the map, and much smaller than the sphere.
     """
     radius = probe.contact_radius
     doubts = []
@@ -98,5 +98,7 @@ def probe_doubts(contact: RoughContact, probe: ProbePullOff) -> list[str]:
             f"{waves}: it matters where it touches, and its U is less than that of the map"
         )
     if radius > WIDE_CONTACT * probe.radius:
-        doubts.append(f"probe: its contact is {radius / probe.radius:.2g} R in radius: a sphere is no parabola there")
+        doubts.append(
+            f"probe: its contact is {radius / probe.radius:.2g} R in radius, where a sphere is not a parabola"
+        )
     return doubts

@@ -1,18 +1,17 @@
-"""The measured record of the criteria of stickiness: what a margin is worth on surfaces like the one that is judged.
+"""The record of the criteria: the probability of stickiness at a given margin, from surfaces like the one judged.
 
-It is of two parts, both in pixels and E* = 1.  That of whole maps (``record.csv``, made by ``tests/studies/record.py``)
-holds Gaussian surfaces of two kinds: with the work of adhesion at which the load at 1 % repulsive area changes its sign
-on approach, and with one work of adhesion and the sign found there.  That of summits (``summits.csv``, made by
-``tests/studies/classes.py``) holds Gaussian, worn, honed, pitted, beaded and other surfaces with the work at which they
-turn; its moments are those of the upper twentieth of the points.
+It has two parts, both in units of pixels and E* = 1.  That of whole maps (``record.csv``, made by
+``tests/studies/record.py``) holds Gaussian surfaces of two kinds: with the work of adhesion at which the load at 1 %
+repulsive area changes its sign on approach, and with one work of adhesion and the sign found there.  That of summits
+(``summits.csv``, made by ``tests/studies/classes.py``) holds Gaussian, worn, honed, pitted, beaded and other surfaces
+with the work at which they turn; its moments are those of the upper twentieth of the points.
 
-A criterion that were exact would have a margin of 1 at the turn.  So the probability that a contact is sticky, given a
-margin, is the share of surfaces that turned at a smaller one; and so it is of theories together, whose mean margin has
-a record as that of each has.
+An exact criterion has a margin of 1 at the turn.  The probability that a contact with a given margin is sticky is the
+share of surfaces that turned at a smaller one; the mean margin of several theories has a record in the same way.
 
 Elasticity is linear and slopes are small: heights stretched by s, with a range s times as long and s² times the work,
-have the same contact.  So a contact is told by the range of attraction over h_rms and over δh = h'²/h''.  Surfaces
-count where both are within a factor of :data:`SIMILAR` of the contact's.
+have the same contact.  A contact is therefore characterised by the range of attraction over h_rms and over δh =
+h'²/h''.  Surfaces are similar if both are within a factor of :data:`SIMILAR` of those of the contact.
 """
 
 import csv
@@ -29,16 +28,16 @@ from continuum.model.fourier import Real
 from continuum.sticky.criteria import Criterion, RoughContact
 
 Part = Literal["map", "summits"]
-"""Whose roughness is judged."""
+"""The points whose roughness is judged."""
 _FILES: dict[Part, str] = {"map": "record.csv", "summits": "summits.csv"}
 SIMILAR = 3.0
 FEWEST = 10
-"""Surfaces below which they are too few, and those of the whole record are asked."""
+"""Smallest number of similar surfaces; with fewer, the whole record is used."""
 ELSEWHERE = 3.0
-"""Factor by which a margin is then taken nearer to the turn: theories drift by as much over the record's ranges."""
-_FAR = 30.0  # logarithm of a margin that no contact has
+"""Factor by which a margin is then moved towards the turn: theories drift by as much over the ranges of the record."""
+_FAR = 30.0  # beyond the logarithm of any margin
 Left = Callable[["Surface"], bool]
-"""True of surfaces of the record that are not to count, so that it is tested on what it has not seen."""
+"""Function that is True for surfaces to leave out, so that the record can be tested on unseen surfaces."""
 
 
 @dataclass(frozen=True)
@@ -47,21 +46,21 @@ class Surface:
 
     contact: RoughContact
     sticky: bool | None
-    """What was found at this work of adhesion; None where it is the one at which the load changes its sign."""
+    """Whether it was sticky at this work of adhesion; None if the load changes its sign there."""
     kind: str = ""
     """Class of the surface, in the record of summits."""
 
 
 @dataclass(frozen=True)
 class Support:
-    """What the record says of a margin."""
+    """The probability of stickiness at a margin."""
 
     probability: float
     """Probability that the contact is sticky."""
     count: int
-    """Surfaces that say something at this margin."""
+    """Number of surfaces used at this margin."""
     similar: bool
-    """Whether they are like the contact; else they are all that there are."""
+    """Whether they are similar to the contact; otherwise they are the whole record."""
 
 
 Supports = Callable[[float], Support]
@@ -94,7 +93,7 @@ def recorded(part: Part = "map") -> tuple[Surface, ...]:
 
 @cache
 def _kinds(part: Part) -> tuple[Real, Real]:
-    """Each surface's logarithms of its ratios, and 1 where it was sticky, -1 where not, 0 where it turns."""
+    """Logarithms of the ratios of each surface, and 1 if it was sticky, -1 if not, 0 at the turn."""
     surfaces = recorded(part)
     ratios = np.log([_ratios(surface.contact) for surface in surfaces])
     return ratios, np.array([{None: 0.0, True: 1.0, False: -1.0}[surface.sticky] for surface in surfaces])
@@ -118,7 +117,7 @@ def support(
 
     Parameters
     ----------
-    criteria : of :data:`continuum.sticky.criteria.CRITERIA`: one, or those that are heard together.
+    criteria : one or several of :data:`continuum.sticky.criteria.CRITERIA`, which are averaged.
     """
     return _supports(criteria, contact, without, part)(mean_margin(criteria, contact))
 
@@ -128,13 +127,13 @@ def turning_margin(
 ) -> float:
     """Mean margin at which criteria support a probability that a contact like this is sticky."""
     supported = _supports(criteria, contact, None, part)
-    # A hundredth is finer than the steps from one surface of the record to the next.
+    # A hundredth is finer than the differences between surfaces of the record.
     found = bisect(lambda margin: supported(margin).probability - probability, -_FAR, _FAR, xtol=0.01)
     return float(np.exp(found))
 
 
 def _supports(criteria: tuple[Criterion, ...], contact: RoughContact, without: Left | None, part: Part) -> Supports:
-    """What the record says of a contact, as a function of the logarithm of the mean margin."""
+    """The record for a contact, as a function of the logarithm of the mean margin."""
     margins, (ratios, kind) = _margins(criteria, part), _kinds(part)
     heard = np.array([without is None or not without(surface) for surface in recorded(part)])
     near = heard & np.all(np.abs(ratios - np.log(_ratios(contact))) <= np.log(SIMILAR), axis=1)
@@ -151,7 +150,7 @@ def _supports(criteria: tuple[Criterion, ...], contact: RoughContact, without: L
 
 
 def _count(margins: Real, kind: Real, margin: float) -> tuple[int, int]:
-    """Number of surfaces that were sticky at a margin, and of those of which this is known there."""
+    """Number of surfaces that were sticky at a margin, and number of surfaces for which this is known."""
     turned = margins[kind == 0] < margin
     yes, no = margins[kind == 1] <= margin, margins[kind == -1] >= margin
     return int(turned.sum() + yes.sum()), int(turned.size + yes.sum() + no.sum())

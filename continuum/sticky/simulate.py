@@ -1,7 +1,7 @@
-"""The contact of a measured map, solved: load and areas at 1 % repulsive area, to set beside the predictions.
+"""Solve the contact of a measured map: load and areas at 1 % repulsive area.
 
-Reduced units with a0 = Δr.  The wall attracts as the paper's does, with the work of adhesion and the effective range
-that are asked for, on a core that is stiff against the elastic response of one pixel.
+Reduced units with a0 = Δr.  The wall has the attraction of the paper's law, with the given work of adhesion and
+effective range, on a core that is stiff compared with the elastic response of one pixel.
 """
 
 from dataclasses import dataclass, field, replace
@@ -25,25 +25,26 @@ from continuum.sticky.materials import Interface
 from continuum.topography.map import Topography, mirror
 
 SNAPPING, SAFE = 1.0, 2.0
-"""Pixels from which waves may snap for a contact to be solved as it is, and in the limit that is solved instead."""
+"""Shortest wavelength that may snap, in pixels, for a contact to be solved directly, and in the limit solved
+instead."""
 CORE_STIFFNESS = 5.0
 """Stiffness of the wall's core, in E* per pixel."""
 CORE_DEPTH = 2.0
-"""Depth of the tabulated core, in pixels: at its end the wall pushes with 10 E*."""
+"""Depth of the tabulated core, in pixels: at its end the traction is 10 E*."""
 TOLERANCE = 1e-5
 """Residual, relative to h' E*."""
 
 
 class UnresolvedError(ValueError):
-    """The map cannot carry the solution: the message says why."""
+    """The map is too coarse for a solution: the message has the reason."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SolvedMap:
-    """A state that was solved on a map, and where."""
+    """A state that was solved on a map, with its grids."""
 
     gap: Real = field(repr=False)
-    """Over ``grid``, in its unit."""
+    """Gap over ``grid``, in its unit."""
     wall: Wall = field(repr=False)
     grid: Grid = field(repr=False)
     """Grid of the map and its mirror images, in the unit of the solver."""
@@ -54,10 +55,10 @@ class SolvedMap:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Simulation(SolvedMap):
-    """What the solver found on approach.  Loads per area, in the units of the interface."""
+    """Solution on approach.  Loads per area, in the units of the interface."""
 
     area_rep: float
-    """Repulsive area: 1 %, as closely as areas are searched for, or where the surface jumped to."""
+    """Repulsive area: 1 % within tolerance, or where the surface jumped to."""
     area_ratio: float
     """A_rep/A_att."""
     load: float
@@ -74,13 +75,13 @@ class Simulation(SolvedMap):
 
 
 def resolvable(topography: Topography, interface: Interface) -> tuple[Interface, str]:
-    """What can be solved on a map instead of an interface, and how that differs in words; "" if it does not.
+    """The interface that can be solved on a map, and a description of how it differs; "" if it does not.
 
-    On soft solids adhesion acts within less than a pixel.  Contacts are then in the limit of Johnson, Kendall and
-    Roberts, in which w counts and the range does not: so the shortest range is taken that the grid resolves.
+    On soft solids adhesion may act within less than a pixel.  Contacts are then in the limit of Johnson, Kendall and
+    Roberts, which depends on w but not on the range, so that the shortest range is taken that the grid resolves.
 
-    Raises UnresolvedError if that would exceed the rms height of the map, so that attraction would no longer act beside
-    contacts only.
+    Raises UnresolvedError if that exceeds the rms height of the map, so that attraction would act far beyond the
+    contacts.
     """
     instance("interface", interface, Interface)
     shortest = shortest_range(instance("topography", topography, Topography), interface.adhesion_length)
@@ -112,7 +113,7 @@ def check_resolved(topography: Topography, shortest: float) -> None:
 
 
 def in_place_of(shortest: float, given: float) -> str:
-    """What is solved where a range in m is too short for the pixels, in words."""
+    """Description of what is solved if a range in m is too short for the pixels."""
     needed, short = (units.readable(value, "length", 3) for value in (shortest, given))
     return (
         f"the limit of Johnson, Kendall and Roberts: the same w with a range of {needed}, the shortest "
@@ -121,11 +122,11 @@ def in_place_of(shortest: float, given: float) -> str:
 
 
 def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
-    """Grid, and heights that point down from a wall, of a map continued by its mirror images unless it is periodic.
+    """Grid and wall heights of a map, which is continued by its mirror images unless it is periodic.
 
     Parameters
     ----------
-    unit : of length, in m; the grid and the heights are in this unit, the heights with a mean of zero.
+    unit : unit of length, in m, of the grid and the heights, whose mean is zero.
     """
     closed = topography if topography.periodic else mirror(topography)
     grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit))
@@ -133,17 +134,17 @@ def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
 
 
 def wall_on(grid: Grid, adhesion_length: float, reach: float) -> Wall:
-    """The wall of a given l_a = w/E* and effective range, on a core that suits the pixels; in the unit of the grid."""
+    """The wall of a given l_a = w/E* and effective range, with a core for these pixels; in the unit of the grid."""
     pixel = max(grid.spacing)
     return attraction_on_core("spline", adhesion_length, reach, CORE_STIFFNESS / pixel, CORE_DEPTH * pixel)
 
 
 def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:
-    """What to doubt of a solution on a map: what its pixels do not show, and how it was continued.
+    """Warnings about a solution on a map: what its pixels do not resolve, and how the map was continued.
 
     Parameters
     ----------
-    unit : what a0 is, in words.
+    unit : description of a0.
     """
     doubts = [f"solver, a0 being {unit} and the grid that of the map: {text}" for text in unresolved(problem, slope)]
     return doubts + ([] if topography.periodic else ["solved on the map and its mirror images"])
@@ -154,13 +155,13 @@ def simulate(topography: Topography, interface: Interface, threads: int = 1) -> 
 
     Parameters
     ----------
-    topography : detrended; two bodies are first put :func:`continuum.topography.map.opposed`.  Continued by its
+    topography : detrended; two bodies are first put :func:`continuum.topography.map.opposed`.  It is continued by its
         mirror images if it is not periodic.
     interface : E*, w and Δr.
-    threads : of the solver.
+    threads : threads of the solver.
 
-    Raises UnresolvedError if the adhesion acts within less than a pixel: nothing that a solver finds would be of the
-    surface; continuum.solve.solution.NotConvergedError if no equilibrium is found.
+    Raises UnresolvedError if the adhesion acts within less than a pixel; continuum.solve.solution.NotConvergedError if
+    no equilibrium is found.
     """
     interface, instead = resolvable(topography, interface)
     unit, modulus = interface.range, interface.contact_modulus

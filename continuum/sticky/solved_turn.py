@@ -1,7 +1,7 @@
-"""The turn of a measured map, solved: the work of adhesion from which on its contact is sticky.
+"""Solve for the turn of a measured map: the work of adhesion above which its contact is sticky.
 
-The state at the given work of adhesion need not be known for that: it costs many times more where the surface is far
-from the turn, as there it snaps.  The wall is that of :mod:`continuum.sticky.simulate`.
+This does not need the state at the given work of adhesion, which costs many times more far from the turn, where the
+surface snaps.  The wall is that of :mod:`continuum.sticky.simulate`.
 """
 
 from dataclasses import dataclass, replace
@@ -35,36 +35,37 @@ from continuum.theory.rough import turning_share
 from continuum.topography.map import Topography
 
 WIDTH = 0.1
-"""Width of the bracket of the turn, relative to it.  The load is interpolated within it: on maps whose pixels snap the
-works found with a bracket of 0.02 differed by 3 to 12 %, by the pixels that snapped, and took two to four times as
-long."""
+"""Width of the bracket of the turn, relative to it.  The load is interpolated within it: on maps whose pixels snap,
+works found with a bracket of 0.02 differed by 3 to 12 % and took two to four times as long."""
 AREA_TOLERANCE = 0.03
 """Largest difference of the area from 1 %, relative to it: w at the turn moves by a few tenths of that."""
 RESIDUAL = 1e-4
-"""Residual, relative to h' E*: ten times that of a state, as no areas are read off."""
+"""Residual, relative to h' E*: ten times that of a state, as no areas are evaluated."""
 PAIRS, PAIRS_PER_SIDE = 300.0, 8.0
-"""Pairs of transforms of a turn whose range the pixels resolve, and for each point along a side where they do
-not: 120 to 400, and 7 to 17, on synthetic maps of 64² to 256² points and their mirror images."""
+"""FFT pairs for a turn if the pixels resolve the range, and per point along a side if they do not: 120 to 400, and 7
+to 17, on synthetic maps of 64² to 256² points and their mirror images."""
 PATIENCE = 10.0
-"""Factor over these pairs after which a turn that nobody asked for is given up: worn maps took up to 40 times."""
+"""Factor to these pairs after which a turn that is solved by default is given up: worn maps took up to 40 times as
+many."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SolvedTurn(SolvedMap):
-    """Where the load at 1 % repulsive area vanishes.  Works per area and lengths in the units of the interface."""
+    """The work at which the load at 1 % repulsive area vanishes, in the units of the interface."""
 
     work: float
-    """w at the turn: at more the surface is sticky."""
+    """w at the turn, above which the surface is sticky."""
     low: float
     """Largest w that was found not sticky."""
     high: float
     """Smallest w that was found sticky."""
     jumps: bool
-    """Whether the load jumps over zero there, as the surface snaps."""
+    """Whether the load jumps over zero at the turn, as the surface snaps."""
     range: float
     """Effective range with which it was solved."""
     most: float
-    """w at which it turns with the range of the interface, by the law of the turn; ``work`` where that was solved."""
+    """w at the turn with the range of the interface, by the law of the turn; equal to ``work`` if that range was
+    solved."""
     area_rep: float
     """Repulsive area of the state nearest to the turn, as a fraction of A0."""
     area_att: float
@@ -76,12 +77,12 @@ class SolvedTurn(SolvedMap):
         return self.most > self.work * (1 + 1e-9)
 
     def sticky(self, work: float) -> bool | None:
-        """Whether a work of adhesion is sticky; None where the range that was solved leaves it open."""
+        """Whether a work of adhesion is sticky; None if the range that was solved leaves it open."""
         return None if self.work < work <= self.most else work > self.work
 
 
 def expected_pairs(size: int, *, resolved: bool) -> float:
-    """Pairs of transforms that the turn of a map takes, on a grid of so many points, to a factor of three.
+    """Expected FFT pairs for the turn of a map on a grid of this many points, to a factor of three.
 
     Parameters
     ----------
@@ -91,14 +92,14 @@ def expected_pairs(size: int, *, resolved: bool) -> float:
 
 
 class _Patient(Solver):
-    """A solver that gives up after so many pairs of transforms: the same ones on every machine."""
+    """A solver that gives up after a number of FFT pairs, which is the same on every machine."""
 
     def __init__(self, problem: ContactProblem, threads: int, pairs: float) -> None:
         super().__init__(problem.grid, problem.stiffness_q, threads)
         self._most = self._left = pairs
 
     def minimise(self, law: Law, offset: Real, start: Real | None, settings: Settings, **posed: Any) -> Solution:
-        """Minimise as any solver does, with the iterations that are left."""
+        """Minimise with the iterations that are left."""
         if self._left < 1:
             raise NotConvergedError(
                 f"it was not found within {self._most:.0f} pairs of transforms, {PATIENCE:g} times what most maps of "
@@ -114,15 +115,15 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1, *
     """The work of adhesion at which the load on a map at 1 % repulsive area changes its sign.
 
     The range of attraction is that of the interface, or the shortest that the pixels resolve at that work if it is
-    longer.  A longer range turns at less work: by how much, the law of the turn estimates
-    (:func:`continuum.theory.rough.turning_share`, docs/law.md).  The pixels move the turn, too: those four times finer
-    by up to 1.8, of eight surfaces.
+    longer.  A longer range turns at less work, by a factor that the law of the turn estimates
+    (:func:`continuum.theory.rough.turning_share`, docs/law.md).  The turn also depends on the pixels: with pixels four
+    times finer it changed by a factor of up to 1.8 on eight surfaces.
 
     Parameters
     ----------
     topography, threads : as for :func:`continuum.sticky.simulate.simulate`.
-    interface : E* and Δr; its w has no part in this.
-    limited : whether it is given up after :data:`PATIENCE` times the pairs of transforms that are expected.
+    interface : E* and Δr; its w is not used.
+    limited : whether it is given up after :data:`PATIENCE` times the expected FFT pairs.
 
     Raises continuum.sticky.simulate.UnresolvedError if the shortest range that the pixels resolve exceeds the rms
     height; continuum.solve.solution.NotConvergedError if no turn is found, or not within the limit.
@@ -134,7 +135,7 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1, *
     slope = moments(grid, heights).rms_slope
 
     def range_at(length: float) -> float:
-        """In m, at l_a in units of the grid."""
+        """Range in m at a given l_a in units of the grid."""
         return max(given, shortest_range(topography, length * unit))
 
     def wall_at(length: float) -> Wall:

@@ -1,9 +1,9 @@
-"""A study: samples, each measured at several spots, and a spot perhaps at several magnifications.
+"""A study: samples measured at several spots, each possibly at several magnifications.
 
-Which file is which is told by the names of the files, or by a table ``study.csv`` in the folder.  The magnifications of
-a spot are joined to one surface; spots are contacts by themselves; samples are ranked by w over that of the turn, the
-geometric mean over their spots.  Its interval is Student's, with the scatter of spots pooled over all samples: few
-spots of one sample know little of their scatter.
+Sample, spot and magnification of a file follow from its name, or from a table ``study.csv`` in the folder.  The
+magnifications of a spot are joined to one surface; each spot is one contact; samples are ranked by w over that of the
+turn, the geometric mean over their spots.  Its interval is Student's, with the scatter of spots pooled over all
+samples, as a few spots of one sample do not determine it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
 
 TABLE = "study.csv"
-"""The table in a folder that says which file is which."""
+"""Name of the table of files in a folder."""
 CONFIDENCE = 0.95
 _FIELDS = ("sample", "spot", "magnification")
 _COLUMNS = ("file", *_FIELDS, *PER_MAP)
@@ -38,18 +38,18 @@ _NO_MAPS = frozenset({".html", ".png", ".pdf", ".svg", ".json", ".toml", ".md", 
 
 @dataclass(frozen=True)
 class Scan:
-    """One file of a study, and what it is."""
+    """One file of a study, with its sample, spot and magnification."""
 
     path: Path
     sample: str
     spot: str
     options: Mapping[str, str] = field(default_factory=dict)
-    """Size, unit, dataset and part, as far as the table says them."""
+    """Size, unit, dataset and part, as far as the table has them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """One spot of a sample, and what was found there."""
+    """One spot of a sample, with its result."""
 
     sample: str
     name: str
@@ -60,12 +60,12 @@ class Spot:
 
     @cached_property
     def answer(self) -> Answer | None:
-        """The verdict, by the solver where it solved the map; None if the spot could not be used."""
+        """The verdict, by the solver if it solved the map; None if the spot could not be used."""
         return None if self.found is None else answer_of(self.found)
 
     @cached_property
     def margin(self) -> float | None:
-        """Work over that of the turn, by the solver if it found it, else by the theories; None where none is known."""
+        """Work over that of the turn, by the solver if it found it, else by the theories; None if unknown."""
         if self.found is None:
             return None
         solved = self.found.turn
@@ -80,28 +80,28 @@ class SampleRank:
     name: str
     spots: tuple[Spot, ...] = field(repr=False)
     margin: float | None
-    """w over that of the turn, the geometric mean over the spots; None where none is known."""
+    """w over that of the turn, the geometric mean over the spots; None if unknown."""
     interval: tuple[float, float] | None
-    """Where it lies with 95 %; None where no scatter is known."""
+    """Its 95 % interval; None if no scatter is known."""
     ranks: tuple[int, int] | None = None
     """The best and the worst place that the intervals allow, from 1; None without a margin."""
 
     @property
     def answer(self) -> Answer:
-        """What all spots say; undecided where they differ."""
+        """The answer of all spots; undecided if they differ."""
         said = {spot.answer for spot in self.spots if spot.answer is not None}
         return said.pop() or "undecided" if len(said) == 1 else "undecided"
 
     @property
     def counts(self) -> str:
-        """How many spots say what, in words."""
+        """Number of spots with each answer, in words."""
         answers = [spot.answer or "not usable" for spot in self.spots]
         return ", ".join(f"{answers.count(one)} {one}" for one in dict.fromkeys(answers))
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Samples by how sticky they are, the stickiest first; those without a margin last."""
+    """Samples in order of stickiness, the stickiest first; those without a margin last."""
 
     folder: Path
     samples: tuple[SampleRank, ...]
@@ -140,16 +140,16 @@ class Study:
 
 
 def scans(folder: Path, pattern: str | None = None, without: Path | None = None) -> list[Scan]:
-    """The files of a study, and which spot of which sample each shows.
+    """The files of a study, with the sample and spot of each.
 
     Parameters
     ----------
-    folder : with the files, or with a folder for each sample.
-    pattern : of the names without their ending, such as ``"{sample}-{spot}-{magnification}"``; else a table
-        :data:`TABLE`, else the parts of the names between underscores: sample, spot and magnification.
-    without : a folder in it that is left alone, as that of the results.
+    folder : folder of the files, or of a folder for each sample.
+    pattern : pattern of the names without their ending, such as ``"{sample}-{spot}-{magnification}"``; if None, a
+        table :data:`TABLE`, or else the parts of the names between underscores: sample, spot and magnification.
+    without : a folder inside it that is left out, such as that of the results.
 
-    Raises InputError if there is no map, or a file fits no pattern.
+    Raises InputError if there is no map, or a name does not fit the pattern.
     """
     if pattern is None and (folder / TABLE).is_file():
         return _from_table(folder)
@@ -162,7 +162,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
         and path.name != TABLE and left not in path.resolve().parents
     ]  # fmt: skip
     if not files:
-        raise InputError(f"{folder}: a folder, and no map in it")
+        raise InputError(f"{folder}: a folder without a map in it")
     found, odd = list[Scan](), list[str]()
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()
@@ -182,7 +182,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
 
 
 def _parts(name: str) -> dict[str, str] | None:
-    """Sample, spot and magnification, where underscores or a folder part them; None if there are more parts."""
+    """Sample, spot and magnification between underscores or from a folder; None if there are more parts."""
     parts = re.split(r"[_/]", name)
     return dict(zip(_FIELDS, parts, strict=False)) if len(parts) <= len(_FIELDS) and all(parts) else None
 
@@ -227,7 +227,7 @@ def _from_table(folder: Path) -> list[Scan]:
 
 
 def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
-    """The study of spots: samples with the mean of their margins, intervals, and the ranks that these allow."""
+    """Rank samples by the mean margin of their spots, with intervals and possible ranks."""
     logs = {name: [np.log(spot.margin) for spot in spots if spot.sample == name and spot.margin] for name in
             dict.fromkeys(spot.sample for spot in spots)}  # fmt: skip
     freedom = sum(max(len(values) - 1, 0) for values in logs.values())
@@ -249,13 +249,13 @@ def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
 
 def _student(freedom: int) -> float:
     """Student's quantile of a two-sided interval."""
-    from scipy.special import stdtrit  # not needed where nothing was measured twice
+    from scipy.special import stdtrit  # imported late: not needed if no sample has two spots
 
     return float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
 
 
 def _ranks(one: SampleRank, samples: Sequence[SampleRank]) -> tuple[int, int] | None:
-    """The places that the intervals of all samples leave open; without intervals any place."""
+    """The best and worst rank of each sample that the intervals allow; without intervals any rank."""
     others = [other for other in samples if other is not one and other.margin is not None]
     if one.margin is None:
         return None

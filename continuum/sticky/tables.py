@@ -1,6 +1,6 @@
-"""The input of a prediction: [topography] and [interface].
+"""The tables [topography] and [interface] of the input of a prediction.
 
-Each key is an argument of :func:`continuum.predict`, and an option of the command; its docstring is the help of both.
+Each key is also an argument of :func:`continuum.predict` and an option of the command, with the same help text.
 """
 
 from typing import Annotated, Any
@@ -15,7 +15,7 @@ from continuum.topography.mending import Detrending
 
 
 def _several(value: Any, validated: ValidatorFunctionWrapHandler) -> Any:
-    """One value as a list of one; its fault is that of the key."""
+    """Accept one value in place of a list of one."""
     if isinstance(value, tuple | list):
         return validated(value)
     try:
@@ -44,49 +44,49 @@ Pressure = Annotated[str, _quantity("pressure", '"70GPa"')]
 
 
 class TopographyTable(Table):
-    """One measured map, or two that face each other, and what is done to them before they are judged."""
+    """One measured map, or two that face each other, and how they are prepared."""
 
     maps: Annotated[tuple[InputFile, ...], WrapValidator(_several), Field(min_length=1)]
     """Files of the maps; two for two rough bodies, several for one surface with join."""
     size: Texts = ()
-    """Physical size LX or LX,LY, from the first row of the array to the last and from the first column to the last; one
-    length means square pixels.  Only if the file does not say; given twice it is one for each file."""
+    """Physical size LX or LX,LY, along rows and columns of the array; one length means square pixels.  Only if the
+    file does not have it; give it twice for two files."""
     unit: Texts = ()
-    """Unit of the heights, or UNIT,UNIT of positions and heights where a file has columns of both; only if the file
-    does not say."""
+    """Unit of the heights, or UNIT,UNIT of positions and heights if a file has columns of both.  Only if the file does
+    not have it."""
     dataset: Texts = ()
     """Dataset of an HDF5 file, if it has several."""
     part: Texts = ()
-    """Map of a container, or channel of a file, if it has several; all: the measurements of a container joined into one
-    spectrum."""
+    """Map of a container, or channel of a file, if it has several; "all" joins the measurements of a container into
+    one spectrum."""
     join: bool = False
-    """All files are measurements of one surface: they are joined into one spectrum."""
+    """Join all files, as measurements of one surface, into one spectrum."""
     periodic: bool = False
-    """The map continues at its edges (default: as the file says)."""
+    """The map is periodic (default: as the file says)."""
     override_size: bool = False
-    """A given size or unit overrules that of the file."""
+    """Let a given size or unit overrule that of the file."""
     detrend: Detrending | None = None
-    """What is taken off: the mean plane (default), or the mean (if periodic), a paraboloid, or plane and median of each
-    line of the scan."""
+    """Background to subtract: the mean plane (default; of a periodic map the mean), a paraboloid ("curvature"), or the
+    plane and then the median of each scan line ("lines")."""
     fill: str | float | None = None
-    """Fill missing points, scars and points that stand out, up to this share of all, as 5% (default: missing points
-    only, up to 1%)."""
+    """Fill missing points, scars and outliers, up to this share of all points, as 5% (default: missing points only, up
+    to 1%)."""
     crop: str | None = None
-    """The part that counts, X0,X1,Y0,Y1, as 1um,9um,0,8um."""
+    """Part of the map to use, X0,X1,Y0,Y1, as 1um,9um,0,8um."""
     cutoff: Length | None = None
-    """Verdict and solution count only waves longer than this length."""
+    """Use only waves longer than this length."""
     tip: Length | None = None
-    """Radius of the tip that measured the maps, as 10nm: waves that it is too blunt for count as not measured."""
+    """Radius of the tip that measured the maps, as 10nm: waves too short for it count as not measured."""
     smallest: Length | None = None
-    """Wavelength to which the spectrum is continued below what was measured (default: two atoms)."""
+    """Wavelength to which the spectrum is continued below the measured ones (default: two atoms)."""
 
 
 class InterfaceTable(Table):
-    """Moduli, adhesion and range of the contact: of one elastic body on a rigid one, or of two."""
+    """Moduli, adhesion and range of the contact of one elastic body on a rigid one, or of two elastic bodies."""
 
     material: Texts = ()
-    """Name of a material with cited values (continuum/sticky/materials.toml); given once the other body is rigid, twice
-    for two elastic bodies."""
+    """Name of a material with cited values (continuum/sticky/materials.toml).  Given once the other body is rigid,
+    given twice both are elastic."""
     modulus: Annotated[tuple[Pressure, ...], WrapValidator(_several)] = ()
     """Young's modulus of a body; twice for two."""
     poisson: Annotated[tuple[str | float, ...], WrapValidator(_several)] = ()
@@ -98,16 +98,16 @@ class InterfaceTable(Table):
     range: Length | None = None
     """Range of the attraction (for a law without cut-off, its effective range)."""
     coating: str | None = None
-    """Coating of the one elastic body: thickness, Young's modulus and Poisson's ratio, as 50nm:200GPa:0.2.  The solver
-    alone decides then, as the theories know one modulus."""
+    """Coating of the one elastic body: thickness, Young's modulus and Poisson's ratio, as 50nm:200GPa:0.2.  Only the
+    solver can then decide, as the theories have one modulus."""
     spacing: Length | None = None
     """Spacing a0 of the atoms, for the necessary condition on crystals."""
     probe: Annotated[str, _quantity("length", '"10um"')] | None = None
-    """Radius of a sphere that is pulled off the surface, such as 10um: its pull-off force is given as an interval."""
+    """Radius of a sphere that is pulled off the surface, as 10um; bounds of its pull-off force are printed."""
 
 
 class PredictionInput(Document):
-    """Is my surface sticky: a measured map, or two, and the interface between them."""
+    """Input of a prediction: one or two measured maps, and their interface."""
 
     result_schema = "stickiness-prediction"
     result_version = 1
@@ -117,11 +117,11 @@ class PredictionInput(Document):
 
     @property
     def keys(self) -> dict[str, Any]:
-        """The arguments of :func:`continuum.predict` that are given, but for the maps."""
+        """The arguments of :func:`continuum.predict` that are given, except the maps."""
         tables = (self.topography, self.interface)
         return {name: getattr(table, name) for table in tables for name in table.model_fields_set if name != "maps"}
 
 
 OPTIONS = {**TopographyTable.model_fields, **InterfaceTable.model_fields}
-"""Keys of both tables; all but ``maps`` are arguments and options."""
+"""Keys of both tables; all except ``maps`` are arguments and options."""
 OPTIONS.pop("maps")

@@ -1,12 +1,12 @@
-"""One answer from one prediction: sticky, not sticky, or undecided, with its probability and the reasons.
+"""The verdict on one prediction: sticky, not sticky, or undecided, with its probability and the reasons.
 
-Theories that are in their range are heard as one: of those that share a parameter the first, and of all the geometric
-mean of their margins.  A faulty map is held against the same map with its faults mended: where the two differ, or where
-a fault has no remedy and the verdict is not firm, the answer is that there is none; nor is there one on a map unlike
-those of the record, nor where waves that were not measured would change it (:mod:`continuum.sticky.continuation`).
+Theories in their range are combined by the geometric mean of their margins; of those that share a parameter the first
+is taken.  A faulty map is compared with the corrected map: if the verdicts differ, or if a fault has no remedy and the
+verdict is not firm, the answer is undecided.  It is also undecided on a map unlike those of the record, and if waves
+that were not measured would change it (:mod:`continuum.sticky.continuation`).
 
-What every margin is worth the record says (:mod:`continuum.sticky.record`).  A map whose summits are not those of a
-Gaussian surface is judged by its summits, with a record of their own, and only where that has surfaces like it.
+The record gives the probability for each margin (:mod:`continuum.sticky.record`).  A map whose summits are not those
+of a Gaussian surface is judged by its summits, with their own record, if that has similar surfaces.
 """
 
 from dataclasses import dataclass, replace
@@ -22,21 +22,21 @@ from continuum.topography.faults import NOT_GAUSSIAN
 
 _length = partial(units.readable, quantity="length", digits=3)
 SURE = 0.9
-"""Probability from which a theory says something."""
+"""Probability above which a verdict is given."""
 WIDE = 10.0
-"""Factor of the work of adhesion, toward the turn, over which a verdict holds where a fault has no remedy or slopes are
-not small: moments of synthetic maps with such faults are off by factors of up to 4, and the margin goes with their
-powers of up to 5/3."""
+"""Factor in the work of adhesion, toward the turn, over which a verdict must hold if a fault has no remedy or slopes
+are not small: moments of synthetic maps with such faults are off by factors of up to 4, and the margin depends on
+powers of them of up to 5/3."""
 _STEPS = 24
-"""Wavelengths between the shortest measured one and the smallest at which an answer is looked at."""
+"""Number of wavelengths between the shortest measured one and the smallest at which the answer is computed."""
 STEEPEST = 1.0
-"""rms slope beyond which nothing is said.  What small slopes leave out is a part h'² of the elastic energy: up to here
-it does not reach WIDE."""
+"""rms slope above which no verdict is given.  The small-slope approximation neglects a part h'² of the elastic energy,
+which up to here is less than WIDE."""
 
 
 @dataclass(frozen=True)
 class Vote:
-    """What one theory says, and how far its record supports that."""
+    """The answer of one theory, and the support by its record."""
 
     estimate: Estimate
     support: Support | None
@@ -44,53 +44,53 @@ class Vote:
 
     @property
     def answer(self) -> Answer:
-        """Undecided where the support lies between 1 - :data:`SURE` and SURE."""
+        """Undecided if the support lies between 1 - :data:`SURE` and SURE."""
         if self.support is None:
             return "undecided" if self.estimate.sticky else "not sticky"
         return answer_at(self.support.probability)
 
     @property
     def counts(self) -> bool:
-        """Whether the theory is in its range, and no mere necessary condition."""
+        """Whether the theory is in its range, and not only a necessary condition."""
         return self.estimate.valid and self.support is not None
 
 
 def answer_at(probability: float) -> Answer:
-    """The answer that a probability to be sticky allows: undecided between 1 - :data:`SURE` and SURE."""
+    """The answer for a probability of being sticky: undecided between 1 - :data:`SURE` and SURE."""
     return "sticky" if probability >= SURE else "not sticky" if probability <= 1 - SURE else "undecided"
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said of a contact."""
+    """The verdict on a contact."""
 
     answer: Answer
     probability: float | None = None
-    """Probability that it is sticky, which decides; None where something else does."""
+    """Probability that it is sticky, if that decides; else None."""
     why: tuple[str, ...] = ()
     """Reasons, most important first."""
     turn: float | None = None
-    """Work of adhesion at which the probability passes one half, of what was measured; None without such a one."""
+    """Work of adhesion at which the probability passes one half, for the measured waves; None if there is none."""
 
 
 @dataclass(frozen=True)
 class MissingWaves:
-    """What waves that were not measured do to an answer."""
+    """Effect of waves that were not measured on an answer."""
 
     verdict: Verdict
-    """With the spectrum continued to the smallest wavelength."""
+    """Verdict with the spectrum continued to the smallest wavelength."""
     changes: float | None
-    """Wavelength from which on the answer is another; None where it stays."""
+    """Wavelength at which the answer changes; None if it does not."""
 
 
 def votes(contact: RoughContact, without: Left | None = None) -> tuple[Vote, ...]:
-    """What the record says of every criterion that the contact allows, in the order of :data:`CRITERIA`, as votes."""
+    """The vote of every criterion that the contact allows, in the order of :data:`CRITERIA`."""
     asked = ((one, CRITERIA[one.key]) for one in verdicts(contact))
     return tuple(Vote(one, support((entry,), contact, without) if entry.sufficient else None) for one, entry in asked)
 
 
 def judge(prediction: Prediction, without: Left | None = None) -> Verdict:
-    """The verdict on a contact, faults of its maps and what was not measured included."""
+    """The verdict on a contact, including faults of its maps and unmeasured waves."""
     found = _judge_measured(prediction, without)
     beyond = unmeasured(prediction, found.answer, without)
     if beyond is None or beyond.changes is None:
@@ -101,11 +101,11 @@ def judge(prediction: Prediction, without: Left | None = None) -> Verdict:
 def unmeasured(
     prediction: Prediction, answer: Answer | None = None, without: Left | None = None
 ) -> MissingWaves | None:
-    """What waves do to an answer that were not measured; None where there are none, or it is undecided without.
+    """Effect of unmeasured waves on an answer; None if there are none, or the answer is undecided without them.
 
     Parameters
     ----------
-    answer : of what was measured, by the theories if None.
+    answer : answer for the measured waves; by the theories if None.
     """
     waves = prediction.continuation
     answer = _judge_measured(prediction, without).answer if answer is None else answer
@@ -124,7 +124,7 @@ def unmeasured(
 
 
 def changed_by_waves(prediction: Prediction, answer: Answer, beyond: MissingWaves) -> str:
-    """Why an answer does not hold with waves that were not measured, and what to measure."""
+    """Why an answer changes with unmeasured waves, and what to measure."""
     waves = prediction.continuation
     if waves is None or beyond.changes is None:
         return ""
@@ -137,21 +137,21 @@ def changed_by_waves(prediction: Prediction, answer: Answer, beyond: MissingWave
 
 
 def turn_shift(prediction: Prediction) -> float | None:
-    """Factor of w at the turn, by the theories, with waves that were not measured; None where it is not known."""
+    """Factor by which unmeasured waves change w at the turn, by the theories; None if unknown."""
     known, beyond = _judge_measured(prediction, None).turn, continued_verdict(prediction).turn
     return None if known is None or beyond is None else beyond / known
 
 
 def continued_verdict(prediction: Prediction) -> Verdict:
-    """The verdict of the theories with the spectrum continued to the smallest wavelength, where waves are missing."""
+    """The verdict of the theories with the spectrum continued to the smallest wavelength."""
     waves = prediction.continuation
     return _judge_measured(prediction if waves is None else _continued(prediction, waves.smallest), None)
 
 
 def answer_of(prediction: Prediction) -> Answer:
-    """The answer: the solver's where it has one, else the theories'; undecided where waves not measured change it.
+    """The answer of the solver if it has one, else of the theories; undecided if unmeasured waves change it.
 
-    What the solver found is of what was measured: its turn is moved by the factor by which that of the theories moves.
+    The solver has the measured waves only: its turn is multiplied by the factor by which that of the theories changes.
     """
     answer, turn = prediction.solved_answer, prediction.turn
     if answer is None:
@@ -161,14 +161,14 @@ def answer_of(prediction: Prediction) -> Answer:
     shift, known = turn_shift(prediction), _judge_measured(prediction, None)
     if turn is not None and shift is not None:
         holds = turn.sticky(prediction.contact.work_of_adhesion / shift) is (answer == "sticky")
-    else:  # theories that are silent on what was measured say nothing of the rest, either
+    else:  # theories without an answer for the measured waves have none for the others
         silent = known.answer == "undecided" and known.turn is None
         holds = silent or continued_verdict(prediction).answer == answer
     return answer if holds else "undecided"
 
 
 def _continued(prediction: Prediction, wavelength: float) -> Prediction:
-    """The prediction with the roughness of all waves above a wavelength, measured or continued."""
+    """The prediction with all waves above a wavelength, measured or continued."""
     waves, mended = prediction.continuation, prediction.mended
     if mended is not None:
         prediction = replace(prediction, mended=_continued(mended, wavelength))
@@ -180,7 +180,7 @@ def _continued(prediction: Prediction, wavelength: float) -> Prediction:
 
 
 def _judge_measured(prediction: Prediction, without: Left | None) -> Verdict:
-    """The verdict on the waves that a prediction has, faults of its maps included."""
+    """The verdict on the waves of a prediction, including faults of its maps."""
     if prediction.excluding:
         return _summits(prediction, without)
     plain = judge_contact(prediction.contact, without)
@@ -198,7 +198,7 @@ def _judge_measured(prediction: Prediction, without: Left | None) -> Verdict:
 
 
 def _summits(prediction: Prediction, without: Left | None) -> Verdict:
-    """The verdict by the roughness of what touches, where that of the map says nothing."""
+    """The verdict by the roughness of the summits, if that of the map cannot be used."""
     why = tuple(f"{fault.kind}: {fault.excludes}" for fault in prediction.excluding)
     if prediction.summits is None or any(fault.kind != NOT_GAUSSIAN for fault in prediction.excluding):
         return Verdict("undecided", None, why)
@@ -211,14 +211,14 @@ def _summits(prediction: Prediction, without: Left | None) -> Verdict:
 
 
 def judge_contact(contact: RoughContact, without: Left | None = None, part: Part = "map") -> Verdict:
-    """The verdict of all theories in their range, heard together.
+    """The verdict of all theories in their range together.
 
-    Surfaces that are somewhat steep are judged as if they were less so, which to linear elasticity is the same contact,
-    and more firmly.
+    Moderately steep surfaces are judged with smaller heights, which in linear elasticity is the same contact, and with
+    a stricter margin.
 
     Parameters
     ----------
-    part : whose roughness the contact has, and of which the record is: of the map, or of the summits.
+    part : the points whose roughness and record are used: those of the map, or of the summits.
     """
     heard = _heard if part == "map" else _heard_of_summits
     flatter, slope = flattened(contact), contact.rms_slope
@@ -233,9 +233,9 @@ def judge_contact(contact: RoughContact, without: Left | None = None, part: Part
 
 
 def flattened(contact: RoughContact) -> RoughContact:
-    """The contact that theories are asked about: one that is too steep for them, with smaller heights, else as it is.
+    """The contact for the theories: with smaller heights if it is too steep for them.
 
-    To linear elasticity, and so for slopes of up to :data:`STEEPEST`, the two are the same contact.
+    In linear elasticity, for slopes of up to :data:`STEEPEST`, the two are the same contact.
     """
     slope = contact.rms_slope
     return _stretched(contact, LARGEST_SLOPE * (1 - 1e-9) / slope) if LARGEST_SLOPE < slope <= STEEPEST else contact
@@ -252,14 +252,14 @@ def _heard(contact: RoughContact, without: Left | None) -> Verdict:
     }
     if len(said) > 1:
         return Verdict("undecided", None, (f"theories contradict one another: {'; '.join(said.values())}",))
-    # Those of one parameter are one theory, asked at two limits.
+    # Theories of one parameter are limits of one theory.
     distinct = {vote.estimate.symbol: CRITERIA[vote.estimate.key] for vote in reversed(heard)}
     names = ", ".join(vote.estimate.name for vote in heard)
     return _together(tuple(reversed(distinct.values())), contact, names, without, "map")
 
 
 def _heard_of_summits(contact: RoughContact, without: Left | None) -> Verdict:
-    """By the energy that it takes to flatten the summits: no other parameter turns at one value on all surfaces."""
+    """The verdict by the energy that flattens the summits: the only number that is the same at all turns."""
     criterion = CRITERIA["half-conformal-energy"]
     if not criterion.possible(contact):
         return Verdict("undecided", None, (f"of the summits, the {criterion.needs.replace('_', ' ')} is not known",))
@@ -283,7 +283,7 @@ def _together(
 
 
 def _stretched(contact: RoughContact, factor: float) -> RoughContact:
-    """The same contact with heights, and the range, stretched: work and energy go with the square."""
+    """The contact with heights and range scaled, and work and energy by the square."""
     return replace(
         contact.rougher(factor, factor, factor),
         range=factor * contact.range,
@@ -294,7 +294,7 @@ def _stretched(contact: RoughContact, factor: float) -> RoughContact:
 def _firm(
     found: Verdict, contact: RoughContact, cause: str, without: Left | None = None, part: Part = "map"
 ) -> Verdict:
-    """A verdict that is the same at :data:`WIDE` times more or less work of adhesion, toward the turn; else none."""
+    """The verdict if it holds at :data:`WIDE` times more or less work, toward the turn; else undecided."""
     if found.answer == "undecided":
         return found
     factor = WIDE if found.answer == "not sticky" else 1 / WIDE

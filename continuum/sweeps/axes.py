@@ -262,8 +262,8 @@ class Sweep:
         data = dict(source.data)
         table = data.pop("sweep", None)
         if not isinstance(table, Mapping):
-            cause = "the input of a single run, which is for `continuum run`"
-            raise ConfigError(source, [Fault(("sweep",), "a table [sweep] with the axes", cause)])
+            cause = "this is the input of a single run: use `continuum run`, or add a table [sweep] with axes"
+            raise ConfigError(source.path, [Fault((), "", cause)])
         reducing = table.get("reduced", {}) if reduced else {}
         changes = {**(dict(_flat(reducing)) if isinstance(reducing, Mapping) else {}), **(settings or {})}
         table, plain = _changed(table, changes)

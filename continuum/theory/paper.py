@@ -1,9 +1,9 @@
 """Equations of the paper and of its supplement, as functions.
 
 Independent of the solver: numpy and scipy only.  Lengths are in any one unit, a0 in reduced units, and so are moduli;
-where E* enters it is the last argument, 1 unless given.  Plain numbers out: which of them may be trusted for a given
-contact is judged in :mod:`continuum.sticky.criteria`.  Smooth contacts are in :mod:`continuum.theory.smooth`, other
-theories of rough contact in :mod:`continuum.theory.rough`.
+where E* enters it is the last argument, 1 unless given.  Whether they hold for a given contact is judged in
+:mod:`continuum.sticky.criteria`.  Smooth contacts are in :mod:`continuum.theory.smooth`, other theories of rough
+contact in :mod:`continuum.theory.rough`.
 
 Equations carry the numbers of the printed paper; in its source they have the labels (1) eqkappa, (3) eqrenkappa,
 (4) attrep, (6) adcond, (S-1) gap, (S-2) datt, (S-3) Natt, (S-4) datt2, (S-5) deltar, (S-6) potential; (2), (5) and
@@ -151,7 +151,7 @@ def attractive_load(
 
 @dataclass(frozen=True)
 class ExpectedContact:
-    """What the paper expects of the contact between a surface and a wall, from the undeformed surface alone.
+    """Predictions of the paper for a contact, from the undeformed surface and the wall.
 
     Parameters
     ----------

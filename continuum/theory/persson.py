@@ -1,8 +1,8 @@
-"""Persson's contact of a Gaussian surface of any spectrum, by quadrature: pressure, separation, gaps, weak adhesion.
+"""Persson's theory for a Gaussian surface of any spectrum, by quadrature: pressure, separation, gaps, weak adhesion.
 
-Without adhesion the theory says how area, mean gap and gaps follow from the pressure.  Two theories of adhesion stand
-on it: Persson and Scaraggi's for weak attraction, which acts on the gaps that are there without it, and the bearing
-area of Ciavarella, which acts on the gaps of the undeformed surface.
+Without adhesion the theory gives area, mean gap and distribution of gaps at a pressure.  Two theories of adhesion are
+based on it: Persson and Scaraggi's for weak attraction, which acts on the gaps without adhesion, and Ciavarella's
+bearing-area model, where it acts on the gaps of the undeformed surface.
 """
 
 from collections.abc import Callable
@@ -30,11 +30,11 @@ class PerssonContact:
     Parameters
     ----------
     wavenumber : q, increasing and above 0, from the longest wave to the shortest.
-    spectrum : C(q) there, with <h²> = 2π ∫ q C dq.
+    spectrum : C(q) at these wavenumbers, with <h²> = 2π ∫ q C dq.
     gamma : part of the energy of full contact that a small area of contact stores, relative to its area; 0.45 in Yang
         and Persson, J. Phys.: Condens. Matter 20, 215214 (2008), from simulations; 1/2 in Ciavarella (2018).
 
-    Raises ValueError if that is no spectrum.
+    Raises ValueError if wavenumbers do not increase, or values are negative.
     """
 
     wavenumber: Real = field(repr=False)
@@ -105,7 +105,7 @@ class PerssonContact:
         return float(self._separations(pressure, 1)[0][0])
 
     def _separations(self, pressure: float, count: int = _NODES) -> tuple[Real, Real]:
-        """Mean gap and area of what looks like contact at the first wavenumbers, the longest wave first."""
+        """Mean gap and apparent contact area at increasing resolution, the longest wave first."""
         q, squares = self.wavenumber, self._squares
         with np.errstate(divide="ignore"):
             areas = erf(pressure / np.sqrt(squares[:count]))
@@ -117,15 +117,15 @@ class PerssonContact:
         return 2 / np.sqrt(np.pi) * terms.sum(axis=1), areas
 
     def _gain(self, x: Real) -> Real:
-        """G(x): an exponential integral, and a rest that is bounded, from a table."""
+        """G(x): an exponential integral, and a bounded remainder from a table."""
         bounded = np.interp(x, _T, _REST, right=0.0)
         return self.gamma * exp1(np.clip(x, 1e-150, 26.0) ** 2) / 2 + 3 * (1 - self.gamma) * bounded
 
     def gaps(self, pressure: float) -> Callable[[Real], Real]:
-        """Probability density of the gaps outside the contact at a mean pressure, which has the area that is left.
+        """Probability density of the gaps outside the contact at a mean pressure; its integral is the area outside.
 
-        Almqvist, Campañá, Prodanov and Persson, J. Mech. Phys. Solids 59, 2355 (2011): what comes out of contact
-        between two magnifications has a mean gap (uA)'/A' and the roughness of all shorter waves about it.
+        Almqvist, Campañá, Prodanov and Persson, J. Mech. Phys. Solids 59, 2355 (2011): the area that leaves contact
+        between two magnifications has a mean gap (uA)'/A' and the roughness of all shorter waves.
         """
         means, areas = self._separations(pressure)
         lost = areas[:-1] - areas[1:]
@@ -144,7 +144,7 @@ class PerssonContact:
         return density
 
     def weak_adhesion_turn(self, area: float, tension: Callable[[Real], Real], reach: float) -> float:
-        """Work of adhesion, in E*, at which the load at an area vanishes if the attraction does not change the gaps.
+        """Work of adhesion, in E*, at which the load at an area vanishes if attraction does not change the gaps.
 
         Persson and Scaraggi, J. Chem. Phys. 141, 124701 (2014), for hard bodies and weak attraction ("DMT limit").
 
@@ -152,9 +152,9 @@ class PerssonContact:
         ----------
         area : A/A0 of the contact.
         tension : traction over the work of adhesion at gaps above 0, so that its integral is 1.
-        reach : gap beyond which it vanishes, or is negligible.
+        reach : gap beyond which the tension vanishes, or is negligible.
         """
-        # Closer together where the gaps are small: both functions vary most there.
+        # Denser at small gaps, where both functions vary most.
         x, weights = np.polynomial.legendre.leggauss(200)
         s = (x + 1) / 2
         gap, weights = reach * s**2, weights * reach * s

@@ -1,7 +1,7 @@
 """Other theories of rough contact: Persson, Greenwood and Williamson, Fuller and Tabor, and the energy of full contact.
 
-Independent of the solver.  Any consistent units; E* = 1 unless given.  Which theory may be asked about which contact is
-judged in :mod:`continuum.sticky.criteria`.
+Independent of the solver.  Any consistent units; E* = 1 unless given.  The range of validity of each is in
+:mod:`continuum.sticky.criteria`.
 """
 
 import math
@@ -41,9 +41,9 @@ class GreenwoodWilliamson:
 
     Parameters
     ----------
-    density : summits per area.
-    radius : R of each.
-    rms_height : of the summits.
+    density : number of summits per area.
+    radius : R of each summit.
+    rms_height : rms height of the summits.
     contact_modulus : E*.
     """
 
@@ -69,9 +69,9 @@ class GreenwoodWilliamson:
 
 
 def asperity_limit(work_of_adhesion: float, rms_height: float) -> float:
-    """N P_c/A0 of N JKR asperities, all pulling at once: (3π/2) w R n = 0.2356 w/h_rms, the paper's Suppl. S-III.
+    """N P_c/A0 of N JKR asperities that all pull at once: (3π/2) w R n = 0.2356 w/h_rms, the paper's Suppl. S-III.
 
-    With the number of summits of rough surfaces, n R h_rms = 0.05; whatever R.
+    With the number of summits of rough surfaces, n R h_rms = 0.05; independent of R.
     """
     return 0.05 * 1.5 * np.pi * work_of_adhesion / rms_height
 
@@ -79,7 +79,7 @@ def asperity_limit(work_of_adhesion: float, rms_height: float) -> float:
 def fuller_tabor(ratio: float) -> float:
     """Pull-off force of N JKR asperities of Gaussian heights over N P_c, P_c = (3/2)π w R.
 
-    Fuller and Tabor, Proc. R. Soc. A 345, 327 (1975).  Each asperity follows the JKR curve down to its separation at a
+    Fuller and Tabor, Proc. R. Soc. A 345, 327 (1975).  Each asperity follows the JKR curve until it separates at a
     stretch of δ_c; all have touched before (a high peak load).
 
     Parameters
@@ -113,7 +113,7 @@ def dmt_asperities(ratio: float) -> float:
     """Pull-off force of N DMT asperities of Gaussian heights over N 2π w R.
 
     As Maugis, J. Adhes. Sci. Technol. 10, 161 (1996): each pulls with 2π w R while it touches.  The attraction of
-    asperities that do not touch is left out, as it depends on the range.
+    asperities that do not touch is neglected, as it depends on the range.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def conformal_energy(wavenumber: Real, power: Real, contact_modulus: float = 1.0
 def bearing_area_limit(ratio: float) -> float:
     """Largest h_rms²/(l_a λ_L) that is sticky in the bearing-area model, 0.6256 for h_rms far above the range.
 
-    Ciavarella, Meccanica 53, 1107 (2018), doi 10.1007/s11012-017-0701-6, worked out anew from its two parts.  Repulsion
+    Ciavarella, Meccanica 53, 1107 (2018), doi 10.1007/s11012-017-0701-6, derived again from its two parts.  Repulsion
     is Persson's at large separations u, with γ = 1/2 and q0 = 2π/λ_L::
 
         p/E* = (3/(8γ)) q0 h_rms exp(-u/(γ h_rms))
@@ -169,8 +169,8 @@ def bearing_area_limit(ratio: float) -> float:
 
         p_att = (w/ε) [Φ(-(u - ε)/h_rms) - Φ(-u/h_rms)]
 
-    Sticky where p_att exceeds p at some u.  For ε much smaller than h_rms that is first so at u = 2 h_rms: the limit is
-    e²/(3π/2 sqrt(2π)).  The smallest wavelength does not enter.
+    Sticky where p_att exceeds p at some u.  For ε much smaller than h_rms this first happens at u = 2 h_rms: the limit
+    is e²/(3π/2 sqrt(2π)).  The smallest wavelength does not enter.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def bearing_area_limit(ratio: float) -> float:
         between = erfc((x - 1 / ratio) / np.sqrt(2)) - erfc(x / np.sqrt(2))
         return np.asarray(np.exp(2 * x) * between / 2 * ratio)
 
-    # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 everything is sticky.
+    # The maximum lies at x = 2 for a short range, and moves out with it; beyond 300 all contacts are sticky.
     steps = np.linspace(0.0, min(6.0 + 4 / ratio, 300.0), 400)
     best = int(np.argmax(gain(steps)))
     bounds = float(steps[max(best - 1, 0)]), float(steps[min(best + 1, steps.size - 1)])
@@ -192,8 +192,8 @@ def bearing_area_limit(ratio: float) -> float:
 def generalised_tabor(rms_curvature: float, adhesion_length: float, range: float) -> float:
     """R^(1/3) l_a^(2/3)/Δr, below about 1 the attraction of asperities is long-ranged.
 
-    Müser, Tribol. Int. 100, 41 (2016).  1/R is the root mean square of the curvature along one direction, as the 60 nm
-    of the contact-mechanics challenge are: of an isotropic surface <(∂²h/∂x²)²> = 3/8 <(∇²h)²>, the mean of cos⁴.
+    Müser, Tribol. Int. 100, 41 (2016).  1/R is the root mean square of the curvature along one direction, as in the 60
+    nm of the contact-mechanics challenge: of an isotropic surface <(∂²h/∂x²)²> = 3/8 <(∇²h)²>, the mean of cos⁴.
 
     Parameters
     ----------
@@ -205,10 +205,10 @@ def generalised_tabor(rms_curvature: float, adhesion_length: float, range: float
 
 
 def turning_share(ratio: float) -> float:
-    """F, the part of the energy of full contact that w is where the load at 1 % area changes its sign: docs/law.md.
+    """F, the ratio of w to the energy of full contact at which the load at 1 % area changes its sign: docs/law.md.
 
-    ½/(1 + (Δ/D)^m) with D = 0.764 and m = 1.187, of the paper's law, as they were stated before the surfaces that
-    judged it were made; these turned at 0.87 of it in the mean, and at 0.6 - 0.75 under an attraction without end.
+    ½/(1 + (Δ/D)^m) with D = 0.764 and m = 1.187, for the paper's law, as stated before the surfaces that tested it
+    were made.  These turned at 0.87 of it on average, and at 0.6 - 0.75 of it under an attraction of infinite range.
 
     Parameters
     ----------
@@ -243,10 +243,10 @@ def fuller_tabor_exponent(hurst: float) -> float:
 
 
 def long_wave_exponent(hurst: float) -> float:
-    """0 whatever H: only h_rms and λ_L count.
+    """0 for any H: only h_rms and λ_L matter.
 
     The bearing-area model (:func:`continuum.theory.rough.bearing_area_limit`); Joe, Thouless and Barber 2018, after
     whom the pull-off force does not depend on slope and curvature; Violano and others 2019, after whom the short-wave
-    cut-off does not matter.  Of the last two only these statements were at hand.
+    cut-off does not matter.  Of the last two papers only these statements were available.
     """
     return 0.0 * hurst

@@ -1,8 +1,8 @@
-"""Classical solutions of smooth contact, which the solver is held against.
+"""Classical solutions of smooth contact, against which the solver is tested.
 
 Independent of the solver.  A rigid sphere or wave on an elastic half-space; E* = 1 unless given, and any consistent
-units.  Loads are positive when they push.  Adhesion has a work w per area; JKR is its limit of short range, DMT that of
-long range, Maugis and Dugdale's constant tension w/h0 over a distance h0 lies between.
+units.  Compressive loads are positive.  Adhesion has a work w per area; JKR is the limit of short range, DMT that of
+long range, and Maugis and Dugdale's constant tension w/h0 over a distance h0 lies between.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 Real = NDArray[np.float64]
 HARD, SOFT = 1e-3, 1e3
-"""Maugis' λ beyond which the force is DMT's and JKR's to one part in a thousand, and the equations lose digits."""
+"""Maugis' λ below and above which the force is that of DMT and JKR to one part in a thousand, and the equations lose
+digits."""
 
 
 def tabor_parameter(radius: float, work_of_adhesion: float, distance: float, contact_modulus: float = 1.0) -> float:
@@ -32,7 +33,7 @@ class Hertz:
 
     Parameters
     ----------
-    radius : of the sphere, in a0.
+    radius : radius of the sphere, in a0.
     load : N, in E* a0².
     contact_modulus : E*.
     """
@@ -59,7 +60,7 @@ class Hertz:
 
 @dataclass(frozen=True)
 class AdhesiveSphere:
-    """A rigid sphere that adheres.
+    """An adhesive rigid sphere.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ class JKR(AdhesiveSphere):
 
     @property
     def pull_off_force(self) -> float:
-        """Largest tension, (3/2)π w R, whatever E*; where the sphere jumps out under a given load."""
+        """Largest tension, (3/2)π w R, independent of E*; the sphere jumps out there under a given load."""
         return 1.5 * np.pi * self.work_of_adhesion * self.radius
 
     @property
@@ -197,7 +198,7 @@ class MaugisDugdale:
         return np.pi * self.work_of_adhesion * self.radius
 
     def state(self, contact_radius: float) -> SphereState:
-        """The equilibrium of a given radius of contact, above zero."""
+        """The equilibrium at a given radius of contact, above zero."""
         a, unit = contact_radius / self._length, self.parameter
 
         def rim(excess: float) -> float:
@@ -223,7 +224,7 @@ class MaugisDugdale:
     @property
     def _pull_off(self) -> tuple[float, float]:
         """Radius of contact at the largest tension, and that tension."""
-        # JKR pulls off at 1.145 units, longer ranges at smaller contacts, DMT at none.
+        # JKR pulls off at 1.145 units, longer ranges at smaller contacts, DMT at zero.
         found = minimize_scalar(
             lambda a: self.state(a * self._length).load / self._force,
             bounds=(1e-4, 1.3),
@@ -352,13 +353,13 @@ class AdhesiveWave:
             return float(4 * np.sin(psi) ** 1.5 * np.cos(psi) ** 2.5 - self.alpha)
 
         if left(top) <= 0:
-            raise ValueError(f"a wave of alpha = {self.alpha:.3g}, above 1.065, is stable in no partial contact")
+            raise ValueError(f"a wave of alpha = {self.alpha:.3g}, above 1.065, has no stable partial contact")
         psi = brentq(left, 0.0, top, rtol=1e-13) if first else brentq(left, top, np.pi / 2, rtol=1e-13)
         return float(psi * self.wavelength / np.pi)
 
     @property
     def pull_off_width(self) -> float:
-        """Half-width of the contact at the largest tension; ValueError where there is none."""
+        """Half-width of the contact at the largest tension; raises ValueError if there is none."""
         return self._turning_width(True)
 
     @property
@@ -368,5 +369,5 @@ class AdhesiveWave:
 
     @property
     def snap_in_width(self) -> float:
-        """Half-width from which the contact jumps to full under more load; ValueError where there is none."""
+        """Half-width at which the contact jumps to full contact under more load; raises ValueError if there is none."""
         return self._turning_width(False)

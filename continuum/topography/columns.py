@@ -1,7 +1,7 @@
 """Text with columns of positions and heights: x and z of a line scan, or x, y and z of a map.
 
-A map has at least 16 points in each direction, so that two or three columns are no map of heights by themselves.  Lines
-of words before the numbers are a header, which may name the units of the columns in brackets.
+A map has at least 16 points in each direction, so that two or three columns are never a map of heights.  Lines of
+words before the numbers are a header, which may have the units of the columns in brackets.
 """
 
 import codecs
@@ -21,11 +21,11 @@ from continuum.topography.map import FEWEST, TopographyError
 _UNIT = re.compile(r"(?:[\[(/]|\bin\b)\s*([A-Za-zµμÅ]+)\s*[\])]?")
 """A unit in a header: x [um], Height (nm), z/nm, x in µm."""
 _SAME = 1e-4
-"""Positions that differ by less than this part of the whole are one."""
+"""Positions that differ by less than this part of the extent are taken as equal."""
 _OFF_GRID = 0.2
-"""Part of the spacing by which a position may lie beside its place on the grid."""
+"""Largest distance of a position from its place on the grid, as a part of the spacing."""
 _SPARSE = 10
-"""Places on the grid, over points measured, beyond which the points lie on no grid."""
+"""Largest ratio of places on the grid to points; with more, the points are not on a grid."""
 
 
 class Columns(NamedTuple):
@@ -38,10 +38,9 @@ class Columns(NamedTuple):
 def read_table(path: Path) -> Columns:
     """A table of numbers: columns apart by semicolons, tabs, commas or spaces; ``#`` begins a comment.
 
-    Where semicolons or tabs part the columns, a comma is a decimal mark.  A first column that the header calls index is
-    left out.
+    Between semicolons or tabs a comma is a decimal mark.  A first column with the header "index" is left out.
 
-    Raises TopographyError if it is no table, or cannot be read.
+    Raises TopographyError if it is not a table of numbers, or cannot be read.
     """
     try:
         with path.open(encoding=_encoding(path)) as file:
@@ -62,20 +61,20 @@ def read_table(path: Path) -> Columns:
             values = np.loadtxt(rows, dtype=np.float64, delimiter=mark, ndmin=2) if first else np.empty((0, 0))
     except (ValueError, OSError) as error:
         why = str(error).partition("; use `usecols`")[0]
-        raise TopographyError(f"{path} is not a table of numbers with a point as decimal mark ({why})") from error
+        raise TopographyError(f"{path} is not a table of numbers with decimal points ({why})") from error
     if header and values.shape[1] > 1 and re.match(r"index\b", header[-1], re.IGNORECASE):
         values = values[:, 1:]
     return Columns(values, tuple(header))
 
 
 def _encoding(path: Path) -> str:
-    """The encoding of a text: UTF-16 if it begins with the mark of its byte order, else UTF-8."""
+    """The encoding of a text: UTF-16 if it begins with a byte order mark of that, else UTF-8."""
     with path.open("rb") as file:
         return "utf-16" if file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
 
 
 def _only_words(line: str) -> bool:
-    """Whether no field of a line is a number: a header, and no row of a damaged table."""
+    """Whether no field of a line is a number, so that it is a header and not a damaged row."""
     return not any(_is_number(field) for field in re.split(r"[;,\s]+", line) if field)
 
 
@@ -88,7 +87,7 @@ def _is_number(text: str) -> bool:
 
 
 def units_in(header: Sequence[str], columns: int) -> tuple[float, ...]:
-    """Units of length of the columns, in m, from the last line of a header that names as many; empty if none does."""
+    """Units of length of the columns, in m, from the last header line that has one for each; else empty."""
     for line in reversed(header):
         found = [units.unit_size(name, "length") for name in _UNIT.findall(line) if _is_length(name)]
         if len(found) == columns:
@@ -105,7 +104,7 @@ def _is_length(name: str) -> bool:
 
 
 def from_table(table: Columns, source: str, of: str = "the file") -> RawMap:
-    """The map of a table: of heights as they stand, or of columns of positions and heights."""
+    """The map of a table of heights, or of columns of positions and heights."""
     values = table.values
     steps = tuple(f"header left out: {line!r}" for line in table.header[-1:])
     if values.ndim != 2 or values.shape[1] not in (2, 3) or values.shape[0] < FEWEST:
@@ -125,7 +124,7 @@ def from_table(table: Columns, source: str, of: str = "the file") -> RawMap:
 
 
 Placed = tuple[Real, tuple[float, ...], tuple[str, ...]]
-"""Heights, the size that they span in the unit of their positions, and what was done."""
+"""Heights, their size in the unit of their positions, and the steps taken."""
 
 
 def _profile(x: Real, z: Real) -> Placed:
@@ -136,20 +135,20 @@ def _profile(x: Real, z: Real) -> Placed:
     x, z = x[order], z[order]
     steps = np.diff(x)
     if not np.all(steps > 0):
-        raise ValueError("two heights stand at one position")
+        raise ValueError("two heights have the same position")
     length = float((x[-1] - x[0]) * x.size / (x.size - 1))
     z, how = evenly_spaced(x, z)
     return z, (length,), ("columns of position and height", *how)
 
 
 def _grid(x: Real, y: Real, z: Real) -> Placed:
-    """A map of points on a grid, in any order; places without a point are holes."""
+    """Put points in any order on a grid; places without a point are holes."""
     (i, dx), (j, dy) = _places(x, "x"), _places(y, "y")
     nx, ny = int(i.max()) + 1, int(j.max()) + 1
     if nx * ny > _SPARSE * z.size:
-        raise ValueError(f"{z.size} points lie on no grid: of {nx} x {ny} places most are empty")
+        raise ValueError(f"{z.size} points are not on a grid: most of {nx} x {ny} places are empty")
     if np.unique(i * ny + j).size < z.size:
-        raise ValueError("two heights stand at one position")
+        raise ValueError("two heights have the same position")
     heights = np.full((nx, ny), np.nan)
     heights[i, j] = z
     how = (f"columns of positions and heights put on a grid of {nx} x {ny} points",)
@@ -168,11 +167,11 @@ def _places(x: Real, name: str) -> tuple[np.ndarray[tuple[int], np.dtype[np.int6
     ordered = np.sort(x)
     distinct = ordered[np.append(True, np.diff(ordered) > _SAME * span)]
     step = float(np.median(np.diff(distinct)))
-    # The mean over all is sharper than one difference, where numbers are rounded.
+    # The mean over all differences is more accurate than one, as numbers are rounded.
     count = round(span / step)
     step = span / count if count else step
     place = (x - ordered[0]) / step
     index = np.rint(place).astype(np.int64)
     if np.abs(place - index).max() > _OFF_GRID:
-        raise ValueError(f"the positions along {name} are not an equal distance apart, as on a grid")
+        raise ValueError(f"the positions along {name} are not equidistant")
     return index, step

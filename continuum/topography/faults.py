@@ -1,14 +1,13 @@
-"""What is wrong with a measured map, as far as the map itself shows it.
+"""Find artefacts of a measured map in its heights alone.
 
-Each artefact is one function: it looks for the fault, says in words what was found, and names the argument of
-:func:`continuum.predict` that mends it.  :data:`LEVELLING` and :data:`ROUGHENING` list them in the order in which they
-are looked for, each where the ones before it have been mended, so that one cause is named once.  Each moves moments,
-and with them verdicts, by more than theories differ.  The limits are such that on clean self-affine maps of 256² points
-hardly any fault is found; a test counts them, and docs/predict.md says how many.
+Each artefact is one function, which looks for the fault, describes it, and names the argument of
+:func:`continuum.predict` that corrects it.  :data:`LEVELLING` and :data:`ROUGHENING` list them in the order in which
+they are looked for, each after those before it have been corrected, so that one cause is reported once.  Each changes
+moments, and with them verdicts, by more than theories differ.  The limits are such that on clean self-affine maps of
+256² points hardly any fault is found; a test counts them, and docs/predict.md has the numbers.
 
-Some faults leave no verdict at all: a size that no map has, and heights unlike those of the surfaces of which theories
-and their record are.  On such a surface nothing is called an outlier of it, and no remedy is named that would take off
-what makes it what it is.
+Some faults exclude any verdict: an impossible size, and heights unlike those of the Gaussian surfaces of theories and
+their record.  On such a surface nothing is called an outlier, and no remedy is named that would remove its features.
 """
 
 from __future__ import annotations
@@ -31,32 +30,33 @@ from continuum.topography.summits import Summits, summits_of
 
 _length = partial(units.readable, quantity="length", digits=3)
 NOT_GAUSSIAN = "non-Gaussian heights"
-"""Kind of the fault of a map whose summits are not those of a Gaussian surface."""
+"""Name of the fault of a map whose summits are not those of a Gaussian surface."""
 _CHECK = "check size and unit of the map"
 LINE_SHARE = 0.05
-"""Part of the mean square slope across the lines, due to their offsets, that counts."""
+"""Smallest part of the mean square slope across the lines due to their offsets that is reported."""
 BACKGROUND_SHARE = 0.75
-"""Part of the variance of heights in a plane, or in a paraboloid, that counts.  A surface without roll-off has up to
-nine tenths of it in its longest waves."""
+"""Smallest part of the variance of heights in a plane, or in a paraboloid, that is reported.  A surface without
+roll-off has up to nine tenths of its variance in its longest waves."""
 ANISOTROPY = 1.5
-"""Ratio of the largest to the smallest rms slope over all directions that counts; theories assume 1."""
+"""Smallest ratio of the largest to the smallest rms slope over all directions that is reported; theories assume 1."""
 NOISE_SHARE = 0.1
-"""Part of the mean square slope of waves below the floor of the spectrum that counts."""
+"""Smallest part of the mean square slope in waves below the floor of the spectrum that is reported."""
 SIGNAL = 1.25
-"""A cut-off in wavelengths of the floor: there the noise is well below the surface."""
+"""Advised cut-off, in wavelengths of the floor: there the noise is well below the spectrum of the surface."""
 RAISED = 0.25
-"""Part of what stands out that lies above its neighbours, below which it is pits and grooves of the surface: scars and
-displaced lines lie above as often as below."""
+"""Smallest part of outliers above their neighbours; with less they are pits and grooves of the surface, since scars
+and displaced lines lie above as often as below."""
 CUSPS = 1.0
-"""Skewness of the laplacian that counts: a blunt tip rounds summits and leaves cusps between them."""
+"""Smallest skewness of the laplacian that is reported: a blunt tip rounds summits and leaves cusps between them."""
 BLUNT = 2.0
-"""Ratio of the sharpest valleys to the sharpest summits, in laplacians that one in a thousand exceeds, that counts."""
+"""Smallest ratio of the sharpest valleys to the sharpest summits that is reported, in laplacians exceeded by one point
+in a thousand."""
 STEPS = 0.25
-"""Part of the neighbouring points of exactly the same height that counts."""
+"""Smallest part of neighbouring points with exactly equal heights that is reported."""
 STEEP, COARSE = 3.0, 1e-3
-"""A rms slope, and a pixel in m, beyond which size or unit of a map are probably wrong."""
+"""Rms slope, and pixel in m, beyond which size or unit of a map are probably wrong."""
 SMOOTHEST = 1.25
-"""Hurst exponent beyond which a fit is impossible; some more than 1 is its error."""
+"""Hurst exponent above which a fit is impossible; a little above 1 is within its error."""
 
 
 @dataclass(frozen=True)
@@ -64,17 +64,17 @@ class MapFault:
     """One fault of a map."""
 
     kind: str
-    """In the field's words, short: "line noise"."""
+    """Its name, such as "line noise"."""
     text: str
-    """What was found, with numbers and units."""
+    """Description with numbers and units."""
     remedy: Mapping[str, str | float] = field(default_factory=dict)
-    """Argument of :func:`continuum.predict` that mends it, and its value, lengths in m; empty if nothing does."""
+    """Argument of :func:`continuum.predict` that corrects it, and its value, lengths in m; empty if there is none."""
     excludes: str = ""
-    """What to do instead, where theories of moments give no verdict on a map with it; empty where they may."""
+    """What to do instead if theories of moments cannot judge a map with it; empty if they can."""
 
     @property
     def arguments(self) -> dict[str, str]:
-        """The remedy as texts with units, as :func:`continuum.predict` and the command take them."""
+        """The remedy as arguments with units, for :func:`continuum.predict` and the command."""
         # A length is typed as 12nm.
         return {
             name: value if isinstance(value, str) else _length(value).replace(" ", "").replace("µ", "u")
@@ -83,22 +83,22 @@ class MapFault:
 
 
 class Marks(NamedTuple):
-    """What was seen of lines and single points on a map as it was given."""
+    """Displaced lines and outliers of a map as it was given."""
 
     lines: ScanLines
     outside: Mask
-    """Points that stand out, outside of scars."""
+    """Outliers outside of scars."""
 
 
 class SpectrumFindings(NamedTuple):
-    """What the spectrum of a map says before short waves are left out."""
+    """Results from the spectrum of a map before short waves are left out."""
 
     roughness: Roughness
     fit: Fit | None
 
 
 Artefact = Callable[[Topography, Any], MapFault | None]
-"""Looks for one fault on a map, with what was measured on it before."""
+"""Function that looks for one fault on a map, given earlier measurements on it."""
 
 
 @dataclass(frozen=True)
@@ -122,11 +122,11 @@ class Findings:
     faults: tuple[MapFault, ...]
     lines: ScanLines = field(repr=False)
     marked: Mask = field(repr=False)
-    """Points of scars, and points that stand out."""
+    """Points of scars, and outliers."""
     directions: Directions
     summits: Summits
     mended: Topography | None = field(repr=False)
-    """The map as the remedies leave it, if there are any: what a verdict on a faulty map is held against."""
+    """The corrected map, if there are remedies: the verdict on it is compared with that on the faulty map."""
 
 
 def directions(topography: Topography) -> Directions:
@@ -146,7 +146,7 @@ def directions(topography: Topography) -> Directions:
 
 
 def find_faults(topography: Topography) -> Findings:
-    """Look for every fault of a map as it is to be judged, in the order in which they are mended."""
+    """Look for all faults of a map, in the order in which they are corrected."""
     lines = scan_lines(instance("topography", topography, Topography).heights)
     marks = Marks(lines, spikes(topography.heights) & ~binary_dilation(lines.scars, iterations=2))
     faults, clean = _looked_for(LEVELLING, topography, marks)
@@ -166,14 +166,14 @@ def find_faults(topography: Topography) -> Findings:
 
 
 def _of_the_surface(faults: list[MapFault]) -> list[MapFault]:
-    """Faults of a surface that is not Gaussian: those that are told by a Gaussian are none, or have no remedy."""
+    """Faults of a non-Gaussian surface: those found by comparison with a Gaussian are dropped, or have no remedy."""
     outliers, waves = ("scars", "spikes", "outlier lines"), ("noise", "tip")
     kept = [fault for fault in faults if fault.kind not in outliers]
     return [replace(fault, remedy={}) if fault.kind in waves else fault for fault in kept]
 
 
 def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) -> tuple[list[MapFault], Topography]:
-    """Faults of each stage, on the map that those before it leave, and the map mended."""
+    """Faults of each stage, found on the map corrected for the stages before, and the corrected map."""
     faults: list[MapFault] = []
     for stage in stages:
         known = {fault.kind for fault in faults}
@@ -183,7 +183,7 @@ def _looked_for(stages: tuple[Stage, ...], topography: Topography, seen: Any) ->
 
 
 def _mended(topography: Topography, faults: list[MapFault]) -> Topography:
-    """The map after the remedies of its faults, of cut-offs the longest; unchanged where nothing would be left."""
+    """The map after the remedies of its faults (of cut-offs the longest); unchanged if nothing would be left."""
     for argument, mend in MENDING.items():
         values = [fault.remedy[argument] for fault in faults if argument in fault.remedy]
         try:
@@ -210,7 +210,7 @@ def _spikes(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _line_share(topography: Topography, lines: ScanLines) -> float:
-    """Part of the mean square slope across the lines that their offsets make, where all lines are displaced."""
+    """Part of the mean square slope across the lines due to their offsets, if all lines are displaced."""
     across = directions(topography).slopes[1 - lines.axis]
     spacing = topography.grid.spacing[1 - lines.axis]
     return 2 * (lines.noise / spacing) ** 2 / across**2 if across > 0 and lines.independent else 0.0
@@ -228,7 +228,7 @@ def _line_noise(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _outlier_lines(topography: Topography, marks: Marks) -> MapFault | None:
-    """Some lines only; where all are displaced, these are not named again."""
+    """Single displaced lines; not reported again if all are displaced."""
     lines = marks.lines
     if not lines.outliers.size or _line_share(topography, lines) > LINE_SHARE:
         return None
@@ -242,8 +242,8 @@ def _outlier_lines(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _grooves(lines: ScanLines, text: str) -> MapFault:
-    """To take off the median of each line would take off grooves: no remedy."""
-    return MapFault("grooves", f"lines along {'xy'[lines.axis]} {text}: grooves, if not lines that were displaced")
+    """No remedy: subtracting the median of each line would remove the grooves."""
+    return MapFault("grooves", f"lines along {'xy'[lines.axis]} {text}: grooves, or displaced lines")
 
 
 def _tilt(topography: Topography, marks: Marks) -> MapFault | None:
@@ -257,7 +257,7 @@ def _bow(topography: Topography, marks: Marks) -> MapFault | None:
     plane, bowl = (float(np.var(background(topography, degree)[0])) for degree in (1, 2))
     whole = float(np.var(topography.heights))
     left = whole - plane
-    # Of a plane nothing is left but rounding errors.
+    # If the map is a plane, only rounding errors are left.
     share = (bowl - plane) / left if left > FLAT * whole else 0.0
     if topography.periodic or share < BACKGROUND_SHARE:
         return None
@@ -266,14 +266,14 @@ def _bow(topography: Topography, marks: Marks) -> MapFault | None:
 
 
 def _cut(topography: Topography, wavelength: float | None) -> dict[str, str | float]:
-    """The cut-off as a remedy, where a map of this pixel and size has such waves."""
+    """The cut-off as a remedy, if a map of this pixel and size has such waves."""
     smallest, largest = 2.2 * max(topography.grid.spacing), min(topography.lengths) / 8
     return {"cutoff": wavelength} if wavelength is not None and smallest < wavelength < largest else {}
 
 
 def _noise(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
     fit, slope = waves.fit, waves.roughness.whole.moments.rms_slope
-    # Noise goes on to the pixel: a floor that ends before is one of the surface.
+    # Noise extends to the pixel: a floor that ends before belongs to the surface.
     ends = fit is None or fit.floor is None or fit.cut_off is not None
     if topography.cutoff is not None or fit is None or fit.floor is None or ends or not slope > 0:
         return None
@@ -295,11 +295,11 @@ def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | No
 
 
 def _tip(topography: Topography) -> float | None:
-    """Radius to which summits are rounded, if the valleys are so much sharper that a tip must have done it."""
+    """Radius to which summits are rounded, if the valleys are so much sharper that a blunt tip is the cause."""
     h, (dx, dy) = topography.heights, topography.grid.spacing
     bend = np.diff(h, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(h, 2, axis=1)[1:-1] / dy**2
     low, high = (float(q) for q in np.quantile(bend, (0.001, 0.999)))
-    # Both, since the skewness alone is that of a few points where heights are not Gaussian.
+    # Both are required, since the skewness alone may be that of a few points if heights are not Gaussian.
     if bend.std() == 0 or not 0 < -low * BLUNT < high or float(np.mean((bend / bend.std()) ** 3)) < CUSPS:
         return None
     return -2 / low
@@ -335,7 +335,7 @@ def above(
     shown: Callable[[float], str] = "{:.3g}".format,
     excludes: str = "",
 ) -> Artefact:
-    """An artefact that nothing mends: a quantity of the map above a limit; the text has a place for its value."""
+    """An artefact without remedy: a quantity of the map above a limit; the text has a place for its value."""
 
     def find(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
         value = quantity(topography, waves)
@@ -345,11 +345,11 @@ def above(
 
 
 Stage = tuple[Artefact, ...]
-"""Artefacts that are looked for on one map, and then mended together."""
+"""Artefacts that are looked for on one map, and then corrected together."""
 LEVELLING: tuple[Stage, ...] = (_scars, _spikes), (_tilt,), (_line_noise, _outlier_lines), (_bow,)
-"""Artefacts of the instrument that lines and single points show: called with the map and its :class:`Marks`."""
+"""Artefacts of the instrument in lines and single points: called with the map and its :class:`Marks`."""
 ROUGHENING: tuple[Stage, ...] = (
-    (_not_gaussian,),  # asked again below: a cut-off rounds the cusps between spheres, and noise is as steep everywhere
+    (_not_gaussian,),  # repeated below: a cut-off rounds cusps between spheres, and noise is equally steep everywhere
     (_noise, _blunt_tip),
     (
         _anisotropy,
@@ -369,4 +369,4 @@ MENDING: dict[str, Callable[[Topography, Any], Topography]] = {
     "detrend": detrend,
     "cutoff": cut_off,
 }
-"""What an argument of a remedy does to a map."""
+"""The correction that an argument of a remedy stands for."""

@@ -1,4 +1,4 @@
-"""Files of instruments and containers of contact.engineering, read by SurfaceTopography, which knows their units.
+"""Read files of instruments and containers of contact.engineering by SurfaceTopography, which knows their units.
 
 It is an extra: ``pip install 'stickiness[topography]'``.  A file that cannot be read raises TopographyError.
 """
@@ -20,11 +20,11 @@ from continuum.model.fourier import Real
 from continuum.topography.map import TopographyError
 
 ALL = "all"
-"""Instead of the name of a part: all measurements of a container, joined."""
+"""Stands for all measurements of a container, joined, in place of the name of a part."""
 
 
 class RawMap(NamedTuple):
-    """Heights as a file has them, and what it says of them."""
+    """Heights in a file, with its size and units."""
 
     heights: Real
     source: str
@@ -34,19 +34,19 @@ class RawMap(NamedTuple):
     """Unit of the heights, in m."""
     periodic: bool = False
     steps: tuple[str, ...] = ()
-    """What was chosen for it, in words."""
+    """Description of choices made for it."""
     of: str = "the file"
-    """What it is, in a message: a file or an array in memory."""
+    """Its name in messages: a file or an array in memory."""
     extent: tuple[float, ...] | None = None
-    """Size of the map in the unit of its positions, which it may not say; None where it has no positions."""
+    """Size of the map in the unit of its positions, which may be unknown; None if it has no positions."""
 
 
 _EVEN = 1e-3
-"""Part of the spacing by which points of a line scan may differ from an equal distance."""
+"""Largest deviation of points of a line scan from equal distances, as a part of the spacing."""
 
 
 def evenly_spaced(where: Real, heights: Real) -> tuple[Real, tuple[str, ...]]:
-    """A line scan at points an equal distance apart, interpolated where it was not, and what was done.
+    """A line scan at equidistant points, interpolated if necessary, and the steps taken.
 
     The positions ascend.
     """
@@ -61,7 +61,7 @@ def evenly_spaced(where: Real, heights: Real) -> tuple[Real, tuple[str, ...]]:
 
 
 def measurements(path: Path) -> tuple[str, ...]:
-    """Names of the measurements of a container; none of any other file."""
+    """Names of the measurements of a container; empty for any other file."""
     if not (file_name("path", path).is_file() and is_container(path)):
         return ()
     with _opened(path) as maps:
@@ -69,13 +69,13 @@ def measurements(path: Path) -> tuple[str, ...]:
 
 
 def from_instrument(path: Path, part: str | None) -> RawMap:
-    """A map by SurfaceTopography: heights as they are in the file, size and unit in m if it says them."""
+    """Read a map by SurfaceTopography: heights as in the file, size and unit in m if it has them."""
     with _opened(path) as maps:
         chosen = [name for name in maps if part is None or name == part]
         if len(chosen) == 1:
             return maps[chosen[0]]()
         if chosen and part is None and not is_container(path):
-            # The first height channel is what an instrument shows; the others are other directions of the scan.
+            # The first height channel is the one that an instrument shows; others are other scan directions.
             others = ", ".join(map(repr, chosen[1:]))
             return maps[chosen[0]]()._replace(steps=(f"channel {chosen[0]!r} taken, not {others}",))
     names = ", ".join(map(repr, maps)) or "none"
@@ -86,7 +86,7 @@ def from_instrument(path: Path, part: str | None) -> RawMap:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[dict[str, Callable[[], RawMap]]]:
-    """The maps of heights in a file, by name, as long as it is open."""
+    """Open a file, and yield its maps of heights by name."""
     if util.find_spec("SurfaceTopography") is None:
         raise TopographyError(
             f"{path}: to read this format install SurfaceTopography (pip install 'stickiness[topography]'), "
@@ -96,7 +96,7 @@ def _opened(path: Path) -> Iterator[dict[str, Callable[[], RawMap]]]:
         warnings.simplefilter("ignore")  # of imports, and of formats that are guessed
         try:
             yield _maps(path, stack)
-        except Exception as error:  # vendors' formats fail in all ways
+        except Exception as error:  # readers of vendors' formats may raise anything
             unknown = type(error).__name__ == "CannotDetectFileFormat"
             reason = "none of its formats" if unknown else str(error) or type(error).__name__
             raise TopographyError(f"{path}: SurfaceTopography cannot read it: {reason}") from error
@@ -125,7 +125,7 @@ def _maps(path: Path, stack: ExitStack) -> dict[str, Callable[[], RawMap]]:
 
 
 def _load(path: Path, reader: Any, channel: Any) -> RawMap:
-    """A channel of a file; a size or unit that it does not say is put in as 1 and left out afterwards."""
+    """Read a channel; a missing size or unit is set to 1 and dropped afterwards."""
     size, unit = channel.physical_sizes, channel.unit
     given: dict[str, Any] = {} if size is not None else {"physical_sizes": (1.0,) * channel.dim}
     given |= {} if unit is not None else {"unit": "m"}
@@ -135,7 +135,7 @@ def _load(path: Path, reader: Any, channel: Any) -> RawMap:
 
 
 def _values(path: Path, name: str | None, measured: Any) -> RawMap:
-    """What SurfaceTopography holds, holes as NaN."""
+    """Heights from SurfaceTopography, holes as NaN."""
     scale = units.unit_size(str(measured.unit), "length")
     lengths = tuple(float(length) * scale for length in measured.physical_sizes)
     source = path.name if name is None else f"{path.name}: {name}"

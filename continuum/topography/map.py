@@ -1,7 +1,7 @@
-"""Measured topographies: maps of heights with real units, checked, and said to be what they are.
+"""Measured topographies: checked maps of heights with real units.
 
-Heights are in m and point out of the body, so that the summits that touch first are the highest points.  A map is a
-:class:`Topography`; each step that changes one is written into its ``steps``.
+Heights are in m, positive out of the body, so that the summits that touch first are the highest points.  A map is a
+:class:`Topography`; each change is recorded in its ``steps``.
 """
 
 import hashlib
@@ -19,38 +19,38 @@ from continuum.model.fourier import Real
 from continuum.model.grid import Grid
 
 FEWEST = 16
-"""Points in each direction below which a map has no statistics."""
+"""Smallest number of points in each direction."""
 Bands = tuple[Real, Real]
 """Edges of bands of |q|, ascending, and the spectral density C in each."""
 FLAT = 1e-12
-"""Heights this much smaller than the largest number of the file are rounding errors."""
+"""Heights smaller than this part of the largest number in the file are rounding errors."""
 _SMALLEST, _LARGEST = 1e-20, 1e20
-"""Sizes of a map, in m or whatever the unit is; heights are no larger, either."""
+"""Bounds of the size of a map, in m; heights have the same upper bound."""
 _NOTHING = 1e-60
-"""Heights whose squares, divided by pixels to the fourth power, would not be numbers."""
+"""Bound of heights beyond which squares, divided by pixels to the fourth power, overflow."""
 
 
 class TopographyError(InputError, ValueError):
-    """A file holds no topography that can be used: the message says why, and what helps."""
+    """A topography cannot be used: the message has the reason and a remedy."""
 
 
 def heights_of(name: str, value: Any) -> Real:
-    """A copy of an array of real numbers as heights, NaN where points are masked: these are missing."""
+    """A copy of an array of real numbers as heights; masked points, which are missing, become NaN."""
     heights = np.array(array(name, value), dtype=np.float64)
     heights[np.ma.getmaskarray(value)] = np.nan
     return heights
 
 
 def fault_of(heights: Real, lengths: Sequence[float]) -> str:
-    """What makes heights of a size no measurement, in words; empty if nothing does."""
+    """Why heights of this size are not a measurement; empty if they are."""
     missing = np.count_nonzero(~np.isfinite(heights))
     if missing:
         of = f"{missing} of {heights.size} heights are missing or not finite"
-        return of if missing == heights.size else f"{of}: `fill` the holes, or `crop` a part without"
+        return of if missing == heights.size else f"{of}: `fill` the holes, or `crop` a part without holes"
     if np.abs(heights).max() > _LARGEST:
-        return f"heights of more than {_LARGEST:g} m: the wrong unit, or no heights"
+        return f"heights of more than {_LARGEST:g} m: probably in another unit, or not heights"
     if np.ptp(heights) <= max(FLAT * np.abs(heights).max(), _NOTHING):
-        return "all heights are the same: not a measured surface, or the wrong channel of the file"
+        return "all heights are equal: not a measured surface, or the wrong channel of the file"
     if not all(_SMALLEST <= length <= _LARGEST for length in lengths):
         size = " x ".join(f"{length:g}" for length in lengths)
         what = "a length" if len(lengths) == 1 else "lengths"
@@ -64,20 +64,20 @@ class Topography:
 
     Parameters
     ----------
-    heights : in m, out of the body, shape (nx, ny); a masked point is a missing one.
+    heights : heights in m, positive out of the body, shape (nx, ny); masked points are missing.
     lengths : (Lx, Ly), physical size, in m; pixels need not be square.
     periodic : whether the map continues at its edges.
-    source : where it comes from, in words.
-    steps : what has been done to it, in words.
-    cutoff : wavelength below which waves were left out on purpose, in m.
-    filled : whether points that stand out were looked for and filled on purpose.
-    bands : edges of bands of |q|, in 1/m, and C in each, in m⁴, of what it stands for: its moments are those of this
-        spectrum, whose longest waves the heights may lack; None for a map.
-    lines : of a scan that it stands for (:mod:`continuum.topography.spectra`); 0 for a map.
-    measurements : that it stands for together (:mod:`continuum.topography.spectra`); 0 for a map.
+    source : description of its origin.
+    steps : descriptions of the changes made to it.
+    cutoff : wavelength below which waves were removed on purpose, in m.
+    filled : whether outliers were looked for and filled on purpose.
+    bands : edges of bands of |q|, in 1/m, and C in each, in m⁴, of the spectrum that a random surface represents,
+        which has its moments even if the heights lack the longest waves; None for a map.
+    lines : number of scan lines that a random surface represents (:mod:`continuum.topography.spectra`); 0 for a map.
+    measurements : number of measurements that a random surface represents; 0 for a map.
 
-    Raises TopographyError if heights are missing, not finite, constant, or no map, or sizes no sizes; ArgumentError if
-    an argument is of another type.
+    Raises TopographyError if heights are missing, not finite, constant or not two-dimensional, or a size is not
+    positive; ArgumentError if an argument is of another type.
     """
 
     heights: Real = field(repr=False)
@@ -104,7 +104,7 @@ class Topography:
         if heights.ndim != 2 or min(heights.shape) < FEWEST:
             shape = " x ".join(map(str, heights.shape))
             what = f"an array of {shape} heights" if shape else "heights that are one number"
-            self._refuse(f"{what}: a map has two directions of at least {FEWEST} points")
+            self._refuse(f"{what}: a map is two-dimensional, with at least {FEWEST} points along each side")
         if fault := fault_of(heights, lengths):
             self._refuse(fault)
         heights.flags.writeable = False
@@ -121,7 +121,7 @@ class Topography:
 
     @property
     def extent(self) -> float:
-        """The longest wave that was measured: the smaller side of a map, or that of its spectrum."""
+        """The longest measured wavelength: the smaller side of a map, or that of its spectrum."""
         if self.bands is None:
             return float(min(self.lengths))
         edges = self.bands[0]
@@ -129,7 +129,7 @@ class Topography:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of heights and size: what was analysed, whatever the file is called."""
+        """SHA-256 of heights and size, which identifies the map independently of its file name."""
         return hashlib.sha256(self.heights.tobytes() + np.array(self.lengths).tobytes()).hexdigest()
 
     def after(self, heights: Real, step: str, **changes: Any) -> Self:
@@ -137,9 +137,9 @@ class Topography:
 
 
 def mirror(topography: Topography) -> Topography:
-    """A periodic map of four times the area: the map, and its mirror images beside it.
+    """A periodic map of four times the area: the map and its mirror images.
 
-    Continuous, unlike the map's own repetition, and without the loss of a window; slopes jump at the mirrors.
+    It is continuous, unlike the repeated map, and loses nothing to a window; slopes jump at the mirrors.
     """
     heights = instance("topography", topography, Topography).heights
     for axis in (0, 1):
@@ -149,9 +149,9 @@ def mirror(topography: Topography) -> Topography:
 
 
 def opposed(first: Topography, second: Topography) -> Topography:
-    """Two rough bodies face to face as one: the sum of the heights, the second one's turned over about the y axis.
+    """Two rough bodies face to face as one: the sum of the heights, with the second turned over about the y axis.
 
-    Maps of the same pixel are cut to their common part.
+    The maps need the same pixel, and are cut to their common part.
 
     Raises TopographyError if their pixels differ by more than one part in a million.
     """
@@ -161,7 +161,7 @@ def opposed(first: Topography, second: Topography) -> Topography:
         pixels = [" x ".join(units.readable(d, "length") for d in t.grid.spacing) for t in (first, second)]
         raise TopographyError(
             f"{first.source} and {second.source} have pixels of {pixels[0]} and {pixels[1]}: "
-            "heights can be added only on the same points; resample one (statistics need no such thing)"
+            "heights can be added only on the same points; resample one (not needed for statistics)"
         )
     nx, ny = np.minimum(first.heights.shape, second.heights.shape)
     same = first.heights.shape == second.heights.shape

@@ -1,7 +1,7 @@
-"""What is done to a map before it is judged, or is a wall: cut, holes filled, background and short waves taken off.
+"""Prepare a map before it is judged or becomes a wall: crop, fill holes, subtract background, remove short waves.
 
-Each step is asked for, changes heights only, and is written into the steps of the map.  One that cannot be done, since
-nothing would be left or more would have to be filled than is allowed, raises TopographyError.
+Each step is explicit, changes heights only, and is recorded in the steps of the map.  TopographyError is raised if
+nothing would be left, or more would have to be filled than is allowed.
 """
 
 from collections.abc import Sequence
@@ -24,20 +24,20 @@ from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spike
 Detrending = Literal["plane", "curvature", "lines", "none"]
 Edges = Literal["mirror", "window"]
 _FEWEST = 4
-"""Pixels across a part: within fewer a cubic spline is one polynomial, whatever was measured."""
+"""Smallest number of pixels across a part: a cubic spline through fewer is one polynomial."""
 _TAPER = 0.5
-"""Part of a side over which a window goes to zero, both ends together."""
+"""Part of a side over which a window falls to zero, both ends together."""
 
 
 def detrend(topography: Topography, how: Detrending | None = None) -> Topography:
-    """Take off what is no roughness: how the sample lies, the bow of the scanner, the offsets of its lines.
+    """Subtract what is not roughness: the tilt of the sample, the bow of the scanner, the offsets of its lines.
 
     Parameters
     ----------
     topography : as read.
-    how : "plane" and "curvature" take off the polynomial of first or second degree of least squares, "lines" the plane
-        and then the median of each line, "none" the mean only.  None takes off the plane, but of a periodic map, which
-        no plane leaves periodic, the mean only.
+    how : "plane" and "curvature" subtract the least-squares polynomial of first or second degree, "lines" the plane
+        and then the median of each line, "none" the mean only.  None subtracts the plane, or the mean of a periodic
+        map, which must remain periodic.
     """
     instance("topography", topography, Topography)
     if how is not None:
@@ -57,18 +57,18 @@ def detrend(topography: Topography, how: Detrending | None = None) -> Topography
         heights = heights - heights.mean()
         step += f", then the median of each line along {'xy'[found.axis]}"
     if np.abs(heights).max() <= FLAT * max(np.abs(topography.heights).max(), np.ptp(topography.heights)) * 1e2:
-        raise TopographyError(f"{topography.source}: the map is a plane: nothing is left when its plane is taken off")
+        raise TopographyError(f"{topography.source}: the map is a plane: nothing is left after subtracting it")
     return topography.after(heights, step)
 
 
 def prepare(
     topography: Topography, how: Detrending | None = None, *, fill: float = 0.0, cutoff: str | None = None
 ) -> Topography:
-    """A map as it is to be judged: after :func:`fill_outliers` (not if 0), :func:`detrend` and :func:`cut_off`.
+    """A map ready to be judged: after :func:`fill_outliers` (unless 0), :func:`detrend` and :func:`cut_off`.
 
     The cut-off is a text with its unit; None keeps all waves.
     """
-    if fill and topography.bands is None:  # a random surface has none
+    if fill and topography.bands is None:  # a random surface has no background
         topography = fill_outliers(topography, fill)
     topography, wavelength = detrend(topography, how), length_of("cutoff", cutoff)
     return topography if wavelength is None else cut_off(topography, wavelength)
@@ -77,7 +77,7 @@ def prepare(
 def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tuple[float, float]]:
     """Polynomial of least squares without its mean, and its mean slopes along x and y.
 
-    On a full rectangle 1, x, y, x² - <x²>, y² - <y²> and xy are independent, so that each is projected out by itself.
+    On a full rectangle 1, x, y, x² - <x²>, y² - <y²> and xy are orthogonal, so that each is projected out separately.
     """
     heights = instance("topography", topography, Topography).heights
     spacing = topography.grid.spacing
@@ -94,14 +94,14 @@ def background(topography: Topography, degree: Literal[1, 2]) -> tuple[Real, tup
 
 
 def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, float, float, float]) -> Real:
-    """Heights with x0 <= x < x1 and y0 <= y < y1, the points being the middles of their pixels.
+    """Heights with x0 <= x < x1 and y0 <= y < y1, where points are centres of pixels.
 
     The corners (x0, x1, y0, y1) are in the unit of the lengths, the size of the map.
     """
     heights = array("heights", heights)
     sides = [number("lengths", length, above=0) for length in pair("lengths", lengths)]
     if heights.ndim != 2:
-        raise ArgumentError("heights", heights, "a map of two directions")
+        raise ArgumentError("heights", heights, "a two-dimensional map")
     if not isinstance(corners, Sequence) or len(corners) != 4:
         raise ArgumentError("corners", corners, "four lengths, x0, x1, y0 and y1")
     edges = [number("corners", edge) for edge in corners]
@@ -117,9 +117,9 @@ def crop(heights: Real, lengths: tuple[float, float], corners: tuple[float, floa
 
 
 def harmonic(heights: Real, holes: Mask) -> Real:
-    """Heights with the holes filled by the solution of Laplace's equation, the known points around them given.
+    """Heights with holes filled by the solution of Laplace's equation between the known points around them.
 
-    The smoothest film over a hole: no point is above or below all that is known.  Edges of the map are free.
+    No filled point is above or below all known ones.  Edges of the map are free.
     """
     heights = array("heights", heights)
     holes = array("holes", holes, kinds="b")
@@ -155,7 +155,7 @@ def harmonic(heights: Real, holes: Mask) -> Real:
 
 
 def fill_outliers(topography: Topography, limit: float) -> Topography:
-    """Fill scars and single points that stand out as if they had not been measured, up to a share of the points."""
+    """Fill scars and outliers as if they had not been measured, up to a share of the points."""
     number("limit", limit, least=0, most=1)
     mask = scan_lines(instance("topography", topography, Topography).heights).scars | spikes(topography.heights)
     share = float(mask.mean())
@@ -170,9 +170,9 @@ def fill_outliers(topography: Topography, limit: float) -> Topography:
 
 
 def cut_off(topography: Topography, wavelength: float) -> Topography:
-    """The map without waves shorter than a cut-off.
+    """Remove waves shorter than a cut-off.
 
-    A map that is not periodic is filtered together with its mirror images, which have no steps at the edges.
+    A map that is not periodic is filtered with its mirror images, which have no steps at the edges.
     """
     wavelength = number("wavelength", wavelength, above=0)
     pixel, size = max(instance("topography", topography, Topography).grid.spacing), min(topography.lengths)
@@ -205,24 +205,24 @@ def _longer(bands: Bands, wavelength: float) -> Bands:
 def wall_from_map(
     topography: Topography, n: int, spacing: float, edges: Edges, centre: tuple[float, float] = (0.5, 0.5)
 ) -> Topography:
-    """A periodic wall of n x n points, one above each surface atom; its heights are those of a wall.
+    """A periodic wall of n x n points, one above each surface atom, from a part of a map.
 
-    The part is cut out, its plane taken off, and interpolated by cubic splines; then it is continued by its mirror
+    The part is cut out, its plane subtracted, and interpolated by cubic splines; then it is continued by its mirror
     images (the part is then n/2 spacings wide), or brought to its mean at the edges by a Tukey window; and turned
-    over, so that what stands out of the body comes lowest.
+    over, so that its summits are lowest.
 
     Parameters
     ----------
     topography : as read.
     n : points along a side, even with mirrors.
     spacing : of the atoms, a0, in m.
-    edges : how it is made periodic.
-    centre : of the part, as fractions of the map.
+    edges : method to make it periodic.
+    centre : centre of the part, as fractions of the map.
 
     Returns
     -------
     Topography
-        In m, with every step in words.
+        Heights in m, with all steps.
 
     Raises TopographyError if the part does not lie within the map, has too few of its pixels, or is a plane.
     """

@@ -1,6 +1,6 @@
-"""Sizes, units, shares and parts of a map as a person writes them, read as numbers in m.
+"""Parse sizes, units, shares and parts of a map from text into numbers in m.
 
-What a message names in backticks is an argument, which the command writes as its option.
+Names in backticks in messages are arguments, which the command replaces by its options.
 """
 
 import re
@@ -12,13 +12,13 @@ from continuum.arguments import instance, number, texts
 from continuum.topography.map import TopographyError
 
 PER_MAP = {"size": '"10um" or "10um,12um"', "unit": '"nm"', "dataset": '"heights"', "part": '"Height"'}
-"""What is given as one text for all maps or one for each, with examples."""
+"""Arguments that are one text for all maps or one for each, with examples."""
 _ZERO = re.compile(r"\s*[0.]+\s*\D*")
-"""An edge of a map at zero, which needs no unit."""
+"""Zero, which needs no unit."""
 
 
 def texts_of(count: int, **values: str | Sequence[str] | None) -> dict[str, tuple[str, ...]]:
-    """What is given for the maps: nothing, one text for all, or one for each."""
+    """The texts given for the maps: none, one for all, or one for each."""
     found = {name: texts(name, value, PER_MAP[name]) for name, value in values.items()}
     for name, several in found.items():
         if len(several) not in (0, 1, count):
@@ -30,7 +30,7 @@ def texts_of(count: int, **values: str | Sequence[str] | None) -> dict[str, tupl
 
 
 def text_for(values: Sequence[str], i: int) -> str | None:
-    """What is given for a map, by one value for all or one for each; None as the file says."""
+    """The text for one map; None leaves it to the file."""
     value = values[i if len(values) > 1 else 0] if values else "-"
     return None if value == "-" else value
 
@@ -51,7 +51,7 @@ def sizes_of(source: str, text: str | None) -> tuple[float, ...] | None:
 def units_of(source: str, names: str | None) -> tuple[float | None, float | None]:
     """Units of heights and of positions, in m, from "nm", or "um,nm" where the positions come first; None if not told.
 
-    One unit is that of the heights.
+    A single unit is that of the heights.
     """
     if names is None:
         return None, None

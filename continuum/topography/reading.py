@@ -1,9 +1,9 @@
-"""Reading topographies: from plain arrays, whose units must be given, and from the files of instruments.
+"""Read topographies from plain arrays, whose units must be given, and from files of instruments.
 
-Arrays in memory or in files (npy, text, HDF5) carry no units: size and unit of the heights must be given; columns of
-positions and heights (:mod:`continuum.topography.columns`) may name theirs in a header.  What an instrument wrote names
-them (:mod:`continuum.topography.instruments`).  What a person writes as text is read by
-:mod:`continuum.topography.quantities`.  What cannot be read raises TopographyError, and what is of another type
+Arrays in memory or in files (npy, text, HDF5) have no units, so that size and unit of the heights must be given;
+columns of positions and heights (:mod:`continuum.topography.columns`) may have units in a header, and files of
+instruments have them (:mod:`continuum.topography.instruments`).  Arguments with units are parsed by
+:mod:`continuum.topography.quantities`.  Files that cannot be read raise TopographyError, arguments of another type
 ArgumentError.
 """
 
@@ -31,7 +31,7 @@ from continuum.topography.spectra import isotropic_surface, joined
 _TEXT = frozenset({".txt", ".csv", ".dat", ".xyz", ".asc"})
 _NETCDF = ".nc"
 FEW_HOLES = 0.01
-"""Share of the heights up to which missing ones are filled without being asked."""
+"""Largest share of missing heights that is filled by default."""
 
 
 def read_topography(
@@ -52,21 +52,21 @@ def read_topography(
 
     Parameters
     ----------
-    heights : name of a file, npy, text or HDF5, or any format of SurfaceTopography, if that is installed.  Or an array,
-        out of the body, shape (nx, ny), or one profile; a masked point is a missing one.  Two columns are positions and
-        heights of a profile, three those of a map.
+    heights : name of a file, npy, text or HDF5, or any format of SurfaceTopography, if that is installed.  Or an
+        array, positive out of the body, shape (nx, ny), or one profile; masked points are missing.  Two columns are
+        positions and heights of a profile, three those of a map.
     size : (Lx, Ly) in m, along the first index and the second, or (Lx,) for square pixels; only if the file does not
         say.
-    unit : of the heights, in m; only if the file does not say.
-    position_unit : of the positions, where a file has columns of positions and heights, in m; instead of a size.
-    periodic : whether the map continues at its edges; None believes the file, else no.
-    dataset : in an HDF5 file, if it has several.
-    part : name of a map in a container, or of a channel, if there are several; :data:`ALL` joins those of a container.
-    corners : (x0, x1, y0, y1) of the part that counts, in m; None for all.
+    unit : unit of the heights, in m; only if the file does not say.
+    position_unit : unit of the positions, in m, if a file has columns of positions and heights; instead of a size.
+    periodic : whether the map continues at its edges; None takes what the file says, and else no.
+    dataset : dataset of an HDF5 file, if it has several.
+    part : name of a map in a container, or of a channel, if there are several; :data:`ALL` joins all of a container.
+    corners : (x0, x1, y0, y1) of the part to use, in m; None for all.
     fill : largest share of missing heights that is filled (:func:`continuum.topography.mending.harmonic`); 0 for
         :data:`FEW_HOLES`.
     override : whether a given size or unit overrules what the file says.
-    source : what an array is called in messages and on the page.
+    source : name of an array in messages and on the page.
     """
     if periodic is not None:
         flag("periodic", periodic)
@@ -76,7 +76,7 @@ def read_topography(
         return _whole(_with_units(found, size, unit, position_unit, periodic, override), corners, fill)
     path = file_name("heights", heights)
     if not path.is_file():
-        raise TopographyError(f"{path}: {'a folder, and no file' if path.is_dir() else 'there is no such file'}")
+        raise TopographyError(f"{path}: {'a folder, not a file' if path.is_dir() else 'there is no such file'}")
     if path.stat().st_size == 0:
         raise TopographyError(f"{path}: the file is empty")
     if part == ALL and is_container(path):
@@ -91,10 +91,10 @@ def read_topography(
 
 
 def _raw(path: Path, dataset: str | None, part: str | None, told: bool) -> RawMap:
-    """What a file holds, by the reader that knows it.
+    """Read a file by the reader for its format.
 
-    Other than npy, plain files may name their units in a header that only SurfaceTopography reads, so that it reads
-    those of which nothing is told.
+    Plain files other than npy may have units in a header that only SurfaceTopography reads, so that it reads those for
+    which neither size nor unit is given.
     """
     suffix, others = path.suffix.lower(), util.find_spec("SurfaceTopography") is not None
     if suffix in _TEXT:
@@ -124,7 +124,7 @@ def _raw(path: Path, dataset: str | None, part: str | None, told: bool) -> RawMa
 
 
 def _plain(heights: Real, source: str, steps: tuple[str, ...] = (), of: str = "the file") -> RawMap:
-    """An array without units: of heights, or of columns of positions and heights."""
+    """An array without units: heights, or columns of positions and heights."""
     found = from_table(Columns(heights, ()), source, of)
     return found._replace(steps=(*steps, *found.steps))
 
@@ -142,9 +142,9 @@ def read_all(
     fill: str | float | None = None,
     override_size: bool = False,
 ) -> list[Topography]:
-    """One or two topographies, from files or arrays, with sizes and units as text: one for all, or one for each.
+    """Read one or two topographies from files or arrays, with sizes and units as text: one for all, or one for each.
 
-    All maps are looked at before one is refused.  The arguments are those of :func:`continuum.predict`.
+    Faults of all maps are reported together.  The arguments are those of :func:`continuum.predict`.
     """
     if flag("join", join) and len(maps) < 2:
         raise TopographyError(f"`join`: several measurements of one surface are joined, got {len(maps)}")
@@ -180,10 +180,10 @@ def read_all(
 
 
 def _whole_array(source: str, **names: str | None) -> None:
-    """Refuse to look for a dataset or a part in what is one array."""
+    """Check that no dataset or part is given for a single array."""
     for name, value in names.items():
         if value is not None:
-            raise TopographyError(f"{source}: `{name}` {value!r}: there is one array; leave it out")
+            raise TopographyError(f"{source}: `{name}` {value!r}: there is only one array; leave it out")
 
 
 def _with_units(
@@ -194,7 +194,7 @@ def _with_units(
     periodic: bool | None,
     override: bool = False,
 ) -> RawMap:
-    """Heights in m: what the file says, or what was given; neither both, unless it overrules, nor none."""
+    """Heights in m, with size and unit from the file or the arguments, from both only with ``override``."""
     if not found.heights.size:
         shape = " x ".join(map(str, found.heights.shape))
         raise TopographyError(
@@ -241,7 +241,7 @@ def _with_units(
 
 
 def _missing(found: RawMap, what: str) -> str:
-    """What has to be given of a map that does not say its size or its unit."""
+    """Message about a size or unit that the file lacks and that must be given."""
     if what == "size" and found.extent is not None:
         return (
             f"{found.of} does not say the unit of its positions: give the units of both, positions and heights, as "
@@ -251,7 +251,7 @@ def _missing(found: RawMap, what: str) -> str:
 
 
 def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fill: float) -> Topography:
-    """The part that counts, without holes."""
+    """The part of the map to use, with its holes filled."""
     number("fill", fill, least=0, most=0.5)
     (lx, ly), steps = found.size or (np.nan, np.nan), list(found.steps)
     if found.heights.ndim == 1:
@@ -271,7 +271,7 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
             raise TopographyError(f"{found.source}: {error}") from error
         if min(heights.shape) < FEWEST:
             points = " x ".join(map(str, heights.shape))
-            msg = f"{found.source}: `crop` leaves {points} points: a map has two directions of at least {FEWEST} points"
+            msg = f"{found.source}: `crop` leaves {points} points: a map has at least {FEWEST} points along each side"
             raise TopographyError(msg)
         lx, ly = heights.shape[0] * pixel[0], heights.shape[1] * pixel[1]
         x0, x1, y0, y1 = (units.readable(edge, "length", 3) for edge in corners)
@@ -282,7 +282,7 @@ def _whole(found: RawMap, corners: tuple[float, float, float, float] | None, fil
 
 
 def _without_holes(heights: Real, fill: float, source: str) -> tuple[Real, list[str]]:
-    """Heights with the missing ones filled, and what was done: up to 1 %, or to the share that was asked for."""
+    """Heights with missing ones filled, up to 1 % or the share given, and the step taken."""
     holes = ~np.isfinite(heights)
     missing = float(holes.mean())
     if not missing or holes.all():

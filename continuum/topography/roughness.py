@@ -1,10 +1,10 @@
-"""How rough a measured topography is: moments, spectrum, their dependence on the smallest wavelength, self-affine fit.
+"""Roughness of a measured topography: moments, spectrum, their dependence on the cut-off, self-affine fit.
 
 Lengths are in any one unit.  A periodic map has the spectral moments of :mod:`continuum.model.surface`.  A map that is
-not has steps at its edges, which are no roughness.  Its slope and curvature are those of differences between
-neighbouring points, which need no edges and weigh all points alike; and for its spectrum it is weighted with a Hann
-window of mean square 1.  That spectrum says which share of a moment belongs to which wavelengths; the whole is that of
-the map.
+not periodic has steps at its edges, which are not roughness.  Its slope and curvature are therefore those of
+differences between neighbouring points, which weigh all points alike; its spectrum is that of the map times a Hann
+window of mean square 1.  That spectrum gives the share of each wavelength in a moment; the whole moment is that of the
+map.
 """
 
 from dataclasses import dataclass, field
@@ -23,13 +23,13 @@ from continuum.topography.map import Bands, Topography, mirror
 BANDS_PER_DECADE = 12
 """Number of the logarithmic bands in which spectra are averaged."""
 _FINE_PER_DECADE = 250
-"""Bands per decade into which those of a spectrum are divided."""
+"""Finer bands per decade into which the bands of a spectrum are divided."""
 MODEL_ERROR = 0.1
-"""Relative deviation of a band from a power law that counts as none."""
+"""Relative deviation of a band from a power law that is taken as zero."""
 EMPTY = 1e-3
-"""Beyond the peak of q⁴ C(q), bands with less than this part of it are beyond the surface's upper cut-off."""
+"""Part of the peak of q⁴ C(q) below which bands beyond the peak are above the upper cut-off of the surface."""
 EDGE = 0.05
-"""Part to which a spectrum falls within two bands only at its upper cut-off: a slope of -8, where H = 1 has -4."""
+"""Fall of a spectrum within two bands that marks its upper cut-off: a slope of -8, where H = 1 has -4."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Cut:
     """Moments of the roughness of wavelengths above a cut-off."""
 
     wavelength: float
-    """The cut-off: what an instrument of that resolution would see."""
+    """The cut-off, the resolution of an instrument that would measure these moments."""
     moments: Moments
     conformal_energy: float
     """Elastic energy per area of full contact, for E* = 1."""
@@ -49,13 +49,13 @@ class Fit:
 
     hurst: float
     hurst_error: float
-    """Standard error of the fit, which knows nothing of what is wrong with the model or the instrument."""
+    """Standard error of the fit, without errors of the model or the instrument."""
     roll_off: float | None
     """λ_L, above which the spectrum is flat; None if the map shows no such wavelength."""
     cut_off: float | None
     """λ_s, below which the spectrum falls faster; None if it does not."""
     floor: float | None
-    """Wavelength below which the spectrum falls less, as noise does; None if it does not."""
+    """Wavelength below which the spectrum falls less steeply, as noise does; None if it does not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class Roughness:
     """Statistics of one topography, or of two rough bodies together."""
 
     moments: Moments
-    """Spectral if the map is periodic; else the rms height of the map and differences of its points."""
+    """Moments: spectral if the map is periodic; else the rms height of the map and differences of its points."""
     stencil: Moments
     """Slope and curvature from differences of neighbouring heights."""
     spectral: Moments
@@ -73,7 +73,7 @@ class Roughness:
     wavenumber: Real = field(repr=False)
     """|q| of every mode, ascending."""
     shares: tuple[Real, Real, Real, Real] = field(repr=False)
-    """What each mode adds to h², h'², h''² and the energy of full contact."""
+    """Contribution of each mode to h², h'², h''² and the energy of full contact."""
     pixel: float
     """The larger spacing of the points."""
     size: float
@@ -91,7 +91,8 @@ class Roughness:
         return Cut(wavelength, Moments(*(float(np.sqrt(m)) for m in (height, slope, curvature))), energy)
 
     def followed_by(self, tip: float) -> list[float]:
-        """Wavelengths to which a tip of a radius follows: the roughness of all longer waves has half its curvature.
+        """Shortest wavelength that a tip of a given radius follows: the roughness of all longer waves has half its
+        curvature.
 
         h''_rms, the laplacian, is twice the mean curvature.
         """
@@ -99,12 +100,12 @@ class Roughness:
 
     @property
     def whole(self) -> Cut:
-        """All the roughness that the map shows."""
+        """The roughness of all wavelengths of the map."""
         return self.cut(self.wavelengths[0])
 
     @property
     def wavelengths(self) -> list[float]:
-        """Cut-offs to look at, from the shortest of the map to a quarter of its size, four per octave."""
+        """Cut-offs from the shortest wavelength of the map to a quarter of its size, four per octave."""
         shortest = float(2 * np.pi / self.wavenumber[-1])
         octaves = np.log2(max(self.size / 4 / shortest, 1.0))
         return [float(wavelength) for wavelength in shortest * 2.0 ** np.arange(0, octaves + 1e-9, 0.25)]
@@ -120,7 +121,7 @@ def hann(shape: tuple[int, int]) -> Real:
 
 
 def windowed(topography: Topography) -> Real:
-    """The heights as they are transformed: weighted unless periodic, with mean zero."""
+    """The heights for the Fourier transform: windowed unless periodic, with mean zero."""
     heights = topography.heights
     window = np.ones(heights.shape) if topography.periodic else hann(topography.grid.shape)
     return window * (heights - np.sum(window * heights) / np.sum(window))
@@ -135,15 +136,15 @@ def spectrum(topography: Topography) -> tuple[Real, Real]:
         edges, c = _fine(bands)
         return np.sqrt(edges[1:] * edges[:-1])[c > 0], c[c > 0]
     q, c = power_spectrum(topography.grid, windowed(topography))
-    # Rings beyond are cut by the corners of the Brillouin zone.
+    # Rings beyond lie only partly in the Brillouin zone.
     whole = q <= np.pi / max(topography.grid.spacing)
     return q[whole], c[whole]
 
 
 def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
-    """Moments from differences: of neighbours for the slope, of a point and its four neighbours for the curvature.
+    """Moments from differences of neighbours (slope), and of a point and its four neighbours (curvature).
 
-    A stencil sees wavelengths near two points less than they are: it agrees with the spectrum where these do not count.
+    Differences underestimate wavelengths near two points: they agree with the spectrum if these do not matter.
     """
     heights = map_of("heights", heights, instance("grid", grid, Grid).shape)
     if flag("periodic", periodic):
@@ -156,7 +157,7 @@ def stencil_moments(grid: Grid, heights: Real, periodic: bool) -> Moments:
 
 
 def _fine(bands: Bands) -> Bands:
-    """The same spectrum in bands of less than a per cent, so that a cut-off falls between two of them."""
+    """The spectrum in bands of less than a per cent, so that a cut-off falls between two of them."""
     edges, density = bands
     parts = np.maximum(np.ceil(np.diff(np.log10(edges)) * _FINE_PER_DECADE).astype(np.int64), 1)
     inner = [np.geomspace(a, b, n + 1)[:-1] for a, b, n in zip(edges[:-1], edges[1:], parts, strict=True)]
@@ -164,11 +165,11 @@ def _fine(bands: Bands) -> Bands:
 
 
 def _roughness_of_bands(bands: Bands, topography: Topography) -> Roughness:
-    """Statistics of a spectrum that stands for lines or for several measurements: integrals over its bands."""
+    """Statistics of a spectrum from lines or several measurements: integrals over its bands."""
     edges, density = _fine(bands)
 
     def share(exponent: int) -> Real:
-        """What each band adds to ∫ q^exponent C d²q."""
+        """Contribution of each band to ∫ q^exponent C d²q."""
         return 2 * np.pi * density * np.diff(edges ** (exponent + 2)) / (exponent + 2)
 
     height, slope, curvature, energy = share(0), share(2), share(4), share(1) / 4
@@ -181,7 +182,7 @@ def _roughness_of_bands(bands: Bands, topography: Topography) -> Roughness:
 
 
 def roughness_of(topography: Topography) -> Roughness:
-    """Statistics of a topography, which has been detrended before."""
+    """Statistics of a detrended topography."""
     if (bands := instance("topography", topography, Topography).bands) is not None:
         return _roughness_of_bands(bands, topography)
     grid, heights = topography.grid, topography.heights
@@ -192,7 +193,7 @@ def roughness_of(topography: Topography) -> Roughness:
     wavenumber, power = q[order], power_q.ravel()[order]
     spectral, stencil = moments(grid, weighted), stencil_moments(grid, heights, topography.periodic)
     whole = spectral if topography.periodic else stencil
-    # The window takes most from the longest waves, which carry the energy; mirror images keep them.
+    # The window reduces the longest waves, which carry the energy; mirror images keep them.
     closed = topography if topography.periodic else mirror(topography)
     power_q = np.abs(closed.grid.forward(closed.heights)) ** 2 * closed.grid.mode_weights
     energy = conformal_energy(closed.grid.wavenumber, power_q)
@@ -209,7 +210,7 @@ def roughness_of(topography: Topography) -> Roughness:
 
 
 def together(first: Roughness, second: Roughness) -> Roughness:
-    """Two rough bodies as one: of heights that are not correlated the spectra, and with them squared moments, add."""
+    """Two rough bodies as one: for uncorrelated heights the spectra, and so the squared moments, add."""
     instance("first", first, Roughness)
     instance("second", second, Roughness)
     wavenumber = np.concatenate([first.wavenumber, second.wavenumber])
@@ -232,10 +233,10 @@ def together(first: Roughness, second: Roughness) -> Roughness:
 
 
 def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
-    """Fit a flat part, a power law and a part of another slope to a radially averaged spectrum, in logarithmic bands.
+    """Fit a flat part, a power law and a part of another slope to a radially averaged spectrum in logarithmic bands.
 
-    The two corners are where the squared deviations are least; each is kept only if it pays for what it costs
-    (Schwarz's criterion).  None if fewer than six bands are filled, or no power law of a positive H fits.
+    The two corners minimise the squared deviations; each is kept only if Schwarz's criterion improves.  None if fewer
+    than six bands are filled, or no power law with positive H fits.
     """
     wavenumber, density = array("wavenumber", wavenumber), array("density", density)
     if wavenumber.ndim != 1 or not np.all(np.diff(wavenumber, prepend=0.0) > 0):
@@ -246,7 +247,7 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
     if x.size < 6:
         return None
     best: tuple[float, float, Real, Real, float, float] | None = None
-    # A corner at the end of the data is no corner; three bands at least lie on the power law.
+    # A corner at the end of the data does not count; at least three bands lie on the power law.
     for low in (-np.inf, *x[1:-3].tolist()):
         for high in (*x[3:-1].tolist(), np.inf):
             if np.count_nonzero((x >= low) & (x <= high)) < 3:
@@ -255,7 +256,7 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
             columns += [np.maximum(x - high, 0.0)] if np.isfinite(high) else []
             design = np.stack(columns, axis=1) * weight[:, None]
             found = np.asarray(np.linalg.lstsq(design, y * weight, rcond=None)[0], dtype=np.float64)
-            if found[1] >= -2:  # H would be negative: the heights of no surface
+            if found[1] >= -2:  # H would be negative, which no surface has
                 continue
             if found.size > 2 and -4 <= found[2] <= -2:  # 0 < H < 1 again: neither a cut-off nor a floor
                 continue
@@ -269,7 +270,7 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
     _, variance, found, design, low, high = best
     end = float(2 * np.pi / 10**high) if np.isfinite(high) else None
     steeper = end is not None and found[2] < found[1]
-    # Beyond bands that are empty there is a cut-off as well, in the band that is filled in part: where C falls to EDGE.
+    # Empty bands also mark a cut-off, in the partly filled band where C falls to EDGE.
     filled = wavenumber[density >= EDGE * 10 ** y[-1]]
     last = float(2 * np.pi / filled[-1]) if 10 ** x[-1] < 0.8 * wavenumber[-1] else None
     return Fit(
@@ -282,7 +283,7 @@ def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:
 
 
 def _bands(wavenumber: Real, density: Real) -> tuple[Real, Real, Real]:
-    """Decimal logarithms of q and C, averaged over bands, and weights; without bands beyond the surface's cut-off."""
+    """Decimal logarithms of q and C averaged over bands, and weights, without bands beyond the cut-off."""
     if not wavenumber.size:
         return wavenumber, density, wavenumber
     band = np.floor(np.log10(wavenumber / wavenumber[0]) * BANDS_PER_DECADE + 0.5).astype(np.int64)
@@ -292,11 +293,11 @@ def _bands(wavenumber: Real, density: Real) -> tuple[Real, Real, Real]:
     flow = q**4 * c
     peak = int(np.argmax(flow))
     empty = np.flatnonzero(flow[peak:] < EMPTY * flow[peak])
-    # What follows an edge of the spectrum is what windows and fillings leave, and no part of a power law.
+    # Beyond an edge of the spectrum are only residues of windows and filled points.
     edge = np.flatnonzero(c[2:] < EDGE * c[:-2])
-    # The band in which the spectrum ends is filled in part only.
+    # The band in which the spectrum ends is only partly filled.
     end = min(peak + int(empty[0]) - 1 if empty.size else q.size, int(edge[0]) + 1 if edge.size else q.size)
-    # Of n modes of Gaussian amplitude the mean square scatters by 2/n; no power law holds better than MODEL_ERROR.
+    # The mean square of n Gaussian modes scatters by 2/n; no power law holds better than MODEL_ERROR.
     modes = np.bincount(band, weights=np.pi * wavenumber / wavenumber[0])[filled]
     weight = 1 / np.sqrt(2 / modes + MODEL_ERROR**2)
     kept = np.flatnonzero(c[:end] > 0)

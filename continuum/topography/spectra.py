@@ -1,14 +1,14 @@
-"""Random surfaces that stand for what was measured: lines of a scan, or several measurements of one surface.
+"""Random surfaces that represent scan lines, or several measurements of one surface.
 
 A profile of an isotropic surface has the spectrum C1(q) = ∫ C(√(q² + k²)) dk, Abel's transform of that of the surface.
-It is inverted in logarithmic bands, with C constant and not negative in each; the deviations are weighted as those of a
-periodogram are, by what is fitted (some steps of reweighting).
+It is inverted in logarithmic bands, with C constant and not negative in each; deviations are weighted by the fitted
+values, as for a periodogram (iteratively reweighted).
 
-Measurements of different size and resolution each tell of the waves that they resolve: in bands of equal width of log q
-the logarithms of their spectral densities are averaged over those that have waves there.
+Measurements of different size and resolution each have the waves that they resolve: in bands of equal width in log q
+the logarithms of their spectral densities are averaged over those with waves there.
 
-All theories ask for moments of the spectrum only, which are those of the bands, however many decades they span.  A
-random surface of that spectrum stands for what was measured where a map is drawn, Gaussian and isotropic by assumption.
+All theories need moments of the spectrum only, which are those of the bands, over any number of decades.  Where a map
+is drawn, a random surface of that spectrum represents the measurement, Gaussian and isotropic by assumption.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,21 +24,21 @@ from continuum.topography.mending import detrend
 from continuum.topography.roughness import BANDS_PER_DECADE, spectrum
 
 LARGEST = 1024
-"""Points a side of the surface, at most: of a longer scan it lacks the waves longer than so many points."""
+"""Largest number of points along a side of the surface, which lacks longer waves of a longer scan."""
 SHORTEST = 64
-"""Points of a scan below which its spectrum says nothing."""
+"""Smallest number of points of a scan."""
 _STEPS = 8
 """Steps of reweighting; the weights change by less than a per cent after five."""
-_BANDS_OF_LINES = BANDS_PER_DECADE // 2  # a profile leaves bands with power or without: two are averaged
+_BANDS_OF_LINES = BANDS_PER_DECADE // 2  # the inversion leaves bands with and without power: two are averaged
 _ROUNDING = 1e-20
 MOST_POINTS = 2048
-"""Points a side of the surface, at most: it lacks the waves longer than so many of the finest pixels."""
+"""Largest number of points along a side of the surface, which lacks waves longer than so many of the finest pixels."""
 _FINE = 10
-"""Parts of a band of the joined spectrum in each of which it is taken as constant."""
+"""Number of parts of a band of the joined spectrum, constant in each."""
 
 
 def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> tuple[Real, Real]:
-    """Spectrum of profiles, averaged over them; ∫ C1 dq over both signs of q is the mean square height.
+    """Average spectrum of profiles; ∫ C1 dq over both signs of q is the mean square height.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> 
 
 
 def surface_bands(wavenumber: Real, profile: Real) -> Bands:
-    """C of the isotropic surface whose :func:`profile_spectrum` is given, constant in bands: Abel's equation solved."""
+    """C, constant in bands, of the isotropic surface with a given :func:`profile_spectrum`, by Abel's equation."""
     # In units of the longest wave and its power, so that rounding is the same in all.
     units = float(wavenumber[0]), float(profile.mean())
     wavenumber, profile = wavenumber / units[0], profile / units[1]
@@ -73,7 +73,7 @@ def surface_bands(wavenumber: Real, profile: Real) -> Bands:
     inner = np.sqrt(q[1:] * q[:-1])
     first, last = q[0] ** 2 / inner[0], wavenumber[-1] + (wavenumber[1] - wavenumber[0]) / 2
     edges = np.concatenate([[first], inner, [last]])
-    # A ring of C contributes to C1(q) the length of the line at q that lies inside of it.
+    # A ring of C contributes to C1(q) the length of the line at q inside it.
     reach = np.sqrt(np.maximum(edges[None, :] ** 2 - q[:, None] ** 2, 0.0))
     rings = 2 * np.diff(reach, axis=1)
     model = c
@@ -85,9 +85,9 @@ def surface_bands(wavenumber: Real, profile: Real) -> Bands:
 
 
 def random_surface(density: Callable[[Real], Real], spacing: float, n: int, seed: int) -> tuple[Grid, Real]:
-    """An isotropic surface of spectral density C(|q|) on n x n points: its grid, and its heights.
+    """Grid and heights of an isotropic surface of spectral density C(|q|) on n x n points.
 
-    Only phases are drawn: the moments are those of the spectrum.
+    Only phases are random, so that the moments are those of the spectrum.
     """
     grid = Grid.square(n, spacing)
     power = density(grid.wavenumber) * (2 * np.pi) ** 2 / grid.area
@@ -148,15 +148,15 @@ def isotropic_surface(
 
 
 def _lacks(drawn: int, points: int) -> str:
-    """What a surface with fewer points than its spectrum has waves does not show."""
+    """Note that a surface with fewer points than the measurement lacks its longest waves."""
     return f"; longer waves count, but are not drawn, of {points} points" if drawn < points else ""
 
 
 def joined_spectrum(topographies: Sequence[Topography]) -> tuple[Real, Real, float]:
-    """Wavenumbers and C of all measurements, and the factor by which they scatter where several have waves.
+    """Wavenumbers and C of all measurements, and the factor by which they scatter where several overlap.
 
-    A measurement counts from twice its longest wave, where its window and its levelling show, to half the highest
-    wavenumber that it resolves; but the largest one from its beginning, and the finest one to its end.
+    A measurement is used from half its longest wavelength, as window and levelling affect longer waves, to half the
+    highest wavenumber that it resolves; the largest one from its beginning, and the finest one to its end.
     """
     spectra = [spectrum(detrend(one)) for one in topographies]
     first, last = (np.array([float(q[i]) for q, _ in spectra]) for i in (0, -1))
@@ -170,7 +170,7 @@ def joined_spectrum(topographies: Sequence[Topography]) -> tuple[Real, Real, flo
         band = np.clip(np.searchsorted(edges, q[own], side="right") - 1, 0, count - 1)
         # A ring has as many modes as it is long.
         mean = np.bincount(band, c[own] * q[own], count) / np.maximum(np.bincount(band, q[own], count), low)
-        # A band that lines leave without power, but for rounding, is one of which they do not tell.
+        # A band without power from lines, but for rounding, is taken as not measured.
         told = mean > _ROUNDING * c.max()
         found[i, told] = np.log(mean[told])
     has = np.isfinite(found)
@@ -186,10 +186,10 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
     Parameters
     ----------
     topographies : as read; each is levelled first.
-    source : where they come from, in words.
+    source : description of their origin.
     seed : of the random numbers.
 
-    Raises TopographyError if there is none, or their waves fill less than two bands.
+    Raises TopographyError if there is no measurement, or their waves fill less than two bands.
     """
     if not (isinstance(topographies, Sequence) and topographies):
         raise TopographyError(f"{source}: topographies: no measurement to join")
@@ -202,7 +202,7 @@ def joined(topographies: Sequence[Topography], source: str = "measurements", see
     steps = np.log(q), np.log(c)
 
     def density(wavenumber: Real) -> Real:
-        """A power law between two wavenumbers, and as steep beyond the last; zero below the first band."""
+        """A power law between two wavenumbers, with the last slope beyond; zero below the first band."""
         x = np.log(np.maximum(wavenumber, q[0] / 10))
         end = steps[1][-1] + (x - steps[0][-1]) * (steps[1][-1] - steps[1][-2]) / (steps[0][-1] - steps[0][-2])
         inside = np.where(x > steps[0][-1], end, np.interp(x, *steps))

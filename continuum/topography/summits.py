@@ -1,14 +1,14 @@
-"""What touches first: the upper tenth of a map beside its lower tenth, and heights beside those of a Gaussian.
+"""Summits of a map, which touch first: its upper tenth compared with its lower tenth and with a Gaussian surface.
 
 Height and slope at one point of a Gaussian surface are independent, and it looks the same upside down.  So the highest
-tenth of its points has the rms slope and the scatter of the curvature of the lowest tenth.  What wear, polish or honing
-takes off the summits, pits and grooves cut into a plateau, and what spheres or a blunt tip round, shows there first:
-there are many short waves in a tenth of a map, so that these ratios scatter little, where skewness and kurtosis hang on
-its few longest waves.
+tenth of its points has the rms slope and the scatter of the curvature of the lowest tenth.  Worn, polished or honed
+summits, pits and grooves in a plateau, and summits rounded by spheres or a blunt tip change these first.  A tenth of a
+map has many short waves, so that these ratios scatter little, whereas skewness and kurtosis depend on its few longest
+waves.
 
-The upper twentieth has a roughness of its own, by which such a surface can be judged: :func:`summit_ratios`.
+Such a surface can be judged by the roughness of its upper twentieth: :func:`summit_ratios`.
 
-How far each number scatters is Tukey's jackknife: of the map without each of :data:`BLOCKS` x :data:`BLOCKS` parts.
+Standard errors are Tukey's jackknife over :data:`BLOCKS` x :data:`BLOCKS` parts of the map.
 """
 
 from dataclasses import dataclass
@@ -23,16 +23,16 @@ from continuum.model.surface import Moments
 from continuum.topography.map import Topography
 
 TENTH = 0.1
-"""Share of the points that are the upper and the lower part; 1 % of the area touch, and what is near attracts."""
+"""Share of the points in the upper and in the lower part; 1 % of the area touches, and a larger part attracts."""
 BLOCKS = 4
 """Parts along each side that are left out, one at a time; a map has at least 16 points a side."""
 RATIO = 1.5
-"""Slope or curvature of the upper tenth over those of the lower, or its inverse, that counts."""
+"""Smallest ratio, or inverse ratio, of slope or curvature of the upper and the lower tenth that is reported."""
 SKEWNESS, KURTOSIS, BEARING = 1.0, 5.0, 1 / 3
 """Skewness and kurtosis above which heights, and height of the upper tenth over the Gaussian's below which summits, are
 not Gaussian: on few long waves, a Gaussian surface was seen with 0.8, 5 and 0.4."""
 ERRORS = 3.0
-"""Standard errors beyond which a difference is no accident.  With RATIO, of 2400 clean maps of 32² to 256² points, H
+"""Standard errors beyond which a difference is significant.  With RATIO, of 2400 clean maps of 32² to 256² points, H
 from 0.2 to 0.95, 14 are called not Gaussian (``python -m tests.studies.classes``)."""
 TWENTIETH = 0.05
 """Share of the points whose roughness is that of the summits: of those from a fiftieth to a tenth, the one by which the
@@ -55,7 +55,7 @@ class Upper(NamedTuple):
 
 @dataclass(frozen=True)
 class Summits:
-    """The numbers of a map, and how far they would scatter from one part of the surface to the next."""
+    """The numbers of a map, with their standard errors."""
 
     value: Upper
     error: Upper
@@ -63,7 +63,7 @@ class Summits:
 
     @property
     def unlike_gaussian(self) -> list[str]:
-        """What no Gaussian surface has, in words."""
+        """Descriptions of properties that a Gaussian surface does not have."""
         value, error = self.value, self.error
         said = []
         for name, part in (("slope", "rms slope"), ("curvature", "scatter of the curvature")):
@@ -96,7 +96,7 @@ def summit_ratios(topography: Topography) -> Moments:
     h = instance("topography", topography, Topography).heights
     heights = (h - h.mean()) / h.std()
     high = float(np.quantile(heights, 1 - TWENTIETH))
-    # The lower part is all of it.
+    # The lower part is the whole map.
     sums = _sums(heights, topography.grid.spacing, np.inf, high)
     (n, up, slope, _, bends), (whole, _, its_slope, _, its_bends) = sums[5:10], sums[10:]
     height = (up / n - high) / excess(TWENTIETH)
@@ -104,7 +104,7 @@ def summit_ratios(topography: Topography) -> Moments:
 
 
 def summits_of(topography: Topography) -> Summits:
-    """The upper tenth of a map beside its lower tenth and beside a Gaussian's."""
+    """Compare the upper tenth of a map with its lower tenth and with that of a Gaussian surface."""
     h = instance("topography", topography, Topography).heights
     heights = (h - h.mean()) / h.std()
     low, high = (float(q) for q in np.quantile(heights, (TENTH, 1 - TENTH)))
@@ -144,7 +144,7 @@ def _numbers(sums: Real, high: float) -> Real:
     skewness = (third / count - 3 * m * square + 2 * m**3) / variance**1.5
     kurtosis = (fourth / count - 4 * m * third / count + 6 * m**2 * square - 3 * m**4) / variance**2
     (n, heights, slope, bend, bends), (other, _, its_slope, its_bend, its_bends) = sums[5:10], sums[10:]
-    n, other = np.maximum(n, 1), np.maximum(other, 1)  # all of it may lie in one part
+    n, other = np.maximum(n, 1), np.maximum(other, 1)  # the whole upper tenth may lie in one part
     bearing = (heights / n - high) / np.sqrt(variance) / excess(TENTH)
     slopes = _ratio(slope / n, its_slope / other)
     curvatures = _ratio(bends / n - (bend / n) ** 2, its_bends / other - (its_bend / other) ** 2)
@@ -152,6 +152,6 @@ def _numbers(sums: Real, high: float) -> Real:
 
 
 def _ratio(one: Real | float, other: Real | float) -> Real:
-    """Root of a ratio; 1 where there is nothing on either side, but for rounding."""
+    """Root of a ratio; 1 if both are zero but for rounding."""
     least = _SMALLEST * np.maximum(one, other) + 1e-300
     return np.asarray(np.sqrt(np.maximum(one, least) / np.maximum(other, least)))

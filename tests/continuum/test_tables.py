@@ -51,7 +51,7 @@ def test_its_faults_are_told_in_its_words(newcomer: type[WallTable]) -> None:
         ({"law": "newcomer", "strength": -1.0}, "greater than 0 (tells how strong it is)"),
         ({"law": "newcomer", "strength": 1.0, "range": 1.0}, "it belongs to another kind of [wall]"),
         ({"law": "newcomar", "strength": -1.0}, 'did you mean "newcomer"?'),
-        ({"strength": 1.0}, "which kind of table"),
+        ({"strength": 1.0}, "the kind of the table"),
         ({"law": 3}, "one of"),
         (3, "a table, [wall]"),
     ):

@@ -2,8 +2,8 @@
 """Elastic responses of the substrate: the stiffness K_q of its surface at each wavevector.
 
 ``K_q = 1/G_zz(q)``: vertical traction per vertical displacement when lateral tractions vanish.  It is not the
-zz entry of the 3 x 3 stiffness matrix, which holds the lateral displacements at zero.  Each is in a file of its own
-with its table in an input, which knows every response whose file lies here.
+zz entry of the 3 x 3 stiffness matrix, which holds the lateral displacements at zero.  Each response is in a file of
+its own together with its table of the input; files here are found by themselves.
 """
 
 from importlib import import_module

@@ -20,7 +20,7 @@ from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substr
 from continuum.tables import Fault, Positive, constraint
 
 OTHER_MEAN = 1.5
-"""By this factor at most E*, as a mean over directions, depends on which mean is taken (fcc metals: 1.2)."""
+"""Largest factor between E* and 1: different means over directions differ by less (fcc metals: 1.2)."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class CubicLayer:
     Parameters
     ----------
     depth : thickness of the layer, in a0; infinite for a half-space.
-    constants : (C11, C12, C44), in E*: the contact modulus of the crystal, in some mean over directions, is the unit.
+    constants : (C11, C12, C44), in E*: the unit is the mean contact modulus of the crystal.
     mean : the mean mode; :attr:`compressive_stiffness` is that of the layer itself.
     axis : angle of the grid's x axis to the cubic axis <100>, in radians; π/4 for the square of surface atoms,
         whose sides are <110>.
@@ -64,7 +64,7 @@ class CubicLayer:
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum, in E*/a0.
 
-        Costs about 50 µs for each mode whose wavelength exceeds a sixth of the depth; all others are those of a
+        Costs about 50 µs for each mode whose wavelength exceeds a sixth of the depth; other modes are those of a
         half-space.
         """
         qx, qy = np.broadcast_arrays(*instance("grid", grid, Grid).wavevectors)
@@ -72,7 +72,7 @@ class CubicLayer:
         angle = np.arctan2(qy, qx) + self.axis
         stiffness_q = q * directional_contact_modulus(self.constants, angle) / 2
         long_wave = q < THICK / self.depth
-        long_wave[0, 0] = False  # its value is set below
+        long_wave[0, 0] = False  # its value follows below
         layer = surface_stiffness(self.constants, angle[long_wave], q[long_wave] * self.depth)
         stiffness_q[long_wave] = q[long_wave] * layer
         return with_mean(stiffness_q, self.mean)
@@ -89,7 +89,7 @@ class CrystalTable(PeriodicTable):
     c44: Positive
     """elastic constant, in E*"""
     depth: Positive | None = None
-    """of a layer bonded to a rigid base, in a0; a half-space if not given"""
+    """thickness of a layer bonded to a rigid base, in a0; a half-space if not given"""
 
     @constraint
     def _stable(self) -> Iterator[Fault]:

@@ -13,7 +13,7 @@ from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substr
 class HalfSpace:
     """Isotropic half-space: ``K_q = E* |q|/2`` (Johnson, Contact Mechanics, 1985, section 13.1).
 
-    E* is the unit of pressure, here as everywhere: all tractions of wall and substrate are multiples of it.
+    E* is the unit of all tractions of wall and substrate.
 
     Parameters
     ----------

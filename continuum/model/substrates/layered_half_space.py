@@ -15,7 +15,7 @@ from continuum.model.substrates.substrate import MeanMode, PeriodicTable, Substr
 from continuum.tables import Fault, Table, constraint
 
 CONTRAST = 1e12
-"""Moduli of layers from one over this to this, in E*: beyond, one of two is rigid or none to all digits."""
+"""Largest ratio of a modulus to E*, or its inverse: beyond it one material is rigid compared with another."""
 MOST_LAYERS = 1000
 
 
@@ -23,10 +23,10 @@ MOST_LAYERS = 1000
 class LayeredHalfSpace:
     """Isotropic layers, bonded to one another and to an isotropic half-space; a graded solid is many layers.
 
-    E* is the unit of pressure, as everywhere: one of the contact moduli, E/(1-ν²), or between them.  Best it is that of
-    the top layer, which short waves see: areas, κ and warnings then mean what they mean on a half-space, and layers on
-    a stiff base are the :class:`Layer`.  K_q to 1e-13 for any thickness and Poisson's ratio, by
-    :func:`continuum.model.layered.layered_stiffness`.
+    E*, the unit of pressure, is one of the contact moduli E/(1-ν²), or between them.  It is best that of the top
+    layer, on which short waves depend: areas, κ and warnings then have the same meaning as on a half-space, and layers
+    on a stiff base agree with :class:`Layer`.  K_q is accurate to 1e-13 for any thickness and Poisson's ratio
+    (:func:`continuum.model.layered.layered_stiffness`).
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def _solid(name: str, contact_modulus: object, poisson: object) -> Solid:
 
 
 def _other_unit(moduli: Sequence[float]) -> str:
-    """What is allowed instead, where the unit of pressure is not among the moduli."""
+    """Allowed moduli, if the unit of pressure is not among those given."""
     least, most = min(moduli), max(moduli)
     if least <= 1 <= most:
         return ""

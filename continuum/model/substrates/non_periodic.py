@@ -9,24 +9,24 @@ from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary
 from continuum.model.substrates.substrate import Substrate, SubstrateTable, with_mean
 
-NO_LINE = "points in two directions: under a line load a half-space without images sinks without end"
+NO_LINE = "a two-dimensional grid: under a line load the displacement of a half-space without images is infinite"
 
 
 @dataclass(frozen=True)
 class NonPeriodicHalfSpace:
-    """Isotropic half-space under a wall that is not repeated: tractions act on the grid, and nowhere else.
+    """Isotropic half-space without periodic images: tractions act on the grid only.
 
     For spheres, indenters and maps without mirror images.  Each point is a cell under uniform traction, whose
     displacements are those of Love's formula (:mod:`continuum.model.open_boundary`): a solve takes as long as one of
     a periodic surface of twice the points along x and y.  Far away the half-space is at rest, and separations are
-    counted from there.  Mean pressure and areas are per area of the grid.  There is no mean gap to be given, since the
-    mean displacement of a part of a half-space is no mode of its own.
+    counted from there.  Mean pressure and areas are per area of the grid.  The mean gap cannot be prescribed, since
+    the mean displacement of a window is not an independent mode.
     """
 
     def stiffness(self, grid: Grid) -> Real:
-        """K_q of the same waves on a periodic surface, E* q/2, and at q = 0 uniform pressure over mean displacement.
+        """K_q of a periodic surface, E* q/2, and at q = 0 uniform pressure over mean displacement.
 
-        For estimates: the solver takes :meth:`open_boundary`.
+        Used for estimates only; the solver uses :meth:`open_boundary`.
         """
         return with_mean(instance("grid", grid, Grid).wavenumber / 2, self.open_boundary(grid).mean_stiffness)
 
@@ -45,7 +45,7 @@ class NonPeriodicTable(SubstrateTable):
 
     def without(self, control: str) -> str:
         if control == "mean-gap":
-            return "a part of a half-space has no mean displacement of its own, and so no mean gap to be given"
+            return "without periodic images the mean gap cannot be prescribed"
         return ""
 
     def build(self) -> Substrate:

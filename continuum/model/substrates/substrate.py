@@ -1,4 +1,4 @@
-"""What every substrate offers, the mean mode, and the family of tables."""
+"""Interface of all substrates, the mean mode, and the family of their tables."""
 
 from typing import Annotated, Any, ClassVar, Literal, Protocol
 
@@ -16,14 +16,14 @@ MeanMode = float | Literal["clamped", "free"]
 
 
 class Substrate(Protocol):
-    """What every substrate offers."""
+    """Interface of all substrates."""
 
     def stiffness(self, grid: Grid) -> Real:
         """K_q over the half spectrum of the grid, in E*/a0; infinite at q = 0 where the mean is clamped."""
 
 
 def with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
-    """Set the stiffness of the mean mode, the one place where the three choices are turned into a number."""
+    """Set the stiffness of the mean mode; the three choices become a number here and nowhere else."""
     if mean == "clamped":
         stiffness_q[0, 0] = np.inf
     elif mean == "free":
@@ -34,7 +34,7 @@ def with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
 
 
 def check_mean(mean: object) -> None:
-    """Refuse what is no :data:`MeanMode`."""
+    """Check that a value is a :data:`MeanMode`."""
     if isinstance(mean, str) and mean in ("clamped", "free"):
         return
     try:
@@ -64,7 +64,7 @@ class SubstrateTable(TableFamily):
     response: str
 
     def without(self, control: str) -> str:
-        """Why no state belongs to a value of a control; empty if one does."""
+        """Why a control cannot be used with this substrate; empty if it can."""
         return ""
 
     def build(self) -> Substrate:
@@ -79,5 +79,5 @@ class PeriodicTable(SubstrateTable):
 
     def without(self, control: str) -> str:
         if control == "separation" and self.mean == "free":
-            return 'a substrate whose mean is free, as by mean = "free", carries no load at any separation'
+            return "a substrate with a free mean displacement carries no load at a given separation"
         return ""

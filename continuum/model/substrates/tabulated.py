@@ -1,4 +1,4 @@
-"""A response that was measured elsewhere."""
+"""A response given as a table."""
 
 from dataclasses import dataclass, field
 
@@ -11,13 +11,13 @@ from continuum.model.grid import Grid
 
 @dataclass(frozen=True, eq=False)
 class TabulatedSubstrate:
-    """A response measured elsewhere, on one grid: K_q over its half spectrum, q = 0 included.
+    """A response given as a table on one grid: K_q over its half spectrum, including q = 0.
 
     Parameters
     ----------
     table : K_q, shape ``grid.shape_q``, in E*/a0; positive, except that q = 0 may be zero or infinite.
     lengths : periods of the grid it belongs to, in a0.
-    source : where it comes from, in words; stored with results.
+    source : description of its origin, stored with results.
     """
 
     table: Real = field(repr=False)
@@ -41,7 +41,7 @@ class TabulatedSubstrate:
         object.__setattr__(self, "lengths", lengths)
 
     def stiffness(self, grid: Grid) -> Real:
-        """K_q over the half spectrum, in E*/a0; refused on a grid that it was not made for."""
+        """K_q over the half spectrum, in E*/a0; the grid must be that of the table."""
         instance("grid", grid, Grid)
         if grid.shape_q != self.table.shape or not np.allclose(grid.lengths, self.lengths, rtol=1e-12):
             raise ValueError(

@@ -1,5 +1,5 @@
 # ruff: noqa: I001
-"""Wall laws, each in a file of its own with its table in an input, which knows every law whose file lies here."""
+"""Wall laws, each in a file of its own together with its table of the input; files here are found by themselves."""
 
 from importlib import import_module
 from pkgutil import iter_modules

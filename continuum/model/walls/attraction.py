@@ -1,4 +1,4 @@
-"""Laws whose work of adhesion, range and core are chosen apart: in the paper's law two of them fix the third."""
+"""Laws with independent work of adhesion, range and core stiffness; in the paper's law two of them fix the third."""
 
 from typing import ClassVar, Literal, get_args
 
@@ -14,7 +14,7 @@ from continuum.tables import Positive
 
 Shape = Literal["spline", "exponential"]
 CORE_DEPTH = 2.0
-"""To which a spline's core is tabulated, in a0, from where the traction vanishes."""
+"""Depth to which a spline's core is tabulated, in a0, from where the traction vanishes."""
 _KNOTS = 101
 
 
@@ -25,19 +25,19 @@ def attraction_on_core(
     core_stiffness: float,
     core_depth: float = CORE_DEPTH,
 ) -> Wall:
-    """An attraction of given work and effective range on a linear core.
+    """Attraction of given work and effective range on a linear core.
 
     In the paper's law repulsion and attraction are equally stiff at the minimum, which ties w to the range and E*.
-    Here all three are given; but a core is never softer than its attraction, whose stiffness the paper's law has at the
-    minimum.
+    Here all three are independent, except that the core cannot be softer than the attraction at the minimum.
 
     Parameters
     ----------
-    shape : "spline", the attraction of the paper's law, Eq. (S-6), which ends; "exponential", which does not.
+    shape : "spline", the attraction of the paper's law, Eq. (S-6), of finite range; or "exponential", of infinite
+        range.
     adhesion_length : l_a = w/E*, in a0.
     effective_range : Δr of Eq. (S-5), in a0.
     core_stiffness : traction per overlap, in E*/a0; at least the stiffness of the paper's law of this work and range.
-    core_depth : to which the core of a spline is tabulated, in a0; deeper it is continued by the same line.
+    core_depth : depth to which the core of a spline is tabulated, in a0; the same line continues below it.
     """
     choice("shape", shape, get_args(Shape))
     w = number("adhesion_length", adhesion_length, above=0)
@@ -72,18 +72,18 @@ def _exponential(w: float, effective_range: float, core_stiffness: float) -> Exp
 
 
 class AttractionWall(WallTable):
-    """[wall] of law "attraction-on-core": work, range and core chosen apart, which the paper's law ties together."""
+    """[wall] of law "attraction-on-core": independent work of adhesion, range and core stiffness."""
 
     law: Literal["attraction-on-core"]
     shape: Shape
-    """attraction of the paper's law, "spline", or one without end, "exponential"
+    """"spline", the attraction of the paper's law, or "exponential", of infinite range
     """
     adhesion_length: Positive
     """l_a = w/E*, in a0"""
     effective_range: Positive
     """distance over which the wall attracts, Eq. (S-5), in a0"""
     core_stiffness: Positive
-    """traction per overlap, in E*/a0; at least the attraction's own stiffness"""
+    """stiffness of the core, in E*/a0; at least that of the attraction"""
 
     work_key: ClassVar[str] = "adhesion_length"
 

@@ -37,7 +37,7 @@ class Exponential(Wall):
 
     @property
     def core(self) -> float:
-        """No gap is too small for a harmonic core."""
+        """Minus infinity: a harmonic core holds at any gap."""
         return -np.inf
 
     @cached_property
@@ -47,7 +47,7 @@ class Exponential(Wall):
 
     @property
     def zero_gap(self) -> float:
-        """Where core and attraction balance."""
+        """Gap where core and attraction balance."""
         return -self.surface_energy / (self.decay_length * self.core_stiffness)
 
     @property
@@ -70,9 +70,9 @@ class ExponentialWall(WallTable):
 
     law: Literal["exponential"]
     surface_energy: Positive
-    """gamma, in E* a0"""
+    """γ, in E* a0"""
     decay_length: Positive
-    """rho, in a0"""
+    """ρ, in a0"""
     core_stiffness: Positive
     """K, in E*/a0"""
 

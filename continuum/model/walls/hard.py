@@ -16,12 +16,12 @@ from continuum.tables import Positive
 class HardWall(Wall):
     """Non-overlap, no adhesion: gap >= 0, traction >= 0, and one of them zero at each point.
 
-    It has no law: its traction is not a function of the gap but what holds the surface, as the solution says.  Contact
-    is where the gap is exactly zero.
+    Its traction is not a function of the gap, but the constraint force of the solution.  Contact is where the gap is
+    exactly zero.
 
-    With a hardness the traction is at most that.  Where it is reached one of the bodies yields, and keeps its imprint:
-    the gap is then minus the depth of what is new of it, and contact is where the gap is zero or less.  Perfectly
-    plastic, without hardening: Almqvist, Sahlin, Larsson and Glavatskih, Tribol. Int. 40, 574 (2007).
+    The traction is limited by the hardness.  Where it is reached one of the bodies yields and keeps an imprint: the
+    gap is then minus the depth of the new imprint, and contact is where the gap is zero or less.  Perfectly plastic,
+    without hardening: Almqvist, Sahlin, Larsson and Glavatskih, Tribol. Int. 40, 574 (2007).
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ class HardWall(Wall):
         return 0.0 if np.isinf(self.hardness) else -np.inf
 
     def energy(self, gap: Real) -> Real:
-        """Work that an imprint takes, hardness times depth; zero without one, infinite where nothing yields."""
+        """Work of an imprint, hardness times depth; zero without imprint, infinite where the wall does not yield."""
         with np.errstate(invalid="ignore"):  # infinity times zero
             return np.where(gap < 0, -self.hardness * gap, 0.0)
 
     def touches(self, gap: Real) -> NDArray[np.bool_]:
-        """Where the gap is exactly zero, or less where it yields: there the wall pushes."""
+        """Where the gap is zero, or negative where the wall yields: there it pushes."""
         return np.asarray(gap <= 0.0)
 
 
@@ -65,7 +65,7 @@ class RigidWall(WallTable):
     equivalent_range: ClassVar[float] = 0.0
 
     hardness: Positive | None = None
-    """pressure at which it yields, in E*; never, if not given"""
+    """pressure at which it yields, in E*; it does not yield if not given"""
 
     @property
     def largest_pressure(self) -> float:

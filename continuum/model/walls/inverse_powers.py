@@ -17,7 +17,7 @@ from continuum.tables import Fraction
 
 @dataclass(frozen=True)
 class InversePowers(Wall):
-    """Two inverse powers, not truncated: energy c [(a0/z)^m/m - (a0/z)^n/n], c = k a0/(m - n), minimum at a0.
+    """Two inverse powers without cut-off: energy c [(a0/z)^m/m - (a0/z)^n/n], c = k a0/(m - n), minimum at a0.
 
     (m, n) = (9, 3) integrates the 12-6 potential between atoms over a half-space; (12, 6) is the 12-6 law taken
     for the surface itself, with a pressure of (a0/z)^13 - (a0/z)^7.  Work of adhesion k a0/(m n).
@@ -63,13 +63,13 @@ class InversePowers(Wall):
 
 
 class InversePowersWall(WallTable):
-    """[wall] of law "lennard-jones-9-3" or "lennard-jones-12-6", not truncated."""
+    """[wall] of law "lennard-jones-9-3" or "lennard-jones-12-6", without cut-off."""
 
     law: Literal["lennard-jones-9-3", "lennard-jones-12-6"]
     adhesion_length: Annotated[float, Field(gt=0, le=LARGEST_RANGE**2 / 24)]
     """l_a = w/E*, in a0; the stiffness of the law follows from it"""
     core: Fraction = CORE
-    """gap below which the law is only continued, in a0"""
+    """gap below which the law is continued with constant stiffness, in a0"""
 
     @property
     def equivalent_range(self) -> float:

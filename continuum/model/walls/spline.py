@@ -15,10 +15,10 @@ from continuum.model.walls.wall import CORE, Wall, WallTable, is_missing
 from continuum.tables import Fault, Fraction, constraint
 
 LARGEST_RANGE = 3.0
-"""Largest range of the paper's law in a file, in a0.  Its largest tension is (2/27) E* r/a0: at 3 a0 it is 0.22 E*, the
-ideal strength of a crystal, far beyond where linear elasticity says anything."""
+"""Largest range of the paper's law in an input, in a0.  Its largest tension is (2/27) E* r/a0: at 3 a0 it is 0.22 E*,
+the ideal strength of a crystal, far beyond where linear elasticity says anything."""
 AdhesionLength = Annotated[float, Field(ge=0, le=LARGEST_RANGE**2 / 24)]
-"""l_a = w/E* of a range up to the largest, in a0."""
+"""Largest l_a = w/E*, that of the largest range, in a0."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class LennardJonesSpline(Wall):
              = 0                                          z >= a0 + r
 
     Work of adhesion w = k r²/(12 a0²): with the paper's k = E* a0/2, w = E* r²/(24 a0), largest tension
-    (2/27) E* r/a0 at x = r/3, largest softening E*/(6 a0), whatever the range.  ``range = 0`` is the purely
+    (2/27) E* r/a0 at x = r/3, largest softening E*/(6 a0), independent of the range.  ``range = 0`` is the purely
     repulsive wall of the paper's nonadhesive runs.
 
     Parameters
@@ -75,7 +75,7 @@ class LennardJonesSpline(Wall):
 
     @property
     def largest_softening(self) -> float:
-        """k/3, in E*/a0, at a0 + 2Δr/3; whatever the range, if there is one."""
+        """k/3, in E*/a0, at a0 + 2Δr/3, for any range above zero."""
         return self.minimum_stiffness / 3 if self.range > 0 else 0.0
 
     @property
@@ -93,7 +93,7 @@ class SplineWall(WallTable):
     """distance over which the wall attracts, 0 for no adhesion, at most 3 a0: beyond, the tension exceeds 0.2 E*, the
     strength of crystals; instead of adhesion_length"""
     core: Fraction = CORE
-    """gap below which the law is only continued, in a0"""
+    """gap below which the law is continued with constant stiffness, in a0"""
     work_key: ClassVar[str] = "adhesion_length"
 
     @constraint
@@ -107,7 +107,7 @@ class SplineWall(WallTable):
         return self.range if self.range is not None else float((24 * (self.adhesion_length or 0.0)) ** 0.5)
 
     def at_work(self, work: float) -> Wall:
-        """The paper's law of that work, whose range goes as its root."""
+        """The paper's law of another work of adhesion; its range grows as the square root of that."""
         return LennardJonesSpline(adhesion_length=work, core=self.core)
 
     def build(self) -> Wall:

@@ -1,4 +1,4 @@
-"""A wall law of your own: a table of traction against gap."""
+"""A wall law given as a table of traction against gap."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ from continuum.model.walls.wall import Wall
 class TabulatedWall(Wall):
     """A law given as a table of traction against gap: a cubic spline through the knots.
 
-    The energy is the spline's integral, zero at the last knot, so that energy, traction and stiffness belong
-    to one another exactly.  Below the first knot the traction continues linearly, beyond the last it is zero.
+    The energy is the integral of the spline, zero at the last knot, so that energy, traction and stiffness are
+    consistent.  Below the first knot the traction continues linearly, beyond the last it is zero.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class TabulatedWall(Wall):
 
     @cached_property
     def zero_gap(self) -> float:
-        """First gap at which the traction vanishes: the sign change, or where a repulsive law ends."""
+        """First gap at which the traction vanishes: its change of sign, or the end of a repulsive law."""
         roots = self._spline.roots(extrapolate=False)
         return float(min(roots[np.isfinite(roots)], default=self.gap[-1]))
 

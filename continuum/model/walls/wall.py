@@ -1,8 +1,8 @@
-"""What every wall law offers: energy, traction and stiffness per area of the rigid wall on the surface, at a given gap.
+"""Interface of all wall laws: energy, traction and stiffness per area at a given gap.
 
-A law is a pure function of the gap.  Its core, where (a0/z)^10 would overflow, is continued with constant
-stiffness below ``core``: finite everywhere, and exact for every state whose smallest gap is above it, which
-:mod:`continuum.path.loading` checks at the end of each solve.  The formulas are those of :mod:`continuum.model.laws`.
+A law is a function of the gap.  Below ``core``, where (a0/z)^10 would overflow, it is continued with constant
+stiffness.  States whose smallest gap is above that are not affected, which :mod:`continuum.path.loading` checks after
+each solve.  The formulas are those of :mod:`continuum.model.laws`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from continuum.tables import TableFamily
 from continuum.theory import paper
 
 CORE = 0.7
-"""Gap below which a law of inverse powers is continued, in a0, unless another is given."""
+"""Default gap below which a law of inverse powers is continued with constant stiffness, in a0."""
 
 
 class Interaction(NamedTuple):
-    """What the wall does to the surface at each point, per area."""
+    """Energy, traction and stiffness of the wall at each point, per area."""
 
     energy: Real
     """Interaction energy, zero at infinite gap, in E* a0."""
@@ -38,13 +38,13 @@ class Interaction(NamedTuple):
 
 
 class Wall:
-    """What every wall law offers.  Laws are frozen; lengths are in a0, tractions in E*."""
+    """Interface of all wall laws; lengths are in a0, tractions in E*."""
 
     if TYPE_CHECKING:  # fields in one law, derived in another: a property here would hide the field
 
         @property
         def law(self) -> Law | None:
-            """The law as compiled code takes it; None for a wall that only bounds the gap."""
+            """The law for compiled code; None for a hard wall."""
 
         @property
         def zero_gap(self) -> float:
@@ -63,26 +63,26 @@ class Wall:
 
     @property
     def bound(self) -> float:
-        """Gap below which no point can go, in a0; none for a law."""
+        """Smallest possible gap, in a0; minus infinity for a law."""
         return -np.inf
 
     @property
     def reach(self) -> float:
-        """Gap beyond which the wall does nothing, in a0; infinite if there is none."""
+        """Gap beyond which the traction is zero, in a0; infinite without cut-off."""
         return self.zero_gap if self.law is None else self.law.reach
 
     @property
     def knots(self) -> Mapping[str, Real]:
-        """What determines the law beside numbers, to be stored with results: gap and traction of a table."""
+        """Gap and traction of a tabulated law, which are stored with results; empty for other laws."""
         return {}
 
     def evaluate(self, gap: Real) -> Interaction:
         """Energy, traction and stiffness per area at each gap.
 
-        Raises TypeError if the wall has no law, as a hard wall: no traction belongs to a gap.
+        Raises TypeError for a hard wall, whose traction is not a function of the gap.
         """
         if self.law is None:
-            raise TypeError("a hard wall has no traction as a function of the gap: take that of the solution")
+            raise TypeError("the traction of a hard wall is not a function of the gap: use that of the solution")
         return Interaction(*laws.evaluate(self.law, array("gap", gap)))
 
     def energy(self, gap: Real) -> Real:
@@ -115,7 +115,7 @@ class Wall:
     def largest_softening(self) -> float:
         """Largest negative stiffness as a positive number, in E*/a0.
 
-        Flats snap together for wavelengths above :func:`continuum.theory.paper.snap_in_wavelength` of it.
+        Flat surfaces snap together at wavelengths above :func:`continuum.theory.paper.snap_in_wavelength` of it.
         """
         return self._largest(lambda gap: -self.evaluate(gap).stiffness)
 
@@ -125,19 +125,19 @@ class Wall:
         i = int(np.argmax(values(gaps)))
         bounds = gaps[max(i - 1, 0)], gaps[min(i + 1, gaps.size - 1)]
         found = minimize_scalar(lambda gap: -float(values(np.array(gap))), bounds=bounds, method="bounded")
-        return max(0.0, -float(found.fun), float(values(gaps[i : i + 1])[0]))
+        return max(0.0, -float(found.fun), values(gaps[i]).item())
 
 
 def is_missing(value: object) -> bool:
-    """Whether a number was not given, which its default, NaN, says."""
+    """Whether an argument has its default NaN, that is, was not given."""
     return isinstance(value, float) and np.isnan(value)
 
 
 class WallTable(TableFamily):
     """[wall]: law between wall and surface.
 
-    A law and its table are two classes: a file holds what an experiment knows, such as the work of adhesion, and stays
-    within what linear elasticity can describe, while a law holds what its formula needs.
+    A law and its table are two classes: the table has measurable quantities, such as the work of adhesion, within the
+    bounds of linear elasticity, and the law the parameters of its formula.
     """
 
     kind_key: ClassVar[str] = "law"
@@ -145,32 +145,32 @@ class WallTable(TableFamily):
 
     @property
     def largest_pressure(self) -> float:
-        """Mean pressure that no state reaches, in E*; infinite if there is none."""
+        """Upper bound of the mean pressure, in E*, that of full yield; infinite if the wall does not yield."""
         return np.inf
 
     """Whether the traction is a function of the gap."""
     work_key: ClassVar[str] = ""
-    """The key that gives the work of adhesion, or most of it; empty where there is none."""
+    """The key that sets the work of adhesion, or most of it; empty if there is none."""
 
     law: str
 
     @property
     def equivalent_range(self) -> float:
-        """Range of the paper's law of the same work of adhesion, in a0: by it equilibria cost more."""
-        return 0.35  # of a law of which nothing is known: l_a = 0.005 a0
+        """Range of the paper's law with the same work of adhesion, in a0, on which the cost of equilibria depends."""
+        return 0.35  # of a law with unknown work: that of l_a = 0.005 a0
 
     @property
     def pull(self) -> float | None:
-        """Stiffness of the attraction in E*/a0, for its cost, where it is chosen apart from that of the core."""
+        """Stiffness of the attraction in E*/a0 if it is independent of the core; used to estimate cost."""
         return None
 
     def build(self) -> Wall:
         raise NotImplementedError
 
     def at_work(self, work: float) -> Wall:
-        """The law with another work of adhesion, and all else as it is given."""
+        """The law with another work of adhesion and all other parameters unchanged."""
         return self.model_copy(update={self.work_key: work}).build()
 
     def restored(self, stored: Mapping[str, Any]) -> Wall:
-        """The law of a run whose input files are gone, with the ``knots`` that were stored with its result."""
+        """The law of a stored run, from the ``knots`` stored with it, without its input files."""
         return self.build()

@@ -1,5 +1,6 @@
 import hashlib
 import json
+import os
 import subprocess
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import INPUTS, read_heights, read_slab, render, write_deck
 from atomistic.lammps.engine import run_in_process, script
 from atomistic.lammps.law import read_wall_table
-from atomistic.lammps.result import LammpsError
+from atomistic.lammps.result import LammpsError, tail
 from continuum.errors import OutputError
 from continuum.model.walls import HardWall, LennardJonesSpline
 
@@ -88,6 +89,40 @@ def test_the_slab_is_read_back(tmp_path):
         read_slab(directory / "slab.data")
 
 
+@pytest.mark.parametrize(
+    "title",
+    [
+        "fcc(100) slab of 4 x 5 atoms x (3 mobile + 1 frozen) layers",
+        "bcc(100) slab of 4 x 5 atoms x (3 mobile + 1 frozen) layers, at rest",
+        "fcc(110) slab of 4 x 5 atoms x (3 mobile + 1 frozen) layers, at rest",
+        "fcc(100) slab of 4 x 5 atoms x (3 mobile + 1 frozen) layers, at rest at 300",
+        "fcc(100) slab of 4 x 5 atoms x (3 mobile) layers, at rest",
+    ],
+)
+def test_a_slab_of_any_other_title_is_not_read(tmp_path, title):
+    directory = write_deck(tmp_path / "deck", make_deck())
+    text = (directory / "slab.data").read_text()
+    (directory / "slab.data").write_text("\n".join([title, *text.splitlines()[1:]]))
+    with pytest.raises(ValueError, match=r"not the slab\.data of a deck"):
+        read_slab(directory / "slab.data")
+
+
+def test_the_heights_of_a_slab_longer_than_wide_are_read_back(tmp_path):
+    heights = np.random.default_rng(3).normal(size=SLAB.shape)
+    directory = write_deck(tmp_path / "deck", make_deck(heights=heights))
+    assert (read_heights(directory / "slab.data") == heights).all()
+
+
+def test_the_log_that_is_shown_is_the_one_written_last(tmp_path):
+    for age, name in enumerate(("log.3.lammps", "log.1.lammps", "log.2.lammps")):
+        (tmp_path / name).write_text("\n".join(f"{name} {line}" for line in range(20)))
+        os.utime(tmp_path / name, (1e9 - age, 1e9 - age))
+    said = tail(tmp_path).splitlines()
+    assert said[:2] == ["", "Last lines of log.3.lammps:"]
+    assert said[2:] == [f"log.3.lammps {line}" for line in range(8, 20)]
+    assert tail(tmp_path / "nothing") == ""
+
+
 def test_a_deck_replaces_a_deck_and_its_outputs_but_nothing_else(tmp_path):
     directory = write_deck(tmp_path / "new" / "deck", make_deck())
     (directory / "result.json").write_text("{}")
@@ -119,6 +154,14 @@ MOVED_BASE = np.ones((4, 4, 5, 3))
         ({"evaluations": 0}, ValueError, "evaluations"),
         ({"evaluations": 1.5}, ValueError, "evaluations = 1.5"),
         ({"wall": HardWall()}, TypeError, "no function of the gap"),
+        ({"wall_tolerance": 0.0}, ValueError, "wall_tolerance = 0.0"),
+        ({"wall_force": "atoms"}, ValueError, "a function of the lattice site"),
+        ({"wall_force": "springs"}, ValueError, "wall_force"),
+        ({"notes": ["text"]}, ValueError, "notes"),
+        ({"notes": (1,)}, ValueError, "notes"),
+        ({"stiffness": np.ones((4, 4))}, ValueError, "stiffness"),
+        ({"rise": np.ones(4)}, ValueError, "frozen base"),
+        ({"rise": np.zeros(3)}, ValueError, "rise"),
     ],
 )
 def test_a_deck_that_makes_no_sense_is_refused(changes, error, message):

@@ -95,6 +95,30 @@ def test_a_short_table_of_equal_rows_is_exact():
     assert native.error < 1e-13 * wall.traction.max()
 
 
+@pytest.mark.parametrize("rows", [*range(8, 40), 201])
+def test_a_table_of_equal_rows_is_its_own_pieces_however_many(rows):
+    """A cubic between two rows is that of the table: no other number of pieces meets a tolerance of rounding."""
+    gap = np.linspace(0.7, 1.4, rows + 1)
+    law = LennardJonesSpline(0.35).evaluate(gap).traction + 0.01 * np.sin(20 * gap) * (1.4 - gap) ** 2
+    wall = TabulatedWall(gap, np.append(law[:-1], 0.0))
+    native = native_law(wall, 1e-13)
+    assert vectors(native.lines)["beginning"].size == rows
+    assert native.error < 1e-13 * wall.traction.max()
+
+
+@pytest.mark.parametrize("knots", [24, 1200])
+def test_the_error_of_a_table_is_that_at_twenty_places_in_each_piece_or_row(knots):
+    wall = table(knots)
+    native = native_law(wall, 1e-3)
+    start, end = wall.gap[0], wall.gap[-1]
+    pieces = vectors(native.lines)["beginning"].size
+    count = 20 * max(pieces, knots - 1)
+    gap = start + (np.arange(count) + 0.5) * (end - start) / count
+    error = np.abs(looked_up(native.lines, gap) - wall.evaluate(gap).traction).max()
+    assert native.error == pytest.approx(error, rel=1e-9, abs=1e-13)
+    assert native.error > 1e-9 or pieces == knots - 1
+
+
 @settings(max_examples=20, deadline=None)
 @given(
     st.lists(st.floats(0.01, 0.4), min_size=4, max_size=40),

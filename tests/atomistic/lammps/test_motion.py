@@ -252,7 +252,7 @@ def test_an_array_slides(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"temperature": "300C"}, "no unit of temperature"),
+        ({"temperature": "300C"}, "not a unit of temperature"),
         ({"temperature": "300K"}, "this crystal has no size"),
         ({"temperature": -1.0}, "zero or more"),
         ({"separations": [1.0, 1.0]}, "another one each time"),

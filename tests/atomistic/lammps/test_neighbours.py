@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import atomistic as a
 import continuum as c
 from atomistic.crystal.crystal import Slab
-from atomistic.lammps.neighbours import LOST, slipped
+from atomistic.lammps.neighbours import LOST, distortion, slipped
 from atomistic.lammps.result import DeckStatus
 
 SLAB = Slab((6, 5), mobile=5)
@@ -45,6 +45,41 @@ def test_where_a_crystal_slips_both_sides_of_the_plane_have_other_neighbours(
     expected = np.zeros(SITES[:3], np.bool_)
     expected[above - 1 : above + 1] = True
     assert (slipped(SLAB, moved) == expected).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_lost_and_found_neighbours_are_those_of_all_pairs(seed: int) -> None:
+    """Against all pairs of atoms and their images: strong random displacements, on a period that is no square."""
+    slab = Slab((4, 6), mobile=3)
+    rng = np.random.default_rng(seed)
+    moved = rng.normal(scale=0.25, size=(slab.layers, *slab.shape, 3))
+    moved[slab.mobile :] = 0
+    if seed % 2:
+        moved[0, ..., 0] += 1.0
+    sites = slab.positions.reshape(-1, 3)
+
+    def apart(at: np.ndarray) -> np.ndarray:
+        r = at[:, None] - at
+        r[..., :2] -= np.array(slab.shape) * np.rint(r[..., :2] / slab.shape)
+        return np.linalg.norm(r, axis=-1)
+
+    mobile = np.arange(len(sites)) < slab.mobile * 24
+    before = (np.abs(apart(sites) - 1) < 1e-9) & (mobile[:, None] | mobile)
+    after = sites + moved.reshape(-1, 3)
+    shifts = [np.array([i * 4, j * 6, 0]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    # A bond is the same one while it is short to the same image.
+    bonds = sites[:, None] - sites
+    image = np.zeros_like(bonds)
+    image[..., :2] = np.array(slab.shape) * np.rint(bonds[..., :2] / slab.shape)
+    now = np.linalg.norm(after[:, None] - after - image, axis=-1)
+    lost = (before & (now > LOST)).any(axis=1)
+    near = np.min([np.linalg.norm(after[:, None] - after + shift, axis=-1) for shift in shifts], axis=0) < LOST
+    gained = (near & ~(apart(sites) < LOST) & lost & lost[:, None]).any(axis=1)
+    assert 0 < np.count_nonzero(lost & gained) < lost.size
+    np.testing.assert_array_equal(slipped(slab, moved).ravel(), lost & gained)
+    assert distortion(slab, moved) == pytest.approx(
+        np.linalg.norm(moved.reshape(-1, 1, 3) - moved.reshape(-1, 3), axis=-1)[before].max(), rel=1e-12
+    )
 
 
 def test_atoms_that_leave_for_the_wall_have_lost_neighbours_and_found_none() -> None:

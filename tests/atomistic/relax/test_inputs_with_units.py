@@ -103,7 +103,7 @@ def test_check_says_numbers_in_both_units(tmp_path: Path, capsys: pytest.Capture
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"velocity": "10ps"}, ['velocity = "10ps"', "no unit of velocity", "which 1 is"]),
+        ({"velocity": "10ps"}, ['velocity = "10ps"', "not a unit of velocity", "which 1 is"]),
         ({"velocity": "10"}, ['velocity = "10"', "unit of velocity is missing"]),
         ({"velocity": "fast"}, ['velocity = "fast"', "not a number with a unit"]),
         ({"separations": ["4Å", "x"], "depth": -1.0}, ['separations = ["4Å", "x"]', "depth = -1.0", "2 faults"]),

@@ -59,7 +59,7 @@ def moving(**changes: object) -> str:
         (moving(temperature=1e300), SPRINGS, ["protocol.temperature = 1e+300", "at most 0.015 E* a0³"]),
         (moving(temperature=300), COPPER, ["temperature = 300", "(2453 K)", "300 E* a0³ are 4.91e+07 K", '"300K"']),
         (moving(temperature='"5000K"'), COPPER, ['temperature = "5000K"', "(2453 K)"]),
-        (moving(temperature='"1e5C"'), COPPER, ['temperature = "1e5C"', 'no unit of temperature']),
+        (moving(temperature='"1e5C"'), COPPER, ['temperature = "1e5C"', 'not a unit of temperature']),
         (moving(velocity=1e9), SPRINGS, ["velocity = 1000000000.0", "at most 0.3 (E* a0³/m)^(1/2)", "shear"]),
         (moving(velocity=20.0), COPPER, ["velocity = 20.0", "(1388 m/s)", "9.25e+04 m/s", "1 m/s is 0.000216"]),
         (moving(temperature=50, velocity=20.0), COPPER, ["temperature = 50", "velocity = 20.0"]),

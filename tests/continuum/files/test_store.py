@@ -131,7 +131,7 @@ def test_what_is_missing_or_of_another_kind_is_said(tmp_path: Path) -> None:
         store.read_datasets(path, "test", 2)
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file["x"] = 1
-    with pytest.raises(StoreError, match="no result of this program"):
+    with pytest.raises(StoreError, match="data of another program"):
         read(tmp_path / "b.h5")
 
 

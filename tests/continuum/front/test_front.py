@@ -68,7 +68,7 @@ def test_one_control_at_a_time_and_heights_that_are_a_map(contact: c.Contact) ->
         contact.press()
     with pytest.raises(ValueError, match="here: area and pressure"):
         contact.press(area=0.1, pressure=0.1)
-    with pytest.raises(ValueError, match="two directions"):
+    with pytest.raises(ValueError, match="two-dimensional"):
         c.Contact(np.arange(5.0), wall=c.HardWall())
     with pytest.raises(ValueError, match="slope"):
         c.Contact(np.ones((8, 8)), wall=c.HardWall())

@@ -148,7 +148,7 @@ def test_names_say_which_file_is_which(
 @pytest.mark.parametrize(
     ("files", "table", "options", "expected"),
     [
-        ({}, None, {}, "a folder, and no map in it"),
+        ({}, None, {}, "a folder without a map in it"),
         (
             {"my_new_wafer_1.npy": ""},
             None,

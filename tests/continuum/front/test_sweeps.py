@@ -192,7 +192,7 @@ def test_a_folder_says_what_was_run_in_it_and_what_is_other_than_before(
     again = (root / "sweep.toml").rename(many)
     listed = (root / "systems.json").read_text()
     assert main(["sweep", "run", str(again), *out]) == 0
-    assert "0 systems done, 2 were there" in capsys.readouterr().out
+    assert "0 systems done, 2 were done before" in capsys.readouterr().out
     assert (root / "systems.json").read_text() == listed
 
 

@@ -34,6 +34,13 @@ def test_the_input_is_the_contact_of_both_bodies(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.problem.heights, same.problem.heights)
 
 
+def test_a_second_body_of_which_no_more_is_said_is_neither_moved_nor_turned(tmp_path: Path) -> None:
+    lines = [line for line in TEXT.splitlines() if line.split(" =")[0] in ("shift", "angle")]
+    found = build(config(tmp_path, *((line, "") for line in lines)))
+    one, other = (c.SelfAffine(0.8, 0.1, 8, 32).synthesise(found.grid, np.random.default_rng(s)) for s in (1, 2))
+    np.testing.assert_allclose(found.problem.heights, one - other, rtol=0, atol=1e-15)
+
+
 def test_expected_moments_add_up_as_squares(tmp_path: Path) -> None:
     found = build(config(tmp_path))
     assert found.expected is not None

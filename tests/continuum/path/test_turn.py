@@ -111,4 +111,4 @@ def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsy
     assert main(["turn", "small.toml", "--area", "0.05", "--area", "0.1"]) == 0
     assert "stored before" not in capsys.readouterr().out
     assert main(["turn", "small.toml", "--set", 'wall={law="hard"}', "--output", "hard.h5"]) == 2
-    assert "the work of adhesion is no key of law 'hard'" in capsys.readouterr().err
+    assert "the work of adhesion is not a key of law 'hard'" in capsys.readouterr().err

@@ -69,13 +69,16 @@ def test_theories_are_silent_and_the_solver_decides() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"coating": "3nm"}, "is not thickness"),
-        ({"coating": "3GPa:3nm:0.3"}, "no unit of length"),
+        ({"coating": "3nm"}, "write thickness"),
+        ({"coating": "3GPa:3nm:0.3"}, "not a unit of length"),
         ({"coating": "3nm:4GPa:0.7"}, "at most 0.5"),
         ({"coating": "3nm:4GPa:x"}, "not a number"),
         ({"coating": "0nm:4GPa:0.3"}, "positive"),
-        ({"coating": "3nm:4GPa:0.3", "probe": "1um"}, "no `contact_modulus`, second body or `probe`"),
-        ({"coating": "3nm:4GPa:0.3", "modulus": ["1GPa", "1GPa"], "poisson": [0.3, 0.3]}, "on one elastic body"),
+        (
+            {"coating": "3nm:4GPa:0.3", "probe": "1um"},
+            "cannot be combined with `contact_modulus`, a second body or `probe`",
+        ),
+        ({"coating": "3nm:4GPa:0.3", "modulus": ["1GPa", "1GPa"], "poisson": [0.3, 0.3]}, "needs one elastic body"),
     ],
 )
 def test_a_coating_that_cannot_be_is_refused(given: dict[str, Any], said: str) -> None:

@@ -194,7 +194,7 @@ def test_the_command_takes_a_tip_and_a_smallest_wave(tmp_path: Path, capsys: pyt
     assert "below 16 nm" not in capsys.readouterr().out
     for option, value, expected in (
         ("--tip", "10", "--tip '10': a unit of length is missing"),
-        ("--smallest", "2GPa", "no unit of length"),
+        ("--smallest", "2GPa", "not a unit of length"),
         ("--smallest", "0nm", "positive"),
     ):
         assert main(["predict", str(tmp_path / "map.npy"), *known[:-2], option, value]) == 2

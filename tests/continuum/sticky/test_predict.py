@@ -267,7 +267,7 @@ def test_two_bodies_have_their_compliances_added() -> None:
         ({"modulus": ["70GPa"], "poisson": ["0.6"], "work": "1J/m2", "range": "1nm"}, ["at most 0.5"]),
         ({"modulus": ["70GPa"], "poisson": ["x"], "work": "1J/m2", "range": "1nm"}, ["not a number"]),
         ({"contact_modulus": "1GPa", "modulus": ["1GPa"], "poisson": ["0.1"]}, ["given twice"]),
-        ({"contact_modulus": "1J/m2", "material": ["mica"]}, ["no unit of pressure"]),
+        ({"contact_modulus": "1J/m2", "material": ["mica"]}, ["not a unit of pressure"]),
         ({"contact_modulus": "0GPa", "material": ["mica"]}, ["positive"]),
         ({"work": "1e300J/m2", "range": "1km", "material": ["mica"]}, ["`work`", "possible are", "`range`"]),
         (
@@ -386,7 +386,7 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path, capsys: pytest.
     np.save(tmp_path / "map.npy", surface(32).heights)
     command = ["predict", str(tmp_path / "map.npy"), "--size", "3um", "--unit", "nm", "--material", "mica"]
     assert main([*command, "-o", str(tmp_path / "map.npy" / "below")]) == 2
-    assert "no folder for results" in capsys.readouterr().err
+    assert "cannot make a folder for results" in capsys.readouterr().err
 
 
 def test_the_page_does_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:

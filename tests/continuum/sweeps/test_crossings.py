@@ -212,7 +212,7 @@ def test_what_does_not_cross_is_said_and_the_others_go_on(tmp_path: Path, capsys
     for again in (False, True):
         assert main(["sweep", "run", str(path), "-o", str(tmp_path)]) == 1
         said = capsys.readouterr()
-        assert f"{0 if again else 2} searches done, {2 if again else 0} were there, 0 failed" in said.out
+        assert f"{0 if again else 2} searches done, {2 if again else 0} were done before, 0 failed" in said.out
         assert "seed 4, hurst 0.8, rms_slope 0.1: no crossing between 0.002 and 0.01: load is -0.00" in said.err
         assert "seed 3" not in said.err
     three, four = c.sweep_status(tmp_path / "many").crossings

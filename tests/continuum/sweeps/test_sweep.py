@@ -266,7 +266,7 @@ def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) 
 @pytest.mark.parametrize(
     ("sweep", "says"),
     [
-        ("", "a table [sweep] with the axes"),
+        ("", "add a table [sweep] with axes"),
         ('[sweep.axes]\n"surface.seed" = 3\n', "a list of values, or a range"),
         ('[sweep.axes]\n"surface.seed" = []\n', "at least one value"),
         ('[sweep.axes]\n"surface.seed" = [1, 1]\n', "the same one twice"),
@@ -279,7 +279,7 @@ def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) 
         ('[sweep.axes]\n"solver.threads" = [1, 2]\n', "threads 1 and threads 2 are one and the same"),
         ('[[sweep.zipped]]\n"surface.seed" = [1, 1]\n"grid.n" = [8, 8]\n', "different values of surface.seed"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9}\n', "one of step, factor and count"),
-        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, step = -1}\n', "leads from the one to the other"),
+        ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, step = -1}\n', "leads from the first to the last value"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, count = 10000000000000}\n', "at most 1000000 values"),
         ('[sweep.axes]\n"surface.seed" = {from = 1, to = 9, factor = 1.0000000001}\n', "at most 1000000 values"),
         ('[sweep.axes]\n"surface.sed" = [1, 2]\n', "did you mean seed?"),
@@ -330,10 +330,10 @@ def test_the_input_of_a_sweep_is_told_from_that_of_a_run(
     tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([command, str(described(tmp_path, SEEDS)), "-o", str(tmp_path)]) == 2
-    assert "usual cause: the input of a sweep, which is for `continuum sweep run`" in capsys.readouterr().err
+    assert "this is the input of a sweep: use `continuum sweep run`" in capsys.readouterr().err
     (tmp_path / "one.toml").write_text(PLAIN)
     assert main(["sweep", "run", str(tmp_path / "one.toml"), "-o", str(tmp_path)]) == 2
-    assert "the input of a single run, which is for `continuum run`" in capsys.readouterr().err
+    assert "this is the input of a single run: use `continuum run`" in capsys.readouterr().err
 
 
 def test_a_run_takes_values_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -466,7 +466,7 @@ def test_a_folder_that_cannot_be_written_to_is_one_message(
     path = described(tmp_path, SEEDS)
     (tmp_path / "file").write_text("in the way")
     assert main(["sweep", "run", str(path), "-o", str(tmp_path / "file")]) == 2
-    assert "no folder for results can be made there" in capsys.readouterr().err
+    assert "cannot make a folder for results there" in capsys.readouterr().err
     root = tmp_path / "out" / "many"
     tasks = begin(Sweep.read(path), root)
 

@@ -107,13 +107,13 @@ BAD: dict[str, tuple[np.ndarray, str, list[str], str]] = {
     "no unit": (XYZ, "", [], "give the units of both, positions and heights, as --unit um,nm, or --size"),
     "one unit": (XYZ, "", ["--unit", "nm"], "does not say the unit of its positions"),
     "three units": (XYZ, "", ["--unit", "um,um,nm"], "one unit, of the heights, or two"),
-    "no length": (XYZ, "", ["--unit", "um,Pa"], "no unit of length"),
+    "no length": (XYZ, "", ["--unit", "um,Pa"], "not a unit of length"),
     "two units of an array": (HEIGHTS, "", ["--unit", "um,nm", "--size", "1um"], "it has no positions"),
     "two sizes": (XYZ, "", ["--unit", "um,nm", "--size", "1um"], "its size is known without"),
-    "twice": (np.concatenate([XYZ, XYZ[:1]]), "", ["--unit", "um,nm"], "two heights stand at one position"),
-    "twice on a line": (LINE[[0, *range(128)]], "", ["--unit", "um,nm"], "two heights stand at one position"),
-    "no grid": (np.random.default_rng(1).uniform(size=(400, 3)), "", ["--unit", "um,nm"], "an equal distance"),
-    "uneven grid": (XYZ * [1, 1, 1] + np.outer(X > 3.5, [0.02, 0, 0]), "", ["--unit", "um,nm"], "an equal distance"),
+    "twice": (np.concatenate([XYZ, XYZ[:1]]), "", ["--unit", "um,nm"], "two heights have the same position"),
+    "twice on a line": (LINE[[0, *range(128)]], "", ["--unit", "um,nm"], "two heights have the same position"),
+    "no grid": (np.random.default_rng(1).uniform(size=(400, 3)), "", ["--unit", "um,nm"], "not equidistant"),
+    "uneven grid": (XYZ * [1, 1, 1] + np.outer(X > 3.5, [0.02, 0, 0]), "", ["--unit", "um,nm"], "not equidistant"),
     "no position": (np.where(X[5] == XYZ, np.nan, XYZ), "", ["--unit", "um,nm"], "a position is missing"),
     "x and y in two units": (XYZ, "x [um],y [nm],z [nm]", [], "x and y in two units"),
     "a word in a row": (HEIGHTS, "1,2,three", ["--size", "1um", "--unit", "nm"], "not a table of numbers"),
@@ -153,7 +153,7 @@ def test_the_only_dataset_is_taken_and_several_are_named(tmp_path: Path) -> None
         read_topography(path, size=[1.0], unit=1.0)
     with h5py.File(path, "w") as file:
         file["date"] = "today"
-    with pytest.raises(TopographyError, match="no dataset is a map; datasets: none"):
+    with pytest.raises(TopographyError, match="no dataset is a map of numbers; datasets: none"):
         read_topography(path, size=[1.0], unit=1.0)
 
 
