@@ -123,7 +123,6 @@ class PairStyle(BondlessPotential):
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """Files that :meth:`interactions` reads."""
         return {self._names[name]: content for name, content in self.contents.items()}
 
     @cached_property
@@ -144,7 +143,6 @@ class PairStyle(BondlessPotential):
         return f"{self.element}, pair_style {self.style}{f', {files}' if files else ''}"
 
     def interactions(self) -> str:
-        """LAMMPS commands that define the forces."""
         lines = [" ".join(["pair_style     ", self.style, *self.arguments])]
         for words in self.coefficients:
             lines.append(" ".join(["pair_coeff     ", *(self._names.get(word, word) for word in words)]))

@@ -175,7 +175,6 @@ class EmbeddedAtom(BondlessPotential):
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """Files that :meth:`interactions` reads."""
         return {POTENTIAL: self.content}
 
     @cached_property
@@ -191,7 +190,6 @@ class EmbeddedAtom(BondlessPotential):
         )
 
     def interactions(self) -> str:
-        """LAMMPS commands that define the forces."""
         if self.style == "eam":
             return f"pair_style      eam\npair_coeff      1 1 {POTENTIAL}"
         return f"pair_style      {self.style}\npair_coeff      * * {POTENTIAL} {self.element}"

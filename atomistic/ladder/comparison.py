@@ -192,7 +192,6 @@ class _Comparison:
 
     @cached_property
     def problems(self) -> dict[RungName, ContactProblem]:
-        """Contact problem of each continuum rung."""
         lattice, constants = self.specimen.response, self.specimen.model.elastic_constants
         responses = {name: response_of(name, lattice, constants) for name in CONTINUUM_RUNGS}
         if self.springs is not None:

@@ -50,7 +50,6 @@ class Validation:
 
     @property
     def holds(self) -> bool:
-        """Whether every bound holds."""
         return all(verdict.holds for verdict in self.verdicts)
 
     def budget(self) -> Sheet:

@@ -63,7 +63,6 @@ class Plugin:
         return f"{self.name}.so"
 
     def text(self) -> str:
-        """The source."""
         return (files("atomistic") / "plugin" / self.source).read_text(encoding="utf-8")
 
     def build(self, folder: Path) -> Path:

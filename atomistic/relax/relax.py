@@ -77,7 +77,6 @@ class RelaxationResult:
 
     @property
     def evaluations(self) -> int:
-        """Number of evaluations of the forces."""
         return len(self.largest_forces)
 
 

@@ -30,7 +30,6 @@ class Specimen:
 
     @property
     def slab(self) -> Slab:
-        """Slab of atoms."""
         return self.response.slab
 
     @classmethod

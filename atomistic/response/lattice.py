@@ -365,5 +365,4 @@ def _inverse(matrices: Complex) -> Complex:
 
 
 def _adjoint(matrices: Complex) -> Complex:
-    """Conjugate transpose of each matrix."""
     return matrices.conj().swapaxes(-1, -2)

@@ -124,13 +124,11 @@ class _Handler(RequestHandler):
 
     @property
     def opened(self) -> OpenedMap:
-        """The map that is open."""
         if self.view.opened is None:
             raise HTTPError(409, reason="no map is open")
         return self.view.opened
 
     def asked(self) -> Mapping[str, str]:
-        """The fields of the form."""
         try:
             found = json.loads(self.request.body)
         except ValueError:

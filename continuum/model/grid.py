@@ -56,7 +56,6 @@ class Grid:
 
     @property
     def size(self) -> int:
-        """Number of points."""
         return self.shape[0] * self.shape[1]
 
     @property

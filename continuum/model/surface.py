@@ -103,7 +103,8 @@ class SelfAffine:
     def slope_scatter(self, grid: Grid) -> float:
         """Relative standard deviation of the rms slope of a realisation that is not rescaled."""
         # An independent mode is a pair (q, -q); its share of the squared slope is w times a Gaussian squared.
-        w = (self.power_q(grid) * grid.wavenumber**2)[_half_plane(grid)]
+        m, n = grid.mode_numbers
+        w = (self.power_q(grid) * grid.wavenumber**2)[(n > 0) | (m > 0)]
         return float(np.sqrt(np.sum(w**2) / 2) / np.sum(w))
 
     def synthesise(self, grid: Grid, rng: np.random.Generator) -> Real:
@@ -140,13 +141,6 @@ class SelfAffine:
         if self.rescale:
             heights *= self.rms_slope / moments(grid, heights).rms_slope
         return heights
-
-
-def _half_plane(grid: Grid) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
-    """One of each pair (q, -q) of the half spectrum, without q = 0."""
-    m, n = grid.mode_numbers
-    half: np.ndarray[tuple[int, int], np.dtype[np.bool_]] = (n > 0) | (m > 0)
-    return half
 
 
 def _shells(largest: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], ...]:

@@ -104,7 +104,6 @@ class SelfAffineTable(SurfaceTable):
         return self.lambda_L
 
     def spectrum(self, rms_slope: float, *, rescale: bool = True) -> SelfAffine:
-        """The spectrum at a slope."""
         return SelfAffine(self.hurst, rms_slope, self.lambda_s, self.lambda_L, rescale)
 
 

@@ -57,7 +57,6 @@ class PaperFigure:
 
     @plot.styled
     def make(self, data: SweepData) -> Drawing:
-        """Draw the figure."""
         shown = self.select(data)
         if not len(shown):
             raise FigureError(f"{data.table.listing.name}: {self.needs}")

@@ -1,6 +1,5 @@
 """Figs. 2 to 4, S-2 and S-3 of the paper, and d_rep against area: the table of each, and how it is drawn from that."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -237,7 +236,8 @@ def draw_diameters(numbers: DataFrame) -> Figure:
     """Mean diameter of the patches over 4h'/h'' against the area, a line for each path."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.6)
     axis.axhspan(0.5, 2, color="0.94", zorder=0, label="within a factor of two")
-    paths = list(_paths(numbers))
+    systems = numbers.groupby(["H", "h'rms", "lambda_s (a0)", LENGTH, "seed"], dropna=False)
+    paths = [path for _, path in systems]
     for path in paths if len(paths) <= _LINES else ():
         shade = adhesion_colour(path[LENGTH].iloc[0])
         axis.plot(path["A_rep/A0"], path["ratio"], "-", color=shade, linewidth=0.5)
@@ -247,9 +247,3 @@ def draw_diameters(numbers: DataFrame) -> Figure:
     plot.log_ticks(axis)
     plot.legend_below(figure, *symbol_key(numbers), plot.labelled(axis))
     return figure
-
-
-def _paths(numbers: DataFrame) -> Iterator[DataFrame]:
-    """The rows of each system."""
-    for _, path in numbers.groupby(["H", "h'rms", "lambda_s (a0)", LENGTH, "seed"], dropna=False):
-        yield path

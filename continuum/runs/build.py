@@ -38,7 +38,6 @@ class RunSetup:
 
     @property
     def grid(self) -> Grid:
-        """The grid of the problem."""
         return self.problem.grid
 
     def at_work(self, work: float) -> ContactProblem:

@@ -63,7 +63,8 @@ def cost_of(config: RunConfig) -> Cost:
         each = _pairs_of_area(config, larger) * decades if area else point
         if config.loading.turn is not None:
             each *= _PAIRS["turn"]
-        pairs += len(targets) * min(each, _most(config, area))
+        allowed = (config.solver.max_iterations + 3) * (20 if area else 1)
+        pairs += len(targets) * min(each, allowed)
         resolution = config.loading.event_resolution
         if resolution is not None and not area and reach > 0:
             # The start of the retraction is not known yet: its first interval is taken as the second.
@@ -88,11 +89,6 @@ def _pairs_of_area(config: RunConfig, larger: float) -> float:
     near = min(wall.equivalent_range / (slope * shortest), _ROUGH["farthest"])
     steep = (max(slope, _ROUGH["gentlest"]) / 0.1) ** _ROUGH["steepness"]
     return float(rough * steep * (1 + _ROUGH["range"] * near ** _ROUGH["range_exponent"]))
-
-
-def _most(config: RunConfig, area: bool) -> float:
-    """Largest number of pairs of a point, by its limit of iterations."""
-    return (config.solver.max_iterations + 3) * (20 if area else 1)
 
 
 def pair_seconds(grid: Grid, most: int = 1024) -> float:

@@ -66,8 +66,8 @@ class Point(Totals):
 
     @classmethod
     def of(cls, problem: ContactProblem, state: PathState, solver: Solver) -> Self:
-        """The numbers of a state."""
         solution, lowest = state.solution, state.lowest or (state.totals.load, state.mean_gap)
+        pulled_off = state.outcome is Outcome.PULLED_OFF
         return cls(
             **vars(state.totals),
             **{name: getattr(state, name) for name in _OF_STATE},
@@ -75,7 +75,7 @@ class Point(Totals):
             work_of_adhesion=problem.wall.work_of_adhesion,
             lowest_load=lowest[0],
             lowest_load_mean_gap=lowest[1],
-            elastic_energy=_elastic_energy(problem, state, solver),
+            elastic_energy=0.0 if pulled_off else solver.elastic_energy(problem.heights, state.solution),
             search_pairs=state.search_pairs,
             search_solves=state.search_solves,
             status=state.status.name,
@@ -208,7 +208,6 @@ class Record:
 
     @classmethod
     def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Self:
-        """The record in a file."""
         record = cls(
             fields,
             points=list(points_of(file)),
@@ -274,12 +273,6 @@ def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint
     masks = [(store.pack(kind == REPULSIVE), store.pack(kind == ATTRACTED)) for kind in kinds]
     repulsive, attracted = (np.concatenate(parts) for parts in zip(*masks, strict=True))
     return repulsive, attracted
-
-
-def _elastic_energy(problem: ContactProblem, state: PathState, solver: Solver) -> float:
-    """Elastic energy per area without the mean mode, in E* a0."""
-    pulled_off = state.outcome is Outcome.PULLED_OFF
-    return 0.0 if pulled_off else solver.elastic_energy(problem.heights, state.solution)
 
 
 def _times(seconds: list[tuple[float, float]], column: int, what: str) -> Dataset:

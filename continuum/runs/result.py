@@ -100,7 +100,6 @@ class Result:
 
     @cached_property
     def grid(self) -> Grid:
-        """The points of the surface."""
         return self.config.grid.build()
 
     @property

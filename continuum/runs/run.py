@@ -190,16 +190,12 @@ def _attributes(system: RunSetup, record: Record, key: str, finished: bool) -> d
         **provenance(),
         **journal(),
         **({"journal/grown_from": record.grown_from} if record.grown_from else {}),
-        **_device(system.settings.device),
     }
+    if (device := system.settings.device) != "cpu":  # whose kinds all find the same
+        attributes |= {"device": device, "journal/machine": back_end(device).machine()}
     if system.expected is not None:
         attributes |= {f"expected_{name}": value for name, value in system.expected._asdict().items()}
     return {**attributes, **config.surface.attributes}
-
-
-def _device(name: str) -> dict[str, Attribute]:
-    """The device stored with a result; nothing for a CPU, as results are the same on all of them."""
-    return {} if name == "cpu" else {"device": name, "journal/machine": back_end(name).machine()}
 
 
 def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, force: bool) -> tuple[Record, bool]:

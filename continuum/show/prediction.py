@@ -12,7 +12,7 @@ from continuum.show.page import Page
 from continuum.show.prediction_data import ranges
 from continuum.show.prediction_figures import contact_figure, fault_figure, overview
 from continuum.show.sheet import Entry, Sheet, pairs
-from continuum.sticky.criteria import ANSWERS, CRITERIA, Estimate
+from continuum.sticky.criteria import ANSWERS, CRITERIA
 from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.verdict import votes
@@ -124,14 +124,11 @@ def _contact(prediction: Prediction) -> Sheet:
     return pairs("Contact", rows)
 
 
-def _necessary(estimate: Estimate) -> str:
-    return "not excluded" if estimate.sticky else "excluded"
-
-
 def _verdicts(prediction: Prediction) -> Sheet:
     rows, inside = [], ranges(prediction)
     for vote in votes(prediction.contact):
         estimate, support = vote.estimate, vote.support
+        necessary = "not excluded" if estimate.sticky else "excluded"
         modulus = estimate.turning_modulus(prediction.contact) or 0.0
         work = estimate.turning_work(prediction.contact) or 0.0
         record = "no record: a necessary condition"
@@ -142,7 +139,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
             (
                 estimate.name,
                 f"{estimate.symbol} = {estimate.value:.4g}",
-                "-" if prediction.excluding else _necessary(estimate) if support is None else vote.answer,
+                "-" if prediction.excluding else necessary if support is None else vote.answer,
                 f"{estimate.margin:.4g}",
                 record,
                 pressure(modulus),

@@ -29,11 +29,6 @@ DISAGREE = 0.15
 """Difference of two estimates of the rms slope above which it is mentioned."""
 
 
-def _area(topography: Topography) -> float:
-    """Area of a map, or of the square that the longest wave of a spectrum spans."""
-    return topography.grid.area if topography.bands is None else topography.extent**2
-
-
 def _stands_for(topography: Topography) -> Iterator[str]:
     """Warnings about a random surface that represents lines or several measurements."""
     if topography.lines:
@@ -81,7 +76,9 @@ def prediction_doubts(
             f"resolution: d_rep is {pixels:.2g} pixels; below about {RESOLVED:g} the curvature is that of the pixel, "
             "not of the surface"
         )
-    contacts = AREA * min(_area(topography) for topography in topographies) / contact.diameter**2
+    # Of a map, or of the square that the longest wave of a spectrum spans.
+    areas = [one.grid.area if one.bands is None else one.extent**2 for one in topographies]
+    contacts = AREA * min(areas) / contact.diameter**2
     if contacts < FEW:
         found.append(
             f"size: {100 * AREA:g} % of the map is {contacts:.2g} d_rep²; below about {FEW:g} single summits decide, "

@@ -11,10 +11,8 @@ import numpy as np
 
 from continuum.arguments import instance
 from continuum.model.fourier import Real
-from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.model.problem import ContactProblem
-from continuum.model.substrates import Substrate
 from continuum.model.surface import moments
 from continuum.model.walls import Wall
 from continuum.model.walls.attraction import attraction_on_core
@@ -144,7 +142,8 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1, *
         return wall_on(grid, length, range_at(length) / unit)
 
     substrate = interface.substrate(unit)
-    first = _half_of_full_contact(grid, heights, substrate)
+    hard = attraction_on_core("spline", 1.0, 1.0, 1.0)
+    first = first_work(ContactProblem(grid, hard, heights, substrate))  # half of the energy of full contact
     problem = ContactProblem(grid, wall_at(first), heights, substrate)
     settings = Settings(RESIDUAL * slope, threads=threads)
     pairs = PATIENCE * expected_pairs(grid.size, resolved=range_at(first) == given) if limited else np.inf
@@ -176,9 +175,3 @@ def solve_turn(topography: Topography, interface: Interface, threads: int = 1, *
         map=topography.grid,
         warnings=(*doubts, *solver_doubts(found, slope, topography, "the pixel")),
     )
-
-
-def _half_of_full_contact(grid: Grid, heights: Real, substrate: Substrate) -> float:
-    """l_a at the start of the search: half of the energy of full contact."""
-    hard = attraction_on_core("spline", 1.0, 1.0, 1.0)
-    return first_work(ContactProblem(grid, hard, heights, substrate))

@@ -82,7 +82,9 @@ class SweepTable(Table):
                 try:
                     values = expand_range(given)
                 except ValueError as error:
-                    yield Fault(here, f"a list of values, or a range {{from, to, step}}: {error}", _why(given))
+                    why = "a search: it stands in [sweep.axes], not among keys that change together"
+                    allowed = f"a list of values, or a range {{from, to, step}}: {error}"
+                    yield Fault(here, allowed, why if is_bisection(given) else "")
                 else:
                     if not values:
                         yield Fault(here, f"at least one value of {name}")
@@ -101,7 +103,7 @@ class SweepTable(Table):
             if _overlap(one, other):
                 yield Fault((), f"axes that are apart: {one} holds {other}")
         for axis in self.all_axes:
-            if _repeated(axis.values):
+            if len(set(map(_hashable, axis.values))) < len(axis.values):  # 8 and 8.0 are equal
                 yield Fault((), f"different values of {' and '.join(axis.keys)}", "the same one twice")
         count = math.prod(len(axis.values) for axis in self.all_axes)
         if count > MOST:
@@ -126,10 +128,6 @@ def _parts(table: Mapping[str, Any], name: str) -> tuple[str, ...]:
         return (name,)
     first = next(part for part in table if name.startswith(f"{part}."))
     return (first, *_parts(table[first], name.removeprefix(f"{first}.")))
-
-
-def _why(given: Any) -> str:
-    return "a search, which belongs in [sweep.axes], not among keys that change together" if is_bisection(given) else ""
 
 
 def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Values, _Values]:
@@ -163,11 +161,6 @@ def _put(table: _Values, name: str, value: Any) -> None:
     for part in outer:
         table = table[part]
     table[last] = value if several else [value]
-
-
-def _repeated(values: Sequence[Any]) -> bool:
-    """Whether two values are equal, as 8 and 8.0 are."""
-    return len({_hashable(value) for value in values}) < len(values)
 
 
 def _hashable(value: Any) -> Hashable:

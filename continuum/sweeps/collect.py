@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -298,7 +298,10 @@ def sweep_status(
         for mark in sorted(folder.work.glob("*.died"))
         if mark.stem in costs and mark.stem not in done
     ]
-    left = sum(system.cost for name, system in costs.items() if name not in done) + _left(listing, crossings)
+    left = sum(system.cost for name, system in costs.items() if name not in done)
+    if listing.bisection is not None:  # searches may try more systems than are listed yet
+        each, most = zip(listing.searches, crossings, strict=True), listing.bisection.most
+        left += sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)
     rate, work_rate = _rates([(when, costs[name]) for name, when in done.items()])
     seconds = left / work_rate if work_rate > 0 else np.nan
     return SweepStatus(
@@ -324,13 +327,6 @@ def _points_in(path: Path) -> str:
     return f", {len(found['step'])} points stored" if "step" in found else ""
 
 
-def _left(listing: SweepListing, crossings: Sequence[Crossing]) -> float:
-    """Cost of the remaining trials of searches, which are not listed yet."""
-    most = 0 if listing.bisection is None else listing.bisection.most
-    each = zip(listing.searches, crossings, strict=True)
-    return sum((most - len(one.systems)) * one.systems[0].cost for one, found in each if not found.complete)
-
-
 def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
     """Systems per hour and work per second of the last finished systems."""
     last = sorted(ended, key=lambda each: each[0])[-_RECENT:]
@@ -351,7 +347,6 @@ class Verification:
 
     @property
     def ok(self) -> bool:
-        """Whether no file has a fault."""
         return not self.faults
 
 

@@ -45,7 +45,6 @@ class Worker:
         """Readable when a task has ended, or the process has died."""
 
     def give(self, work: Job, task: Task) -> None:
-        """Start a task."""
         if self._process is None:
             self._start()
         with suppress(ConnectionError):  # it has died, which is found when the connection is read

@@ -70,7 +70,6 @@ class PerssonContact:
 
     @cached_property
     def rms_height(self) -> float:
-        """Root-mean-square height."""
         return float(np.sqrt(self._sums(0)[-1]))
 
     @cached_property
@@ -86,7 +85,6 @@ class PerssonContact:
 
     @cached_property
     def rms_slope(self) -> float:
-        """Root-mean-square slope."""
         return float(np.sqrt(2 * self._squares[-1]))
 
     def area(self, pressure: float) -> float:

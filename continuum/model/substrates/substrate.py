@@ -68,7 +68,6 @@ class SubstrateTable(TableFamily):
         return ""
 
     def build(self) -> Substrate:
-        """The response."""
         raise NotImplementedError
 
 

@@ -165,7 +165,6 @@ class WallTable(TableFamily):
         return None
 
     def build(self) -> Wall:
-        """The law."""
         raise NotImplementedError
 
     def at_work(self, work: float) -> Wall:

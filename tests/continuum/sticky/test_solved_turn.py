@@ -215,7 +215,7 @@ def test_large_maps_and_lines_are_not_solved_without_being_asked() -> None:
     assert "points are more than" in large().too_much
     lines = c.predict(np.random.default_rng(1).normal(size=128).cumsum(), size="1um", unit="nm", material="mica")
     assert lines.turn is None
-    assert "no map" in lines.unsolved
+    assert "not a map" in lines.unsolved
 
 
 @pytest.mark.parametrize(("text", "expected"), [("0", "a unit of length is missing"), ("banana", "not a number")])
