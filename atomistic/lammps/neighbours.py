@@ -21,11 +21,11 @@ def distortion(slab: Slab, displacements: Real) -> float:
     It bounds the strain of the springs, and detects a crystal that is turned inside out: springs do not depend on
     direction, so that a layer pushed through the next is at rest again.
     """
-    largest = 0.0
-    for layer, other, shift, _ in _pairs(slab):
-        apart = np.roll(displacements[other], shift, axis=(0, 1)) - displacements[layer]
-        largest = max(largest, float(np.max(np.sum(apart**2, axis=-1))))
-    return float(np.sqrt(largest))
+    apart = (
+        np.roll(displacements[other], shift, axis=(0, 1)) - displacements[layer]
+        for layer, other, shift, _ in _pairs(slab)
+    )
+    return max(float(np.linalg.norm(each, axis=-1).max()) for each in apart)
 
 
 def slipped(slab: Slab, displacements: Real) -> NDArray[np.bool_]:
