@@ -82,7 +82,7 @@ class SweepTable(Table):
                 try:
                     values = expand_range(given)
                 except ValueError as error:
-                    why = "a search: it stands in [sweep.axes], not among keys that change together"
+                    why = "a search, which belongs in [sweep.axes], not among keys that change together"
                     allowed = f"a list of values, or a range {{from, to, step}}: {error}"
                     yield Fault(here, allowed, why if is_bisection(given) else "")
                 else:
