@@ -16,7 +16,7 @@ from continuum.solve.cpu.compiled import TILE, Marks, Mask
 from continuum.solve.cpu.engine import CpuEngine
 from continuum.solve.cpu.extending import Nodes
 from continuum.solve.cpu.near_field import SIDE
-from continuum.solve.cpu.tiles import BOX, MOST, SMALLEST, Split, TileEngine
+from continuum.solve.cpu.tiles import BOX, MOST, SMALLEST, CpuTileEngine, Split
 from continuum.solve.solution import Work
 
 
@@ -183,7 +183,7 @@ class CpuBoundEngine(CpuEngine):
             return None
         return Split(self, coarse)
 
-    def tiles(self, p: Real, z: Real, below: float) -> TileEngine | None:
+    def tiles(self, p: Real, z: Real, below: float) -> CpuTileEngine | None:
         split = self.split if np.isinf(self.most) else None
         if split is None or not split.even:
             return None
@@ -193,9 +193,9 @@ class CpuBoundEngine(CpuEngine):
         if not 0 < marked.mean() <= MOST:
             return None
         split.G_far[0, 0] = self.G[0, 0]
-        return TileEngine(split, marked)
+        return CpuTileEngine(split, marked)
 
-    def take(self, tiles: TileEngine, values: Real, field: Real) -> None:
+    def take(self, tiles: CpuTileEngine, values: Real, field: Real) -> None:
         tiles.scatter(values, field)
         self.touched[...] = 0
         for a, b in tiles.places * SIDE:

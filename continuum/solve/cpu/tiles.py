@@ -21,7 +21,7 @@ from continuum.model.grid import Grid
 from continuum.solve.backend import Array
 from continuum.solve.cpu.compiled import SUMS, Index, Mask, Single
 from continuum.solve.cpu.engine import CpuEngine, Task
-from continuum.solve.cpu.near_field import RATIO, REACHED, SIDE, spline, weights, width
+from continuum.solve.cpu.near_field import RATIO, REACHED, SIDE, cubic_spline, weights, width
 
 if TYPE_CHECKING:
     from continuum.solve.cpu.bound import CpuBoundEngine
@@ -77,7 +77,7 @@ def _along(n: int, period: int) -> tuple[Real, Real]:
     """Wavenumbers of n modes of a period, in points, and what a spline on every fourth point leaves of them."""
     q = 2 * np.pi * np.fft.fftfreq(n, 1 / n) / period
     x = np.arange(1 - 2 * RATIO, 2 * RATIO)
-    return q, np.cos(np.outer(q, x)) @ spline(x / RATIO) / RATIO
+    return q, np.cos(np.outer(q, x)) @ cubic_spline(x / RATIO) / RATIO
 
 
 def _far(values: Real, shape: tuple[int, int], smooth: float) -> Single:
@@ -112,7 +112,7 @@ def _near(values: Real, smooth: float, reach: int) -> tuple[Single, bool]:
     return rows, bool(even)
 
 
-class TileEngine(CpuEngine):
+class CpuTileEngine(CpuEngine):
     """What the bound-constrained solver asks of an engine, for the points of some tiles, one below the other.
 
     Parameters

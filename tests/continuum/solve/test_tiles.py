@@ -12,7 +12,7 @@ from continuum.model.surface import SelfAffine
 from continuum.solve.cpu import bound
 from continuum.solve.cpu.bound import CpuBoundEngine
 from continuum.solve.cpu.near_field import SIDE
-from continuum.solve.cpu.tiles import TileEngine
+from continuum.solve.cpu.tiles import CpuTileEngine
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
 
@@ -30,7 +30,7 @@ def heights(grid: Grid, seed: int = 1) -> Real:
     return SelfAffine(0.8, 0.1, 16.0, min(grid.lengths) / 2).synthesise(grid, np.random.default_rng(seed))
 
 
-def tiles(K: Real, grid: Grid, marked: Real) -> TileEngine:
+def tiles(K: Real, grid: Grid, marked: Real) -> CpuTileEngine:
     """An engine of the marked tiles under a given load."""
     whole = CpuBoundEngine(grid, K.copy(), 1)
     whole.set_mean_stiffness(0.0, held=False)
@@ -42,7 +42,7 @@ def tiles(K: Real, grid: Grid, marked: Real) -> TileEngine:
 
 
 @pytest.fixture
-def spots(small: None) -> tuple[Grid, Real, TileEngine, Real]:
+def spots(small: None) -> tuple[Grid, Real, CpuTileEngine, Real]:
     """Round contacts on a grid of its own numbers of points along x and y, on five tiles that do not all touch."""
     grid = Grid((256, 512), (256.0, 512.0))
     K = HalfSpace("free").stiffness(grid)
@@ -52,7 +52,7 @@ def spots(small: None) -> tuple[Grid, Real, TileEngine, Real]:
     return grid, K, tiles(K, grid, marked), spots
 
 
-def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: tuple[Grid, Real, TileEngine, Real]) -> None:
+def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: tuple[Grid, Real, CpuTileEngine, Real]) -> None:
     grid, K, engine, contact = spots
     rng = np.random.default_rng(2)
     for p in (contact * 1.0, contact * rng.standard_normal(grid.shape)):
@@ -65,7 +65,7 @@ def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: tuple[Grid,
         assert np.ptp(missed) < 0.01 * np.ptp(exact[on])
 
 
-def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: tuple[Grid, Real, TileEngine, Real]) -> None:
+def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: tuple[Grid, Real, CpuTileEngine, Real]) -> None:
     _, K, engine, contact = spots
     on = engine.gather(contact) > 0
     M, G = np.zeros((2, on.sum(), on.sum()))
