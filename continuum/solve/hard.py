@@ -16,6 +16,9 @@ of the contact near by (:mod:`continuum.solve.cpu.extending`).  It is symmetric 
 mode enters by the rank-one formula of Sherman and Morrison, whose limit of no mean stiffness is a given mean pressure.
 An iteration costs two pairs of transforms, two and a half if its step was cut.
 
+On large grids all of this happens on tiles of the contact first, whose engine has a model of G, and the whole grid only
+says what the model missed (:mod:`continuum.solve.cpu.tiles`): four or five pairs of it, instead of two an iteration.
+
 It stops by the largest error of the gap: what closes the contact, or lifts an overlap.  That bounds the residual.
 
 No contact mechanics here beyond the bound: K and the offset are all that it knows.  No field either: those belong to

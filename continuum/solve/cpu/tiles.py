@@ -36,7 +36,7 @@ BOX = 256
 """Side of the periodic box in which near fields are found, in points."""
 SMALLEST = 1024
 """Grids with a shorter side have no tiles: there calls, not points, would take the time."""
-MOST = 0.3
+MOST = 0.25
 """Share of tiles beyond which the whole grid is as fast."""
 
 

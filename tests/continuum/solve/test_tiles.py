@@ -65,6 +65,18 @@ def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: tuple[Grid,
         assert np.ptp(missed) < 0.01 * np.ptp(exact[on])
 
 
+def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
+    grid = Grid.square(256)
+    m, n = grid.mode_numbers
+    whole = CpuBoundEngine(grid, np.hypot(m + 0.3 * n, n) * np.pi / 256, 1)
+    whole.set_mean_stiffness(0.0, held=False)
+    p = whole.rows()
+    p[:9, :9] = 1.0
+    assert whole.split is not None
+    assert not whole.split.even
+    assert whole.tiles(p, whole.rows(), -1.0) is None
+
+
 def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: tuple[Grid, Real, CpuTileEngine, Real]) -> None:
     _, K, engine, contact = spots
     on = engine.gather(contact) > 0
