@@ -193,7 +193,7 @@ class CpuBoundEngine(CpuEngine):
         if not 0 < marked.mean() <= MOST:
             return None
         split.G_far[0, 0] = self.G[0, 0]
-        return CpuTileEngine(split, marked)
+        return CpuTileEngine(self, split, marked)
 
     def take(self, tiles: CpuTileEngine, values: Real, field: Real) -> None:
         tiles.scatter(values, field)

@@ -12,26 +12,21 @@ its hats.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from continuum.model.fourier import Real, block_edges, cut
 from continuum.model.grid import Grid
-from continuum.solve.backend import Array
+from continuum.solve.backend import SPREAD, Array
 from continuum.solve.cpu.compiled import SUMS, Index, Mask, Single
 from continuum.solve.cpu.engine import CpuEngine, Task
 from continuum.solve.cpu.near_field import RATIO, REACHED, SIDE, cubic_spline, weights, width
-
-if TYPE_CHECKING:
-    from continuum.solve.cpu.bound import CpuBoundEngine
 
 REACH, STIFF_REACH = 15, 7
 """Points that the near fields of G and K reach, less one."""
 SMOOTH, STIFF_SMOOTH = 4.2, 4.8
 """Widths of the Gaussians that the far fields of G and K are smoothed with, in points."""
-SPREAD = np.float32(0.1)
-"""Share of contact near by at which the extension is half the mean of the contact there."""
 BOX = 256
 """Side of the periodic box in which near fields are found, in points."""
 SMALLEST = 1024
@@ -43,8 +38,7 @@ MOST = 0.25
 class Split:
     """The split response of one grid: near fields of G and K, and far fields on the grid of every fourth point."""
 
-    def __init__(self, engine: CpuBoundEngine, coarse: Grid) -> None:
-        self.engine = engine
+    def __init__(self, engine: CpuEngine, coarse: Grid) -> None:
         self.far = CpuEngine(coarse, np.zeros(coarse.shape_q, np.float32), engine.threads)
         K = cut(engine.K, coarse.shape_q)
         K[0, 0] = 0.0
@@ -117,17 +111,18 @@ class CpuTileEngine(CpuEngine):
 
     Parameters
     ----------
+    whole : the engine of the grid, whose threads it uses.
     near : the split response.
     marked : which tiles, shape (nx, ny)/SIDE.
     """
 
-    def __init__(self, near: Split, marked: Mask) -> None:
+    def __init__(self, whole: CpuEngine, near: Split, marked: Mask) -> None:
         # Nothing of a grid: no K, no spectrum.
         self.split, self.places = near, np.argwhere(marked)
         count = len(self.places)
         self.slots: Index = np.full(marked.shape, -1, dtype=np.int64)
         self.slots[marked] = np.arange(count)
-        self.size, self.n, self.threads = near.engine.size, SIDE, near.engine.threads
+        self.whole, self.size, self.n = whole, whole.size, SIDE
         self.shape = count * SIDE, SIDE
         self.row_edges, self.tile_edges = (block_edges(each, count * SIDE**2) for each in (count * SIDE, count))
         self.touched = np.full((count * SIDE, 1), 2, dtype=np.uint8)
@@ -171,7 +166,7 @@ class CpuTileEngine(CpuEngine):
         blocks[self.places[:, 0], :, self.places[:, 1]] = values.reshape(-1, SIDE, SIDE)
 
     def over(self, task: Task, edges: Sequence[int]) -> Real:
-        return self.split.engine.over(task, edges)
+        return self.whole.over(task, edges)
 
     # --- the model of the response -------------------------------------------------------------------------
 
@@ -224,7 +219,7 @@ class CpuTileEngine(CpuEngine):
             self.shared[...] = mask
             self.sweep("on_contact", mask=mask, z=c, shift=0.0, ones=True, out=c)
             self._down(c, share)
-            share += SPREAD
+            share += np.float32(SPREAD)
             np.divide(np.float32(1), share, out=share)
         self.sweep("on_contact", mask=mask, z=c if z is None else z, shift=shift, ones=z is None, out=c)
         self._down(c, field)

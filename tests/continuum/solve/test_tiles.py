@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid
@@ -15,6 +18,8 @@ from continuum.solve.cpu.near_field import SIDE
 from continuum.solve.cpu.tiles import CpuTileEngine
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
+
+Spots = tuple[Grid, Real, CpuTileEngine, NDArray[np.bool_]]
 
 N = 512
 SETTINGS = Settings(1e-7)
@@ -42,7 +47,7 @@ def tiles(K: Real, grid: Grid, marked: Real) -> CpuTileEngine:
 
 
 @pytest.fixture
-def spots(small: None) -> tuple[Grid, Real, CpuTileEngine, Real]:
+def spots(small: None) -> Spots:
     """Round contacts on a grid of its own numbers of points along x and y, on five tiles that do not all touch."""
     grid = Grid((256, 512), (256.0, 512.0))
     K = HalfSpace("free").stiffness(grid)
@@ -52,7 +57,7 @@ def spots(small: None) -> tuple[Grid, Real, CpuTileEngine, Real]:
     return grid, K, tiles(K, grid, marked), spots
 
 
-def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: tuple[Grid, Real, CpuTileEngine, Real]) -> None:
+def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: Spots) -> None:
     grid, K, engine, contact = spots
     rng = np.random.default_rng(2)
     for p in (contact * 1.0, contact * rng.standard_normal(grid.shape)):
@@ -60,7 +65,7 @@ def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: tuple[Grid,
         p_q[0, 0] = 0.0
         exact = engine.gather(np.fft.irfft2(p_q / np.where(K > 0, K, 1.0), s=grid.shape))
         found = engine.comply_with(engine.gather(p), np.empty(engine.shape, np.float32))
-        on = engine.gather(contact) > 0
+        on = engine.gather(contact.astype(np.float64)) > 0
         missed = found[on] - exact[on]
         assert np.ptp(missed) < 0.01 * np.ptp(exact[on])
 
@@ -77,15 +82,14 @@ def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
     assert whole.tiles(p, whole.rows(), -1.0) is None
 
 
-def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: tuple[Grid, Real, CpuTileEngine, Real]) -> None:
+def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> None:
     _, K, engine, contact = spots
-    on = engine.gather(contact) > 0
+    on = engine.gather(contact.astype(np.float64)) > 0
     M, G = np.zeros((2, on.sum(), on.sum()))
     softest = float(K.ravel()[1:].min())
     for k, at in enumerate(np.flatnonzero(on)):
-        one = np.zeros(on.size)
-        one[at] = 1.0
-        one = one.reshape(on.shape)
+        one = engine.field()
+        one.flat[at] = 1.0
         out = engine.field()
         engine.stiffen(on, out, softest, one)
         M[k] = out[on]
@@ -99,12 +103,12 @@ def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: tuple[Grid, R
     assert product[-1] < 4 * product[len(product) // 100 + 1]
 
 
-def both(monkeypatch: pytest.MonkeyPatch, solve: object) -> tuple[Solution, Solution]:
+def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
     """A state with tiles and without."""
     monkeypatch.setattr(bound, "SMALLEST", 256)
-    tiled = solve()  # type: ignore[operator]
+    tiled = solve()
     monkeypatch.setattr(bound, "SMALLEST", 2**20)
-    whole = solve()  # type: ignore[operator]
+    whole = solve()
     assert tiled.status.ok
     assert whole.status.ok
     return tiled, whole
