@@ -60,7 +60,8 @@ def spots(small: None) -> Spots:
 def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: Spots) -> None:
     grid, K, engine, contact = spots
     rng = np.random.default_rng(2)
-    for p in (contact * 1.0, contact * rng.standard_normal(grid.shape)):
+    pressures: list[Real] = [contact.astype(np.float64), contact * rng.standard_normal(grid.shape)]
+    for p in pressures:
         p_q = np.fft.rfft2(p)
         p_q[0, 0] = 0.0
         exact = engine.gather(np.fft.irfft2(p_q / np.where(K > 0, K, 1.0), s=grid.shape))
