@@ -1,4 +1,4 @@
-"""The input of a deck whose numbers have units: in those of its crystal, which is measured first."""
+"""Inputs of decks with units, which are converted to those of the crystal after measuring it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from continuum.files.toml import ConfigError, Source, find
 
 
 def deck_input(path: str | Path) -> DeckConfig:
-    """Read the input of a deck, in reduced units where it has others.
+    """Read the input of a deck, and convert its units to reduced ones.
 
     Raises ConfigError with all faults of the file; PotentialError or LammpsError if a number has a unit, and the
-    crystal is no stable fcc one, or LAMMPS fails.
+    crystal is not a stable fcc one, or LAMMPS fails.
     """
     source = Source.read(find(path))
     if not with_units(source.data):
@@ -27,7 +27,7 @@ def deck_input(path: str | Path) -> DeckConfig:
     try:
         potential = parsed(source, ElasticConfig).interatomic.potential()
     except ConfigError:
-        return parsed(source, DeckConfig)  # which has this fault, and finds the others
+        return parsed(source, DeckConfig)  # which reports this fault together with the others
     values, faults = in_reduced(source.data, model_of(potential).real_units)
     try:
         return parsed(source, DeckConfig, values)
@@ -38,7 +38,7 @@ def deck_input(path: str | Path) -> DeckConfig:
 
 
 def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
-    """The separations, pressures or protocol of a call, those with a unit converted to a0 and E*.
+    """The separations, pressures or protocol of a call, with units converted to a0 and E*.
 
     Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
     """

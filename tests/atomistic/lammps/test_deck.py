@@ -118,7 +118,7 @@ MOVED_BASE = np.ones((4, 4, 5, 3))
         ({"tolerance": float("nan")}, ValueError, "tolerance"),
         ({"evaluations": 0}, ValueError, "evaluations"),
         ({"evaluations": 1.5}, ValueError, "evaluations = 1.5"),
-        ({"wall": HardWall()}, TypeError, "no function of the gap"),
+        ({"wall": HardWall()}, TypeError, "not a function of the gap"),
     ],
 )
 def test_a_deck_that_makes_no_sense_is_refused(changes, error, message):
