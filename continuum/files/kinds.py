@@ -21,7 +21,7 @@ class TableWall(WallTable):
     """text, two columns: gap in a0 (increasing) and traction in E* (compression positive, zero at the end)"""
 
     def build(self) -> Wall:
-        """The law; raises ValueError or OSError if the file is no table of a wall."""
+        """The law; raises ValueError or OSError if the file is not a table of a wall."""
         columns = read_text(self.path)
         if columns.shape[1] != 2:
             raise ValueError(f"{self.path} has {columns.shape[1]} columns, a wall has 2: gap and traction")
@@ -32,7 +32,7 @@ class TableWall(WallTable):
 
 
 class FileSurface(SurfaceTable):
-    """[surface] of kind "file": heights of your own."""
+    """[surface] of kind "file": heights from a file."""
 
     kind: Literal["file"]
     path: InputFile
@@ -49,7 +49,7 @@ class FileSurface(SurfaceTable):
             yield Fault(("dataset",), f"only with an HDF5 file ({', '.join(sorted(HDF5_SUFFIXES))})")
 
     def build(self, grid: Grid) -> Real:
-        """The heights; raises ValueError or OSError if the file does not hold finite numbers of the grid's shape."""
+        """The heights; raises ValueError or OSError unless the file has finite numbers of the grid's shape."""
         heights = read_numbers(self.path, self.dataset, grid.shape)
         missing = np.count_nonzero(~np.isfinite(heights))
         if missing:

@@ -1,16 +1,16 @@
-"""Each claim of the paper beside what a sweep has found: reproduced or not, with numbers and how many points.
+"""Verdicts on the claims of the paper from the points of a sweep, with numbers and the number of points.
 
-The rules look at mean, scatter, trend with the bandwidth and number of contacts.  They are of 23 November 2026: older
-than the bandwidth sweep, younger and stricter than those by which the other sweeps in docs/measured were judged first:
+The rules use mean, scatter, trend with the bandwidth and number of contacts.  They date from 23 November 2026: before
+the bandwidth sweep, but after the other sweeps in docs/measured, which were first judged by less strict rules:
 
-* what was judged by a mean over all bandwidths λ_L/λ_s is judged by the worst of them, so that too much at one and too
-  little at another do not cancel;
-* *with a remark* bounds the scatter, too, and of stickiness counts exceptions among those that stick or should;
-* fewer than :data:`FEWEST` surfaces, or of stickiness fewer than :data:`FEWEST` contacts of either kind, are no test;
-  nor is a λ_L that the paper did not look at.
+* claims are judged by the worst bandwidth λ_L/λ_s instead of the mean over all, so that deviations of opposite sign do
+  not cancel;
+* *with a remark* also bounds the scatter, and for stickiness counts exceptions among contacts that stick or should;
+* fewer than :data:`FEWEST` surfaces, or for stickiness fewer than :data:`FEWEST` contacts of either kind, are not a
+  test; nor is a λ_L outside the paper's range.
 
-Four claims without a verdict got one on 24 November: the gap outside a contact, other laws, λ_Maugis above 1 and the
-range of the spline, by the bounds that all ratios have, or the paper's own number.  Data of other laws was known then.
+Four claims were first judged on 24 November, by the bounds of all ratios or the paper's own number: the gap outside a
+contact, other laws (whose data were known then), λ_Maugis above 1 and the range of the spline.
 """
 
 from collections.abc import Callable
@@ -39,26 +39,26 @@ from continuum.show.sheet import Sheet
 from continuum.theory import paper, rough
 
 LONG = 512.0
-"""Smallest λ_L at which the paper looked, in a0."""
+"""Smallest λ_L of the paper, in a0."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the paper, and how the points of a sweep are held against it."""
+    """A claim of the paper, and its test on the points of a sweep."""
 
     text: str
-    """In the paper's words, or nearly."""
+    """The claim, nearly in the paper's words."""
     paper: str
-    """What the paper says in numbers, and where."""
+    """Number and place in the paper."""
     query: str
-    """The points that it is judged by."""
+    """Query for its points."""
     judge: Callable[[DataFrame], Finding | None]
-    """From these points, one at least; None where they do not suffice."""
+    """The finding from at least one of these points; None if they do not suffice."""
     bounds: str = (
         f"geometric mean within {VISIBLE:.0%} at every bandwidth, scatter by less than {2 * VISIBLE:.0%}; "
         f"both within a factor of {OFF:g}"
     )
-    """What counts as reproduced; and, after a semicolon, as reproduced with a remark."""
+    """Bounds for reproduced and, after a semicolon, for reproduced with a remark."""
 
     def finding(self, points: DataFrame) -> Finding:
         rows = points.query(self.query)
@@ -94,12 +94,12 @@ def _linear(rows: DataFrame) -> Finding | None:
 
 
 def _over_bare(rows: DataFrame, of: str, column: str, least: int = 2) -> DataFrame:
-    """The valid points with adhesion, and in ``bare`` what a column is without on the same surface under the same law.
+    """The valid points with adhesion, with the value without adhesion on the same surface and law as column ``bare``.
 
     Parameters
     ----------
-    of : column in which the path without adhesion is interpolated; points outside of it are left out.
-    least : points that this path must have.
+    of : column in which the path without adhesion is interpolated; points outside its range are left out.
+    least : smallest number of points of that path.
     """
     rows = rows[np.isfinite(rows[column])].assign(law=rows.law.map(str))
     own = ["surface", "law"]
@@ -361,23 +361,23 @@ _JUDGED = (
     "rms_slope", "rms_curvature", "range", "work_of_adhesion", "expected_ratio", "expected_kappa_att",
     "diameter_ratio", "disc_ratio",
 )  # fmt: skip
-"""What claims ask of points, beside the keys on the axes of the sweep."""
+"""Columns that claims need, beside the keys on the axes of the sweep."""
 
 
 def claim_points(points: DataFrame) -> str:
-    """The points as comma-separated values, as far as claims ask for them: by that table they can be judged again."""
+    """The columns of points that claims need, as comma-separated values, from which they can be judged again."""
     axes = [name for name in points if name.startswith("sweep.")]
     return str(points[[*_JUDGED, *axes]].to_csv(index=False, float_format="%.8g"))
 
 
 def stored_points(path: Path) -> DataFrame:
-    """Such a table; a column that one of before lacks holds no numbers."""
+    """Read such a table; columns that an older one lacks are NaN."""
     points = read_csv(path)
     return points.assign(**{name: np.nan for name in _JUDGED if name not in points})
 
 
 def claim_verdicts(points: DataFrame) -> list[tuple[Claim, Finding]]:
-    """All claims that a sweep can judge; of the others it is said that they were not tested."""
+    """Verdicts on all claims; those without points are "not tested"."""
     return [(claim, claim.finding(points)) for claim in CLAIMS]
 
 

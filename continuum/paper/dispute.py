@@ -1,8 +1,8 @@
-"""Which theory is right?  The work of adhesion at which a surface turns sticky, beside the theory of every camp.
+"""The work of adhesion at which a surface becomes sticky, compared with every theory.
 
-The systems of one surface and one law differ in the work of adhesion w.  The crossover is where the quantity that tells
-sticky from not passes 1: attraction over repulsion at 1 % area, or pull-off over the load before it.  Between two works
-its logarithm is taken as linear in that of w.
+The systems of one surface and one law differ in the work of adhesion w.  The crossover is where the quantity that
+distinguishes sticky from not passes 1: attraction over repulsion at 1 % area, or pull-off over the load before it.
+Between two works its logarithm is interpolated linearly in that of w.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -29,17 +29,17 @@ from continuum.sweeps.collect import PointTable
 from continuum.theory import rough
 
 NEAR = 1.1
-"""Ratio within which the largest or smallest work counts as the crossover itself: attraction is nearly proportional to
-w, so that the crossover is then known to a few per cent."""
+"""Ratio within which the largest or smallest work is taken as the crossover: attraction is nearly proportional to w,
+so that the crossover is then known to a few per cent."""
 _WIDE = 3
-"""Panels beside one another up to which the title of each has room for one line."""
+"""Largest number of panels in a row for which titles fit into one line."""
 _MARKS = {"spline": "o", "exponential": "s"}
 
 
 def crossovers(table: PointTable) -> DataFrame:
-    """The crossover of each surface and law of a sweep, one a row, by :func:`attraction_ratio`.
+    """The crossover of each surface and law of a sweep, one per row, by :func:`attraction_ratio`.
 
-    Where paths have a way back it is that of :func:`pull_off_ratio`.  Columns are
+    For paths with retraction it is that of :func:`pull_off_ratio`.  Columns are
 
     * ``hurst``, ``lambda_s``, ``lambda_L``, ``seed``: of the surface; ``law``: shape of the attraction;
     * ``range``: effective range of the attraction over h_rms, to two digits;
@@ -65,7 +65,7 @@ def crossovers(table: PointTable) -> DataFrame:
 
 
 def _trial(table: PointTable, key: str, first: Series, energies: Mapping[str, float]) -> dict[str, Any]:
-    """A system by the first of its points: its surface, its law, and what the theories ask about it."""
+    """Surface, law and contact of a system, from the first of its points."""
     height, shape = first.rms_height, table.setting(key, "wall.shape")
     contact = RoughContact(
         height, first.rms_slope, first.rms_curvature, first.work_of_adhesion, first.effective_range,
@@ -90,13 +90,13 @@ def attraction_ratio(path: DataFrame) -> tuple[float, float]:
 
 
 def pull_off_ratio(path: DataFrame) -> tuple[float, float]:
-    """The observable of its critics: pull-off over the peak load of the cycle, and the work lost in it."""
+    """The critics' observable: pull-off over the peak load of the cycle, and the work lost in it."""
     if path.approach.all() or not np.array_equal(path.step, np.arange(len(path))):
         return np.nan, np.nan  # a point is missing
     found = adhesion(curve_of(path))
     if not found.separated:
         return np.nan, np.nan
-    # A contact that never pushes is sticky however it is measured.
+    # A contact that never pushes is sticky by any measure.
     return (found.pull_off / found.peak_load if found.peak_load > 0 else np.inf), found.loss
 
 
@@ -111,7 +111,7 @@ def _crossover(trials: DataFrame) -> dict[str, Any] | None:
         at, lost = work[edge] - over[edge], loss.iloc[edge]
     else:
         above = int(np.argmax(sticky))
-        if above == 0:  # not steady in w: a surface that sticks at the smallest work and not at a larger one
+        if above == 0:  # not monotonic in w: a surface that sticks at the smallest work and not at a larger one
             return None
         share = -over[above - 1] / (over[above] - over[above - 1])
         at = work[above - 1] + share * (work[above] - work[above - 1])
@@ -124,7 +124,7 @@ def _crossover(trials: DataFrame) -> dict[str, Any] | None:
 
 
 def conformal_energies(table: PointTable) -> dict[str, float]:
-    """Elastic energy per area of full contact of each system's surface, in E* a0: the surfaces are made anew."""
+    """Elastic energy per area of full contact of each system, in E* a0, with surfaces synthesised again."""
 
     @cache
     def energy(grid: Grid, surface: SelfAffineSurface) -> float:
@@ -142,7 +142,7 @@ def exponent(cuts: Any, works: Any) -> float:
 
 @dataclass(frozen=True)
 class Theory:
-    """What one camp says about the crossover."""
+    """One theory of the crossover."""
 
     name: str
     criterion: Criterion
@@ -151,7 +151,7 @@ class Theory:
     colour: str
 
     def margins(self, turns: DataFrame) -> Series:
-        """Measured work of adhesion at the crossover over that of this theory; above 1 where it asks for less."""
+        """Measured work of adhesion at the crossover over that of this theory."""
         return turns.contact.map(lambda contact: self.criterion(contact).margin).astype(float)
 
 
@@ -177,7 +177,7 @@ def _between(values: Iterable[float], digits: str = ".2g") -> str:
 
 
 def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
-    """Exponents, measured and of each theory on the same surfaces; and the measured work over each theory's."""
+    """Measured exponents and those of each theory on the same surfaces, and the ratios of the works."""
     exponents, works = [], []
     peaked = len(turns) > 0 and turns.peak.any()
     for (reach, hurst, law, peak), group in turns.groupby(["range", "hurst", "law", "peak"]) if len(turns) else ():
@@ -223,7 +223,7 @@ def dispute_sheets(turns: DataFrame) -> tuple[Sheet, Sheet]:
 
 @plot.styled
 def draw_crossovers(turns: DataFrame, title: str) -> Drawing:
-    """Work at the crossover against λ_s: means over surfaces with their scatter, and a line for each theory."""
+    """Draw the work at the crossover against λ_s: means over surfaces with scatter, and a line for each theory."""
     rows = sorted(set(zip(turns["range"], turns.peak, strict=True)))
     columns = sorted(set(turns.hurst))
     width = plot.PAGE if len(columns) > 1 else plot.COLUMN
@@ -326,7 +326,7 @@ def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[
 
 
 def many_contacts(turns: DataFrame) -> list[Sheet]:
-    """The exponents of those λ_s only of which there are many in 1 % of the map."""
+    """Exponents of λ_s of which 1 % of the map has enough squares."""
     many = turns[turns.squares >= ENOUGH]
     if len(many) in (0, len(turns)):
         return []
@@ -348,7 +348,7 @@ def _losses(turns: DataFrame) -> str:
 
 
 def _diameters(table: PointTable) -> str:
-    """How often the criterion's d_rep = 4h'/h'' is missed."""
+    """Deviations from d_rep = 4h'/h'' of the criterion."""
     ratio = sweep_points(table).diameter_ratio
     ratio = ratio[np.isfinite(ratio) & (ratio > 0)]
     far = np.mean((ratio < 0.5) | (ratio > 2))

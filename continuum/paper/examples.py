@@ -1,4 +1,4 @@
-"""The paper's worked examples: its number, ours, and where they differ why.
+"""The paper's worked examples: its number, ours, and the reason for differences.
 
 ``continuum examples`` prints them; ``docs/examples.md`` holds what it printed.
 """
@@ -29,7 +29,7 @@ class Example:
     value: float
     unit: str
     why: str
-    """Where it comes from, and if it differs from the paper's why."""
+    """Its origin, and the reason if it differs from the paper's."""
 
 
 class LennardJonesCrystal(NamedTuple):
@@ -70,12 +70,12 @@ def lennard_jones_crystal() -> LennardJonesCrystal:
 
 
 def _stick_slope(adhesion_length: float, spacing: float) -> float:
-    """Slope at which the necessary condition for atomic surfaces turns."""
+    """Slope at the limit of the necessary condition for atomic surfaces."""
     return adhesion_length / paper.necessary_adhesion_length(1.0, spacing)
 
 
 def worked_examples() -> tuple[Example, ...]:
-    """Every number that the paper works out for a material or a law, in its order."""
+    """Every number that the paper gives for a material or a law, in its order."""
     return (*_crystals(), *_elastomers(), *_laws())
 
 
@@ -179,7 +179,7 @@ The numbers that L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), give for 
 
 
 def examples() -> str:
-    """The paper's worked examples beside ours, as Markdown."""
+    """The paper's worked examples and our numbers, as Markdown."""
     rows = [
         f"| {e.about} | {e.quantity} | {e.paper} | {e.value:.3g}{' ' + e.unit if e.unit else ''} | {e.why} |"
         for e in worked_examples()

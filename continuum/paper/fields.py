@@ -1,4 +1,4 @@
-"""Figures from stored fields: contact maps, a cut through a contact, its perimeter, the mean gap outside of it."""
+"""Figures from stored fields: contact maps, a cut through a contact, its perimeter, the mean gap outside."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -31,7 +31,7 @@ _MAP_AREA = 0.02
 _PROFILE_AREA = 0.01
 """A_rep/A0 at which the profiles are taken."""
 _ABREAST = 3
-"""Maps beside one another in Fig. 1."""
+"""Number of maps in a row of Fig. 1."""
 _MARK = plot.DIFFERENT_COLOUR
 _ARROW: Any = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "linewidth": 0.8, "mutation_scale": 7}
 _Line = tuple[Real, Real, Mask, Mask]
@@ -119,7 +119,7 @@ def _cut(axis: Axes, patch: Axes, drawn: tuple[Result, int], window: tuple[int, 
     inside = result.repulsive(step)[k : k + small, m : m + small]
     attracted = (gap >= zero) & (gap < zero + reach)
     part = attracted[k : k + small, m : m + small]
-    # The line that shows most contact, of those with a rim if there are any.
+    # The line with most contact, among those with a rim if there are any.
     shown = [inside[:, i].sum() * (small if _rims(inside[:, i], part[:, i]) else 1) for i in range(small)]
     row = int(np.argmax(shown))
     patch.axhline((row + 0.5) * spacing, color=_MARK, linewidth=0.8)
@@ -178,7 +178,7 @@ def _longest(runs: Sequence[tuple[int, int]]) -> tuple[int, int]:
 
 
 def cell_counts(chosen: Sequence[tuple[Result, int]]) -> DataFrame:
-    """Cells of the first map, and those of its perimeter."""
+    """Numbers of cells of the first map, and of its perimeter cells."""
     result, step = chosen[0]
     inside = result.repulsive(step)
     counts = int(inside.sum()), int(perimeter_map(inside).sum())
@@ -226,7 +226,7 @@ def _length(result: Result) -> float:
 
 
 def _lambda_s(result: Result) -> float:
-    """NaN where this kind of surface has none."""
+    """λ_s; NaN if this kind of surface has none."""
     return float(getattr(result.config.surface, "lambda_s", None) or "nan")
 
 

@@ -1,4 +1,4 @@
-"""The paper's figures, one entry each: what it asks of a sweep, how it is drawn, and its caption."""
+"""The paper's figures, one entry each: the points that it needs, how it is drawn, and its caption."""
 
 from collections.abc import Callable, Mapping, Sized
 from dataclasses import dataclass
@@ -28,30 +28,30 @@ class Drawing:
     caption: str
 
     def shown(self, stem: Path) -> list[str]:
-        """The figure that lies beside a page in Markdown, and its caption."""
+        """The Markdown for the figure and its caption."""
         return [f"![{self.caption}]({stem.name}.png)\n", f"{self.caption}\n"]
 
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """What a figure is made of, and how."""
+    """Description of how a figure is made."""
 
     title: str
     """Title of the table of its numbers."""
     select: Select
-    """What it shows of a sweep."""
+    """Function that selects what it shows of a sweep."""
     needs: str
-    """What the sweep lacks where there is nothing to show."""
+    """Message if the sweep has nothing to show."""
     table: Callable[[Any], DataFrame] | Mapping[str, Any]
-    """The numbers of what it shows, the table beside it: a function, or columns for :func:`figure_table`."""
+    """The table of its numbers: a function, or columns for :func:`figure_table`."""
     draw: Callable[[Any], Figure]
-    """From its table alone; where ``whole``, from all that it shows."""
+    """Function that draws it, from its table alone, or if ``whole`` from all that it shows."""
     caption: str | Callable[[DataFrame], str]
-    """Its alternative text, too; made from the numbers where it tells some."""
+    """Caption and alternative text; a function if it contains numbers."""
     whole: bool = False
     """Whether it shows more than its table holds, such as maps."""
     fields: bool = False
-    """Whether it asks for stored gaps."""
+    """Whether it needs stored gaps."""
     general: bool = False
     """Whether every sweep over loads has points for it."""
 
@@ -77,7 +77,7 @@ def _where(query: str) -> Select:
 
 
 def _along(key: str, query: str) -> Select:
-    """The points that a query finds, of a sweep with an axis on which they have two values at least."""
+    """The points of a query, in a sweep with an axis on which they have at least two values."""
 
     def found(data: SweepData) -> DataFrame:
         points = data.points.query(query)
@@ -88,7 +88,7 @@ def _along(key: str, query: str) -> Select:
 
 
 def _of_laws(data: SweepData) -> DataFrame:
-    """The adhesive points at which κ is read, of a sweep over laws or whole walls."""
+    """The adhesive points at which κ is taken, in a sweep over laws or whole walls."""
     points = data.points.query("reference and length > 0")
     return points if {"sweep.wall.law", "sweep.wall"} & set(points) else points[:0]
 
@@ -202,4 +202,4 @@ FIGURES = {
         "Mean diameter of contact patches against the area.", general=True,
     ),
 }  # fmt: skip
-"""Every figure that can be made of one sweep, by the name that ``continuum plot`` knows."""
+"""Every figure that can be made of one sweep, by its name in ``continuum plot``."""

@@ -1,4 +1,4 @@
-"""What a sweep says of a claim: a word and the numbers behind it; bounds and counts that all claims have in common."""
+"""The finding of a sweep on a claim: a verdict with numbers; common bounds and counts of all claims."""
 
 from collections.abc import Callable
 from typing import Literal, NamedTuple
@@ -10,25 +10,26 @@ from pandas import DataFrame, Series
 Word = Literal["reproduced", "reproduced with a remark", "not reproduced", "not tested"]
 
 VISIBLE = 0.1
-"""What the paper's figures can show: a tenth is about the height of a symbol on their axes of several decades."""
+"""Smallest deviation visible in the paper's figures: a tenth is about the height of a symbol on axes of several
+decades."""
 OFF = 1.5
-"""Factor by which a whole cloud of points may lie off a line and still be said to follow it: the spread of Fig. 4."""
+"""Factor by which a cloud of points may lie off a line that it is said to follow: the spread of Fig. 4."""
 FEWEST = 3
-"""Surfaces that a verdict needs: of fewer, no scatter is known."""
+"""Smallest number of surfaces for a verdict, as fewer have no scatter."""
 
 
 class Finding(NamedTuple):
-    """What a sweep says of a claim."""
+    """The finding of a sweep on a claim."""
 
     word: Word
     found: str
     """Numbers."""
     points: int
-    """How many it is judged by, all with A_rep >= 10 λ_s²."""
+    """Number of points, all with A_rep >= 10 λ_s²."""
 
 
 def verdict_word(good: bool | np.bool_, fair: bool | np.bool_ = False) -> Word:
-    """Reproduced if good, with a remark if at least fair, else not."""
+    """The word of a verdict: reproduced if good, with a remark if fair, else not."""
     return "reproduced" if good else "reproduced with a remark" if fair else "not reproduced"
 
 
@@ -45,7 +46,7 @@ def factor_text(ratio: ArrayLike) -> str:
 
 
 def too_few(rows: DataFrame) -> Finding:
-    """Not tested, as these points are of too few surfaces."""
+    """The finding "not tested" for points of too few surfaces."""
     count = rows.surface.nunique()
     if not count:
         return Finding("not tested", "no points for it in this sweep", 0)
@@ -53,14 +54,14 @@ def too_few(rows: DataFrame) -> Finding:
 
 
 def bandwidth_means(rows: DataFrame, values: Series) -> Series:
-    """Means of values at each bandwidth λ_L/λ_s that has enough surfaces, else of all of them."""
+    """Means at each bandwidth λ_L/λ_s with enough surfaces, or else over all."""
     groups = rows.assign(value=values).groupby((rows.lambda_L / rows.lambda_s).round(6))
     means: Series = groups["value"].mean()[groups["surface"].nunique() >= FEWEST]
     return means if len(means) else Series({np.nan: float(values.mean())})
 
 
 def bandwidth_text(means: Series) -> str:
-    """Means at each bandwidth, where there are several."""
+    """Means at each bandwidth as text, if there are several."""
     if len(means) < 2:
         return ""
     return "; " + ", ".join(f"λ_L/λ_s = {width:g}: {mean:.3g}" for width, mean in means.items())
@@ -69,7 +70,7 @@ def bandwidth_text(means: Series) -> str:
 def ratio_finding(
     rows: DataFrame, ratio: ArrayLike, says: str, spread: Callable[[ArrayLike], str] = spread_text
 ) -> Finding:
-    """The verdict on ratios that should be 1, one for each row; those that are not finite do not count."""
+    """The verdict on ratios that should be 1, one for each row; non-finite ones are ignored."""
     rows = rows.assign(ratio=np.asarray(ratio, dtype=float))
     rows = rows[np.isfinite(rows.ratio)]
     if rows.surface.nunique() < FEWEST:

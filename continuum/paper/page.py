@@ -1,4 +1,4 @@
-"""The page of a sweep beside the paper: verdicts, figures with their captions, and where the numbers come from."""
+"""The page of a sweep: verdicts, figures with their captions, and the provenance of the numbers."""
 
 import json
 import re
@@ -21,7 +21,7 @@ from continuum.show.sheet import Sheet
 from continuum.sweeps.collect import PointTable, collect
 
 NAMES = (*FIGURES, "verdicts", "page", "dispute")
-"""What ``continuum plot`` can make of a sweep."""
+"""Names that ``continuum plot`` knows."""
 
 
 def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None) -> list[Path]:
@@ -30,8 +30,8 @@ def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None)
     Parameters
     ----------
     name : one of :data:`NAMES`; "page" is all that the sweep has points for, "dispute" the theories beside one another.
-    folders : of the sweep; several for page and dispute.
-    into : where to write; the folder of the first sweep if None.
+    folders : folder of the sweep; several for page and dispute.
+    into : folder to write to; that of the first sweep if None.
 
     Raises SweepError, FigureError or OutputError if there is no sweep, no such figure, no point for it, or it cannot
     be written.
@@ -55,7 +55,7 @@ def plot_figure(name: str, *folders: str | Path, into: str | Path | None = None)
 
 
 def figure(name: str, sweep: str | Path | SweepRun) -> Figure:
-    """A figure of the paper from a stored sweep, to look at or to change; :func:`plot_figure` writes it into files.
+    """A figure of the paper from a stored sweep, as a matplotlib figure; :func:`plot_figure` writes it into files.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ def figure(name: str, sweep: str | Path | SweepRun) -> Figure:
 def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
 
-    Beside the page lies the table of points by which each sweep is judged, ``paper-NAME-points.csv``, so that it can
-    be judged again by other rules where its files are not kept.
+    The table of points for the verdicts of each sweep, ``paper-NAME-points.csv``, is written beside the page, so that
+    it can be judged again by other rules without its files.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
 
 
 def page_text(sections: Mapping[str, str], points: Mapping[str, DataFrame]) -> str:
-    """A page in Markdown: what its sweeps say of each claim, their figures, and all verdicts.
+    """A page in Markdown: a summary of the claims, the figures, and all verdicts.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def page_text(sections: Mapping[str, str], points: Mapping[str, DataFrame]) -> s
 
 
 def _answer(verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:
-    """The verdicts in words: each claim once, by the worst that a sweep says of it, and how many say so."""
+    """Summary of the verdicts: each claim once, by its worst verdict, with the number of sweeps."""
     heads: dict[Word, str] = {
         "reproduced": "Reproduced by every sweep that tests it",
         "reproduced with a remark": "Reproduced, but with a remark by some",
@@ -136,7 +136,7 @@ def _answer(verdicts: Sequence[list[tuple[Claim, Finding]]]) -> str:
 
 
 def _told(found: Sequence[tuple[Claim, Finding]]) -> Iterator[str]:
-    """The verdicts of a sweep with their numbers, and which claims it does not test, by the reason."""
+    """The verdicts of a sweep with their numbers, and the claims that it does not test, by reason."""
     if tested := [(claim, finding) for claim, finding in found if finding.word != "not tested"]:
         yield verdict_sheet(tested).markdown() + "\n"
     reasons: dict[str, list[str]] = {}
@@ -154,7 +154,7 @@ def _bandwidths(points: DataFrame) -> str:
 
 
 def _matrix(verdicts: Mapping[str, list[tuple[Claim, Finding]]], bandwidths: Sequence[str]) -> str:
-    """Claims by sweeps, each with its bandwidths: each cell is a verdict, and leads to the sweep."""
+    """Matrix of claims and sweeps with their bandwidths; each cell is a verdict linked to the sweep."""
 
     def cell(folder: str, finding: Finding) -> str:
         place = f"sweep-{re.sub(r'[^a-z0-9-]', '', folder.lower())}"
@@ -167,7 +167,7 @@ def _matrix(verdicts: Mapping[str, list[tuple[Claim, Finding]]], bandwidths: Seq
 
 
 def drawings_of(data: SweepData) -> Iterator[tuple[str, Drawing]]:
-    """The figures that a sweep is for, and has points for, each with its name."""
+    """The figures of a sweep that it has points for, with their names."""
     for name in _meant(data):
         with suppress(FigureError):
             yield name, FIGURES[name].make(data)
@@ -187,7 +187,7 @@ def _meant(data: SweepData) -> Iterator[str]:
 
 
 def provenance_line(table: PointTable) -> str:
-    """How much of a sweep is done, what it was computed with, and how long that took."""
+    """Text about the progress of a sweep, its versions and its time."""
     return (
         f"{len(table.keys)} of {len(table.listing.systems)} systems done, {len(table.system)} converged points; "
         f"{table.unconverged} points did not converge or have no state, and are left out. Computed with {table.made}; "

@@ -1,4 +1,4 @@
-"""The points of a sweep as the paper's figures show them: which have enough asperities, and the symbols.
+"""The points of a sweep for the paper's figures: those with enough asperities, and their symbols.
 
 The shape of a symbol tells H, its colour l_a; it is filled for h' < 0.2, and larger for larger λ_s.
 """
@@ -22,30 +22,30 @@ from continuum.sweeps.measured import COLUMNS
 from continuum.theory.paper import ExpectedContact
 
 ENOUGH = 10.0
-"""Repulsive area in units of λ_s² from which on there is a statistical number of asperities (the paper's Methods)."""
+"""Smallest repulsive area, in units of λ_s², with a statistical number of asperities (the paper's Methods)."""
 _SETTINGS = {
     "hurst": "surface.hurst", "slope": "surface.rms_slope", "lambda_s": "surface.lambda_s",
     "lambda_L": "surface.lambda_L", "seed": "surface.seed", "law": "wall.law",
     "shape": "wall.shape",
 }  # fmt: skip
 _STEEP, _SLOPES = 0.2, 4
-"""Slope from which on symbols are open, and how many slopes a legend tells."""
+"""Smallest slope of open symbols, and largest number of slopes in a legend."""
 _HURST, _SLOPE, _CUT, _VALID = "H", "h'rms", "lambda_s (a0)", "A_rep >= 10 lambda_s^2"
 LENGTH = "l_a (a0)"
 """Columns of the tables of figures; the others above are read here only."""
 _MARKERS = {0.3: "^", 0.5: "s", 0.8: "o"}
 _COLOURS = {0.0: "0.55", 0.0005: "black", 0.005: "#0072b2", 0.05: "#d55e00", 0.1: "#cc79a7"}
-"""The paper's black, blue and red, as colours that all kinds of sight tell apart."""
+"""The paper's black, blue and red, as colours that remain distinct for colour-blind readers."""
 _OTHERS = ("#e69f00", "#56b4e9", "#785ef0", "#882255", "#8c510a")
 """Colours of other lengths: neither the green of the border nor a colour of above."""
 
 
 class FigureError(InputError, ValueError):
-    """A figure, or a page, cannot be made of this sweep: it has no, or too few, points for it."""
+    """A figure or a page cannot be made from this sweep: it has no points for it, or too few."""
 
 
 def sweep_points(table: PointTable) -> DataFrame:
-    """Converged points of a sweep, one a row.
+    """Converged points of a sweep, one per row.
 
     Columns are those of :data:`continuum.sweeps.measured.COLUMNS`, lengths in a0, and
 
@@ -92,13 +92,13 @@ def sweep_points(table: PointTable) -> DataFrame:
 
 
 def alike(points: DataFrame, *but: str) -> Series:
-    """A number for each point, the same where systems differ in these keys of the input only, such as the seed."""
+    """A number for each point, equal for systems that differ in these keys only, such as the seed."""
     keys = [name for name in points if name.startswith("sweep.") and name.removeprefix("sweep.") not in but]
     return points.groupby(keys, sort=False).ngroup() if keys else Series(0, points.index)
 
 
 def over_surfaces(points: DataFrame, *names: str) -> DataFrame:
-    """One row for systems that differ in the seed only: the first of them, with mean and scatter of some columns."""
+    """One row for all systems that differ in the seed only: the first, with mean and scatter of some columns."""
     found = points.groupby(alike(points, "surface.seed"), sort=False)
     rows = points.loc[[group.index[0] for _, group in found]].copy()
     for name in names:
@@ -116,7 +116,7 @@ def curve_of(path: DataFrame) -> Curve:
 
 @dataclass(frozen=True, eq=False)
 class SweepData:
-    """What figures are made of: the table of a sweep, its points, and its folder with the fields."""
+    """Data for figures: the table of a sweep, its points, and its folder with the fields."""
 
     table: PointTable
     root: Path
@@ -133,9 +133,9 @@ def adhesion_colour(length: float) -> str:
 
 
 def figure_table(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:
-    """The table of a figure: what its symbols stand for, and what it shows.  It is drawn from this alone.
+    """The table of a figure, from which alone it is drawn: the meaning of its symbols, and its numbers.
 
-    A column is given as it is, as a formula in the columns of :func:`sweep_points`, or as a function of the points.
+    A column is a name or a formula in the columns of :func:`sweep_points`, or a function of the points.
     """
 
     def column(given: Any) -> Any:
@@ -165,7 +165,7 @@ def _look(line: str) -> dict[str, Any]:
 
 
 def draw_points(axis: Axes, numbers: DataFrame, x: str, y: str, error: str | None = None) -> None:
-    """Two columns of a table in the paper's symbols, small over large; pale where there are too few asperities."""
+    """Draw two columns of a table in the paper's symbols, small over large; pale if there are too few asperities."""
     styles = [_VALID, _CUT, _HURST, _SLOPE, LENGTH]
     for (valid, cut, hurst, slope, length), some in sorted(
         numbers.groupby(styles, dropna=False), key=lambda found: (found[0][0], -found[0][1], found[0][4])
@@ -185,7 +185,7 @@ def _size(cut: float) -> float:
 
 
 def symbol_key(numbers: DataFrame) -> list[Sequence[Artist]]:
-    """What the symbols mean, as far as they occur: a list for each property that they tell."""
+    """Legend of the symbols that occur, a list for each property."""
     grey: Any = {"color": "0.3", "linestyle": "none", "markeredgewidth": 0.6}
     hursts = [
         Line2D([], [], marker=_MARKERS.get(hurst, "D"), label=f"$H = {hurst:g}$", **grey)

@@ -1,7 +1,7 @@
-"""One folder of a sweep for an archive such as Zenodo: a page to read, tables, the input, and metadata.
+"""A folder of a sweep for an archive such as Zenodo: page, tables, input, and metadata.
 
-The archives keep such a folder flat, and so is this: ``index.html`` with its figures, ``table.csv``, ``table.nc``,
-``sweep.toml``, ``.zenodo.json``, and ``SHA256SUMS``, by which the folder is known again and can be checked.
+Archives require a flat folder: ``index.html`` with its figures, ``table.csv``, ``table.nc``,
+``sweep.toml``, ``.zenodo.json``, and ``SHA256SUMS``, by which the folder is recognised and can be checked.
 """
 
 import hashlib
@@ -29,19 +29,19 @@ _KEYWORDS = ["contact mechanics", "adhesion", "surface roughness", "tribology"]
 
 @dataclass(frozen=True)
 class Publication:
-    """What was published of a sweep."""
+    """A published sweep."""
 
     folder: Path
     files: tuple[Path, ...]
     """Files of the folder, the page first."""
     table: PointTable
     warnings: tuple[str, ...]
-    """What to mend before others read it."""
+    """What to correct before publication."""
 
 
 @dataclass(frozen=True)
 class Metadata:
-    """What an archive says of a publication."""
+    """Metadata of a publication for an archive."""
 
     title: str
     creators: tuple[str, ...]
@@ -74,16 +74,16 @@ def sweep_publish(
     license: str = "cc-by-4.0",
     force: bool = False,
 ) -> Publication:
-    """Write one folder of a sweep for an archive: a page with figures and verdicts, tables, input, Zenodo's metadata.
+    """Write one folder of a sweep for an archive: page with figures and verdicts, tables, input, metadata for Zenodo.
 
     Parameters
     ----------
     sweep : folder of the sweep.
-    output : folder to write, which is not there, empty, or as an earlier call left it.
-    title : of the data; made of the name of the sweep if None.
-    creators : who made the data, as "Family, Given"; those of the program if none are given.
-    license : of the data, as Zenodo names it.
-    force : write beside, and over, what is in the folder.
+    output : folder to write: new, empty, or written by an earlier call.
+    title : title of the data (default: from the name of the sweep).
+    creators : authors of the data, as "Family, Given" (default: those of the program).
+    license : licence of the data, by its Zenodo name.
+    force : write into a folder with other files, and overwrite changed files.
 
     Raises SweepError or FigureError if there is no sweep, or no system of it is done; OutputError if the folder holds
     files that are not of an earlier call or were changed since, or cannot be written to; ArgumentError if an argument
@@ -133,7 +133,7 @@ def _description(found: PointTable) -> str:
 
 
 def _doubts(found: PointTable) -> tuple[str, ...]:
-    """What readers of the folder should know."""
+    """Warnings for readers of the folder."""
     said = list(found.faults)
     if found.missing:
         said.append(f"{found.missing} of {len(found.listing.systems)} systems are not done")
@@ -145,14 +145,14 @@ def _doubts(found: PointTable) -> tuple[str, ...]:
 
 
 def _paths(given: Mapping[str, object]) -> list[object]:
-    """Names of files among settings, also within whole tables."""
+    """Names of files in settings, also within whole tables."""
     inside = [path for value in given.values() if isinstance(value, Mapping) for path in _paths(value)]
     named = re.compile(r"(.*\.)?path(\.name)?")
     return inside + [value for key, value in given.items() if named.fullmatch(key) and isinstance(value, str)]
 
 
 def _as_netcdf(cube: Path) -> None:
-    """Put ``table.nc`` in the place of ``table.h5``, if xarray is installed."""
+    """Replace ``table.h5`` by ``table.nc``, if xarray is installed."""
     try:
         from continuum.files.labelled import write_netcdf
     except ImportError:
@@ -163,7 +163,7 @@ def _as_netcdf(cube: Path) -> None:
 
 
 def _earlier(place: Path) -> dict[str, str]:
-    """Sums of the files that an earlier call left, by their names; raises OutputError where another wrote."""
+    """Checksums of the files of an earlier call, by name; raises OutputError if another program wrote the folder."""
     if not place.is_dir() or not any(place.iterdir()):
         return {}
     text = (place / SUMS).read_text(errors="replace") if (place / SUMS).is_file() else ""
@@ -176,7 +176,7 @@ def _earlier(place: Path) -> dict[str, str]:
 
 
 def _require_ours(place: Path, written: Mapping[str, bytes], before: Mapping[str, str] | None) -> None:
-    """Refuse to write over, or remove, a file that is not as an earlier call left it; all may go if that is None."""
+    """Check that files to overwrite or remove are unchanged since an earlier call; no check if that is None."""
     if before is None:
         return
     for name in sorted({*written, *before}):
@@ -192,7 +192,7 @@ def _sum_of(path: Path) -> str:
 
 
 def _replaced(place: Path, written: Mapping[str, bytes], before: Mapping[str, str]) -> tuple[Path, ...]:
-    """Write the files, remove those of before that are no more, and write the sums; returns the paths."""
+    """Write the files, remove outdated ones, and write the checksums; returns the paths."""
     files.folder(place)
     for name in before.keys() - written.keys():
         (place / name).unlink(missing_ok=True)
