@@ -3,7 +3,8 @@
 Run as ``python -m tests.studies.record FOLDER ...``: sweeps over the work of adhesion at a given range
 (``inputs/sweep/who-is-right.toml``) give surfaces with the work at which they turn; those of the paper's law
 (``figure4.toml``) give states, sticky or not.  Rows of the record that no sweep has anew stay.  Without a folder: the
-table of docs/predict.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are added.
+table of docs/predict.md, of the record as it is.  With ``--law`` the turns that judged docs/law.md are added, those at
+other periods included.
 """
 
 from __future__ import annotations
@@ -15,14 +16,15 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from pandas import DataFrame, read_csv
+from pandas import DataFrame, concat, read_csv
 from scipy.stats import mannwhitneyu
 
+import continuum.sticky
 from continuum.files import output
 from continuum.paper.dispute import conformal_energies, crossovers
 from continuum.paper.points import sweep_points
@@ -32,9 +34,9 @@ from continuum.sticky.record import Surface, recorded
 from continuum.sticky.verdict import judge_contact
 from continuum.sweeps.collect import PointTable, collect
 
-WHOLE = 512
-"""Points a side of the turns that were all computed; of those on 1024² a part was."""
-LAW = Path(__file__).parents[2] / "docs" / "measured" / "law.csv"
+STICKY = Path(continuum.sticky.__file__).parent
+MEASURED = Path(__file__).parents[2] / "docs" / "measured"
+LAW = MEASURED / "law.csv", MEASURED / "law-period.csv"
 COLUMNS = (
     "source", "law", "hurst", "lambda_s", "lambda_L", "seed", "rms_height", "rms_slope", "rms_curvature",
     "conformal_energy", "range", "work", "sticky",
@@ -51,8 +53,8 @@ def turned(table: PointTable) -> Iterator[dict[str, object]]:
 
 
 def judged(rows: DataFrame) -> Iterator[dict[str, object]]:
-    """The turns that judged the law of stickiness, docs/measured/law.csv: surfaces that made no theory here."""
-    for row in rows[(rows.area == AREA) & (rows.n == WHOLE)].itertuples():
+    """The turns that judged the law of stickiness at 1 % of the area: surfaces that made no theory here."""
+    for row in rows[rows.area == AREA].itertuples():
         found = {name: getattr(row, name) for name in SURFACE}
         yield {**found, "rms_height": row.height, "rms_slope": row.slope, "rms_curvature": row.curvature,
                "conformal_energy": row.moment_1 / 4, "range": row.range, "work": row.work, "source": "law",
@@ -175,7 +177,7 @@ def vote_sheet() -> Sheet:
 
 
 def calibration_sheet() -> Sheet:
-    """What the printed probability is worth: works drawn around each turn, its surface left out of the record."""
+    """What the printed probability is worth: works drawn around each turn, all of its seed left out of the record."""
     rng, said = np.random.default_rng(1), []
     for surface in _kinds()[0]:
         for factor in np.exp(rng.uniform(np.log(0.1), np.log(10), 6)):
@@ -198,7 +200,15 @@ def _kinds() -> tuple[list[Surface], list[Surface]]:
 
 
 def _same(one: Surface, other: Surface) -> bool:
-    return one.contact.rms_curvature == other.contact.rms_curvature
+    """Whether two surfaces have the same long waves: one seed draws those of every grid, H and λ_s."""
+    seeds = _seeds()
+    return seeds[one.contact.rms_curvature] == seeds[other.contact.rms_curvature]
+
+
+@cache
+def _seeds() -> dict[float, str]:
+    rows = csv.DictReader((STICKY / "record.csv").read_text().splitlines())
+    return {float(row["rms_curvature"]): row["seed"] for row in rows}
 
 
 def _outcome(answer: str, truth: str) -> str:
@@ -209,8 +219,8 @@ def main() -> None:
     """Write the record, or show what it comes to."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", type=Path, help="of sweeps")
-    parser.add_argument("--record", type=Path, default=Path("continuum/sticky/record.csv"))
-    parser.add_argument("--law", action="store_true", help="add the turns of docs/measured/law.csv")
+    parser.add_argument("--record", type=Path, default=STICKY / "record.csv")
+    parser.add_argument("--law", action="store_true", help="add the turns of docs/measured/law.csv and law-period.csv")
     given = parser.parse_args()
     if not (given.folders or given.law):
         sheets = record_sheet(), discrimination_sheet(), vote_sheet(), calibration_sheet()
@@ -218,7 +228,9 @@ def main() -> None:
         return
     rows = added(csv.DictReader(given.record.read_text().splitlines()), map(collect, given.folders))
     if given.law:
-        rows = [row for row in rows if row["source"] != "law"] + [_row(found) for found in judged(read_csv(LAW))]
+        rows = [row for row in rows if row["source"] != "law"] + [
+            _row(found) for found in judged(concat(map(read_csv, LAW)))
+        ]
     out = io.StringIO()
     writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
     writer.writeheader()
