@@ -205,5 +205,5 @@ def test_a_spot_that_cannot_be_used_is_named_and_left_out(
     options = ["--size", "640nm", "--unit", "nm", "--material", "silica", "-o", str(tmp_path / "out")]
     assert main(["predict", str(folder), *options]) == 1
     said = capsys.readouterr().out
-    assert "ground, spot 3: left out: ground_3.npy: all heights are the same" in said
+    assert "ground, spot 3: left out: ground_3.npy: all heights are equal" in said
     assert "1 not usable" in said
