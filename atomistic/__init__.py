@@ -53,7 +53,7 @@ _WHERE = {
     "lammps.shape": ("Round", "Waves"),
     "response.lattice": ("LatticeResponse",),
 }
-# Read when they are asked for: `atomistic --help` needs none of them.
+# Imported when they are used: `atomistic --help` needs none of them.
 _MODULES = {name: module for module, names in _WHERE.items() for name in names}
 __all__ = sorted(_MODULES)
 

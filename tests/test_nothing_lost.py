@@ -244,7 +244,7 @@ def test_a_run_that_is_stopped_says_so(tmp_path: Path, stopped_by: signal.Signal
     process.send_signal(stopped_by)
     _, error = process.communicate(timeout=120)
     assert process.returncode == 1
-    assert error == "stopped; what is finished is stored, and the same command goes on from there\n"
+    assert error == "stopped; finished work is stored, and the same command continues from there\n"
 
 
 def test_in_the_background_only_kill_stops_a_run(tmp_path: Path) -> None:
@@ -279,7 +279,7 @@ def test_a_terminal_or_a_reader_that_is_gone_stops_a_run_in_order(
     os.close(theirs)
     os.close(ours)
     assert process.wait(timeout=120) == 1
-    assert (tmp_path / "log").read_text() == "stopped, since the output cannot be written; what is finished is stored\n"
+    assert (tmp_path / "log").read_text() == "stopped, as the output cannot be written; finished work is stored\n"
 
 
 @pytest.mark.parametrize(

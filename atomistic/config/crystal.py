@@ -20,13 +20,13 @@ class Interatomic(TableFamily):
 
     kind_key: ClassVar[str] = "kind"
     has_size: ClassVar[bool] = True
-    """Whether its lattice constant is a length, and not only the unit of length."""
+    """Whether its lattice constant is a physical length, and not only the unit."""
 
     kind: str
 
     @property
     def crystal_name(self) -> str:
-        """Name of the crystal among others, as the ensemble of validations has it."""
+        """Name of the crystal in the ensemble of validations."""
         return self.kind
 
     def potential(self) -> Potential:
@@ -46,7 +46,7 @@ class SpringsTable(Interatomic):
 
 
 class LennardJonesTable(Interatomic):
-    """Lennard-Jones, cut so that force and energy end continuously."""
+    """Lennard-Jones, truncated so that force and energy are continuous."""
 
     kind: Literal["lennard-jones"]
     """interatomic model"""
@@ -54,7 +54,7 @@ class LennardJonesTable(Interatomic):
     cutoff: float = 2.5
     """in sigma"""
     truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"
-    """how it ends: LAMMPS' lj/smooth/linear, lj/smooth or lj/mdf"""
+    """truncation: LAMMPS' lj/smooth/linear, lj/smooth or lj/mdf"""
     inner: float | None = None
     """distance from which on "smooth" or "mdf" lowers it to zero, in sigma"""
 
@@ -87,9 +87,9 @@ class EmbeddedAtomTable(Interatomic):
     kind: Literal["eam"]
     """interatomic model"""
     file: Annotated[Path, BeforeValidator(_potential_file)]
-    """relative to the folder of this input, or the bare name of a potential that comes with LAMMPS"""
+    """file, relative to the folder of this input, or the bare name of a potential that comes with LAMMPS"""
     element: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]{0,7}$")] | None = None
-    """chemical symbol; may be left out where the file holds one only"""
+    """chemical symbol; may be left out if the file has only one"""
 
     @constraint
     def _holds_the_element(self) -> Iterator[Fault]:
@@ -110,7 +110,7 @@ _Words = tuple[str, ...]
 
 
 class PairStyleTable(Interatomic):
-    """Any other pair_style of the installed LAMMPS, in its units metal; words, not lines."""
+    """Any other pair_style of the installed LAMMPS, in units metal, given as words."""
 
     kind: Literal["pair-style"]
     """interatomic model"""
@@ -119,19 +119,20 @@ class PairStyleTable(Interatomic):
     element: str
     """chemical symbol"""
     mass: Positive
-    """of an atom, in u"""
+    """mass of an atom, in u"""
     cutoff: Positive
-    """largest distance of atoms that the formulas join, in Å"""
+    """cut-off of the formulas, in Å"""
     lattice_constant: Positive
-    """of the fcc crystal, to a tenth, in Å: it is measured from there"""
+    """lattice constant of the fcc crystal to a tenth, in Å, from which the measurement starts"""
     arguments: _Words = ()
-    """words after the name of the style"""
+    """arguments after the name of the style"""
     coefficients: Annotated[tuple[_Words, ...], Field(min_length=1)] = (("*", "*"),)
-    """words of each pair_coeff, as [["*", "*", "AlCu.adp", "Cu"]]"""
+    """arguments of each pair_coeff, as [["*", "*", "AlCu.adp", "Cu"]]"""
     files: Annotated[tuple[Annotated[Path, BeforeValidator(_potential_file)], ...], Field(max_length=10)] = ()
-    """that the words name; relative to the folder of this input, or the bare name of one that comes with LAMMPS"""
+    """files named in the arguments, relative to the folder of this input, or the bare name of one that comes with
+    LAMMPS"""
     many_body: bool = True
-    """whether an atom feels changes at its neighbours: forces then reach twice the cut-off"""
+    """whether the force on an atom depends on the neighbours of its neighbours: forces then reach twice the cut-off"""
 
     @constraint
     def _has_a_meaning(self) -> Iterator[Fault]:
@@ -148,7 +149,7 @@ class PairStyleTable(Interatomic):
 
 
 class ElasticConfig(Document):
-    """Input of ``atomistic elastic``: the interatomic model of any input; all other tables are passed over."""
+    """Input of ``atomistic elastic``: the interatomic model of any input; all other tables are ignored."""
 
     model_config = ConfigDict(extra="ignore")
 

@@ -12,7 +12,7 @@ from atomistic.config.crystal import Interatomic
 from atomistic.config.motion import ProtocolTable, Steps, beyond_strength
 from atomistic.config.slab import DeckSolverTable, SlabTable
 from atomistic.crystal.crystal import LAYER_SPACING
-from continuum.files import kinds as kinds  # known to an input when it is defined
+from continuum.files import kinds as kinds  # defines the tables that an input knows
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document
 from continuum.files.toml import Source
@@ -41,19 +41,19 @@ class TopographySurface(DeckSurface):
     path: InputFile
     """map of heights: npy, text, HDF5, or a format of SurfaceTopography"""
     edges: Literal["mirror", "window"] = "mirror"
-    """how it is made periodic: by its mirror images, or by a window that brings it to its mean"""
+    """method to make it periodic: mirror images, or a window that brings it to its mean"""
     centre: tuple[Fraction, Fraction] = (0.5, 0.5)
-    """of the part, as fractions of the map"""
+    """centre of the part, as fractions of the map"""
     size: str | None = None
-    """of the map, with its unit, as "100nm"; only if the file does not say"""
+    """size of the map with its unit, as "100nm"; only if the file does not have it"""
     unit: str | None = None
-    """of the heights, as "nm"; only if the file does not say"""
+    """unit of the heights, as "nm"; only if the file does not have it"""
     dataset: str | None = None
     """in an HDF5 file"""
     part: str | None = None
     """name of a map in a container"""
     spacing: str | None = None
-    """a0 with its unit, as "0.3nm", of a crystal that has no size of its own"""
+    """a0 with its unit, as "0.3nm", if the crystal has no length scale"""
 
     @constraint
     def _lengths(self) -> Iterator[Fault]:
@@ -72,7 +72,7 @@ class TopographySurface(DeckSurface):
     def read(self, n: int, spacing: float) -> Topography:
         """The wall, in m, for n surface atoms of spacing a0, in m, along each side.
 
-        Raises TopographyError if the file holds no such map, or the part does not lie within it.
+        Raises TopographyError if the file has no such map, or the part does not lie within it.
         """
         found = read_topography(
             self.path,
@@ -85,11 +85,11 @@ class TopographySurface(DeckSurface):
 
 
 class SeparationsTable(ProtocolTable):
-    """[protocol] of kind "separations": the wall at one separation after the other."""
+    """[protocol] of kind "separations": equilibria at several separations."""
 
     kind: Literal["separations"]
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
-    """height of the plane h = 0 of the wall above the surface at rest, in a0, in the order of the visits"""
+    """heights of the plane h = 0 of the wall above the surface at rest, in a0, in order"""
     retract: bool = False
     """whether to go back through the same values"""
 
@@ -99,7 +99,7 @@ class SeparationsTable(ProtocolTable):
 
 
 class MeanPressuresTable(ProtocolTable):
-    """[protocol] of kind "mean-pressures": the wall is moved until the mean pressure is one after the other."""
+    """[protocol] of kind "mean-pressures": equilibria at several mean pressures."""
 
     kind: Literal["mean-pressures"]
     pressures: Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_STEPS)]
@@ -109,7 +109,7 @@ class MeanPressuresTable(ProtocolTable):
     def _within_the_strength(self) -> Iterator[Fault]:
         yield from beyond_strength("pressures", *self.pressures)
         if 0 in self.pressures:
-            yield Fault(("pressures",), "other than zero: a pressure is met to a fraction of itself")
+            yield Fault(("pressures",), "other than zero: the tolerance is relative to the pressure")
 
     def steps(self) -> Steps:
         return Steps("mean-pressure", self.pressures)
@@ -119,11 +119,11 @@ class _ProtocolOnly(Document):
     """The table [protocol] alone."""
 
     protocol: ProtocolTable
-    """what is done"""
+    """the protocol"""
 
 
 def steps_of(protocol: Mapping[str, Any]) -> Steps:
-    """What a table [protocol] does; its numbers may be NumPy's.
+    """The steps of a table [protocol]; its numbers may be NumPy's.
 
     Raises ConfigError with all faults of the table.
     """
@@ -143,11 +143,11 @@ class DeckConfig(Document):
     wall: WallTable
     """law between wall and surface"""
     follows: Literal["site", "atom"] = "site"
-    """where the height above an atom is taken: above its lattice site, as in the paper, or where it is; then the force
-    is lateral, too"""
+    """where the height of the wall is taken: above the lattice site of an atom, as in the paper ("site"), or above its
+    position ("atom"), which also gives a lateral force"""
     wall_force: Literal["formulas", "plugin", "atoms"] = "formulas"
-    """whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds here: faster; or
-    the atoms of a rigid crystal, cut along the heights, by a pair law of the same work of adhesion"""
+    """how the wall acts: by formulas of LAMMPS, by a faster plugin that a C++ compiler builds here, or by the atoms of
+    a rigid crystal, cut along the heights, with a pair law of the same work of adhesion"""
     separation: float | None = None
     """height of the plane h = 0 of the wall above the surface at rest, in a0: one equilibrium"""
     protocol: ProtocolTable | None = None
@@ -165,7 +165,7 @@ class DeckConfig(Document):
     @constraint
     def _native(self) -> Iterator[Fault]:
         if not self.wall.has_law:
-            cause = "its traction is no function of the gap; a repulsive wall that has one: range = 0"
+            cause = "its traction is not a function of the gap; use range = 0 for a repulsive wall"
             yield Fault(("wall", "law"), 'a law with a traction, such as "lennard-jones-spline"', cause)
 
     @constraint
@@ -177,13 +177,13 @@ class DeckConfig(Document):
     @constraint
     def _slides(self) -> Iterator[Fault]:
         if self.protocol is not None and self.protocol.slides and self.follows == "site":
-            cause = "a wall that is a function of the site stays with the atoms"
+            cause = "a wall of the lattice sites cannot slide"
             yield Fault(("follows",), '"atom" with a protocol of kind "sliding"', cause)
 
     @constraint
     def _of_atoms(self) -> Iterator[Fault]:
         if self.wall_force == "atoms" and self.follows == "site":
-            cause = "a wall that is a function of the site has no atoms: these act where they are"
+            cause = "atoms of the wall act at the positions of the atoms, not at lattice sites"
             yield Fault(("follows",), '"atom" with wall_force = "atoms"', cause)
 
     @constraint

@@ -1,4 +1,4 @@
-"""Protocols in which the wall moves at constant velocity above atoms that are warm: approach, retraction, sliding."""
+"""Protocols with a wall that moves at constant velocity above atoms at a temperature: approach, retraction, sliding."""
 
 from __future__ import annotations
 
@@ -15,52 +15,52 @@ from continuum.units import Units, parse
 LARGEST = 10_000
 """Windows of a protocol."""
 LARGEST_PRESSURE = 1.0
-"""Mean pressure or tension, in E*: beyond it, neighbours have moved past one another, or apart."""
+"""Largest mean pressure or tension, in E*, beyond which the crystal fails."""
 SHORTEST, LONGEST = 1.0, 1e7
-"""Duration of a window, in a0 (m/(E* a0³))^(1/2).  The shortest period of a lattice vibration is about 1: less shows no
-average of anything.  The longest, some 1e8 time steps, is half a microsecond of copper."""
+"""Duration of a window, in a0 (m/(E* a0³))^(1/2).  The shortest period of a lattice vibration is about 1: shorter
+windows are not averages.  The longest, some 1e8 time steps, is half a microsecond of copper."""
 HOTTEST = 0.015
-"""k_B T, in E* a0³.  Fcc crystals melt at 0.006 (Lennard-Jones, aluminium) to 0.011 (platinum), and none is superheated
-by more than a third."""
+"""k_B T, in E* a0³.  Fcc crystals melt at 0.006 (Lennard-Jones, aluminium) to 0.011 (platinum), and can be superheated
+by at most a third."""
 FASTEST = 0.3
 """Velocity of the wall, in (E* a0³/m)^(1/2).  The slowest shear waves of fcc crystals run at 0.29 (platinum) to 0.46
-(aluminium): atoms cannot make room for a wall that is faster."""
+(aluminium): atoms cannot follow a faster wall."""
 
 
 class TimeWindows(NamedTuple):
-    """What the wall does in the time windows of a run."""
+    """Motion of the wall in the time windows of a run."""
 
     table: MotionTable
-    """The table of the input that says what the wall does."""
+    """The table [protocol] of the input."""
     separations: tuple[float, ...]
-    """At the beginning of the first window and at the end of each, in a0."""
+    """Separation at the beginning of the first window and at the end of each, in a0."""
     offsets: tuple[float, ...]
     """Displacements of the wall along ``along``, likewise."""
     duration: tuple[float, ...]
     """Length of each window, in a0 (m/(E* a0³))^(1/2)."""
     along: Literal["x", "y"] = "x"
     pressure: float | None = None
-    """Mean pressure that the wall keeps, in E*, so that its height follows; None if it keeps to ``separations``."""
+    """Constant mean pressure in E*, which determines the height of the wall; None if ``separations`` do."""
 
 
 class Steps(NamedTuple):
-    """What is done to a slab, whatever says it: an input or a call."""
+    """The steps of a deck, from an input or a call."""
 
     control: Literal["separation", "mean-pressure"]
     values: tuple[float, ...]
-    """What is given at each step, in a0 or E*."""
+    """Separation or pressure of each step, in a0 or E*."""
     single: bool = False
-    """One equilibrium and no protocol."""
+    """Whether it is one equilibrium without a protocol."""
     windows: TimeWindows | None = None
     """Time windows of a wall that moves above warm atoms; the values are then its separations or pressures."""
 
 
 class ProtocolTable(TableFamily):
-    """[protocol]: what is done to a slab, in several steps."""
+    """[protocol]: the steps of a deck."""
 
     kind_key: ClassVar[str] = "kind"
     slides: ClassVar[bool] = False
-    """Whether the wall slides, and so has to follow the atoms."""
+    """Whether the wall slides, which needs follows = "atom"."""
 
     def windows(self) -> TimeWindows | None:
         """The time windows of a wall that moves above warm atoms; None if all steps are equilibria."""
@@ -70,37 +70,37 @@ class ProtocolTable(TableFamily):
         raise NotImplementedError
 
     def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
-        """What the slab cannot do; of a crystal that has a size it is asked in its units when it has been measured."""
+        """Faults of steps that the slab does not allow; for a real crystal checked once it is measured."""
         yield from ()
 
 
 def beyond_strength(key: str, *pressures: float) -> Iterator[Fault]:
-    """Mean pressures that no crystal stands, under a key of [protocol]."""
+    """Faults of mean pressures beyond the strength of crystals, under a key of [protocol]."""
     if not max(map(abs, pressures)) <= LARGEST_PRESSURE:
-        allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*: no crystal holds beyond"
+        allowed = f"from -{LARGEST_PRESSURE:g} to {LARGEST_PRESSURE:g} E*, the strength of crystals"
         yield Fault((key,), allowed, "a pressure in other units: E* of copper is 135 GPa")
 
 
 def beyond_physics(temperature: float | str, velocity: float, scale: Units | None) -> Iterator[Fault]:
-    """What of a motion no crystal stands, or this one has no unit for, by the keys of [protocol].
+    """Faults of a motion: values beyond any crystal, or units that this one lacks, by keys of [protocol].
 
     Parameters
     ----------
     temperature : k_B T in E* a0³, or kelvin, as "300K".
-    velocity : of the wall, in (E* a0³/m)^(1/2).
-    scale : of the crystal; None for one of no size.
+    velocity : velocity of the wall, in (E* a0³/m)^(1/2).
+    scale : units of the crystal; None for one without length scale.
     """
     here = ("", "") if scale is None else (
         f" ({HOTTEST * scale.si('temperature'):.4g} K)", f" ({FASTEST * scale.si('velocity'):.4g} m/s)"
     )  # fmt: skip
     if isinstance(temperature, str) and scale is None:
-        yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no size, and so no kelvin")
+        yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no length scale, and so no kelvin")
     elif _thermal_energy(temperature, scale) > HOTTEST:
         allowed = f"k_B T of at most {HOTTEST:g} E* a0³{here[0]}: fcc crystals melt at 0.006 to 0.011"
-        cause = "a slip in the number"
+        cause = "an error in the number"
         if not isinstance(temperature, str):
             cause = "kelvin where k_B T in E* a0³ is asked for"
-            cause += ": this crystal has no size, and so no kelvin" if scale is None else (
+            cause += ": this crystal has no length scale, and so no kelvin" if scale is None else (
                 f"; {temperature:g} E* a0³ are {scale.to_si(temperature, 'temperature'):.3g} K: "
                 f'write "{temperature:g}K"'
             )  # fmt: skip
@@ -115,7 +115,7 @@ def beyond_physics(temperature: float | str, velocity: float, scale: Units | Non
 
 
 def _thermal_energy(temperature: float | str, scale: Units | None) -> float:
-    """k_B T in E* a0³; 0 of a text that is no temperature, of which another fault tells."""
+    """k_B T in E* a0³; 0 for an invalid text, which another check reports."""
     if not isinstance(temperature, str):
         return temperature
     try:
@@ -127,11 +127,11 @@ def _thermal_energy(temperature: float | str, scale: Units | None) -> float:
 def kelvin(text: str) -> float:
     """A temperature like ``"300K"``, in kelvin.
 
-    Raises ValueError if it is none.
+    Raises ValueError if it is not a temperature.
     """
     value = parse(text, "temperature", signed=True)
     if value < 0:
-        raise ValueError(f"{text!r} is no temperature: it is below 0 K")
+        raise ValueError(f"{text!r} is not a temperature: it is below 0 K")
     return value
 
 
@@ -143,15 +143,15 @@ class MotionTable(ProtocolTable):
     window: Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
     """time over which load and areas are averaged, in a0 (m/(E* a0³))^(1/2)"""
     hold: Annotated[int, Field(ge=1, le=LARGEST)] = 1
-    """windows before all others, in which the thermostat holds all layers that move: the slab comes to rest"""
+    """first windows, in which the thermostat acts on all mobile layers, so that the slab comes to rest"""
     dwell: Annotated[int, Field(ge=0, le=LARGEST)] = 0
-    """windows after these in which the wall rests: they are averaged, and contacts age in them"""
+    """following windows in which the wall rests; they are averaged, and contacts age in them"""
     thermostat_layers: Annotated[int, Field(ge=1)] = 2
-    """layers above the frozen base that a Langevin thermostat holds at the temperature once the slab is at rest"""
+    """layers above the frozen base on which a Langevin thermostat acts once the slab is at rest"""
     damping: Annotated[float, Field(ge=0.1, le=1e4)] = 2.0
     """time constant of the thermostat, in the unit of window"""
     seed: Annotated[int, Field(ge=1, le=1_000_000)] = 1
-    """of the first velocities and of the thermostat"""
+    """seed of the initial velocities and of the thermostat"""
 
     @constraint
     def _warm(self) -> Iterator[Fault]:
@@ -196,15 +196,15 @@ class VelocityTable(MotionTable):
 
     kind: Literal["velocity"]
     separations: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)]
-    """where the wall starts and where it turns, in a0; a single one for a wall at rest, with dwell"""
+    """separations where the wall starts and turns, in a0; a single one for a wall at rest, with dwell"""
     velocity: Positive = 0.01
-    """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
+    """velocity of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
 
     @constraint
     def _moves(self) -> Iterator[Fault]:
         way = float(np.abs(np.diff(self.separations)).sum())
         if len(self.separations) == 1 and not self.dwell:
-            allowed = "two or more, or dwell of at least 1: windows of hold are in no mean"
+            allowed = "two or more, or dwell of at least 1, as windows of hold are not averaged"
             yield Fault(("separations",), allowed)
         if any(a == b for a, b in pairwise(self.separations)):
             yield Fault(("separations",), "another one each time", "a wall at rest: dwell")
@@ -220,18 +220,18 @@ class VelocityTable(MotionTable):
 
 
 class SlidingTable(MotionTable):
-    """[protocol] of kind "sliding": the wall slides at constant velocity; it must follow the atoms."""
+    """[protocol] of kind "sliding": the wall slides at constant velocity, with follows = "atom"."""
 
     kind: Literal["sliding"]
     slides: ClassVar[bool] = True
     separation: float | None = None
-    """height of the plane h = 0 of the wall above the surface at rest, in a0, which it keeps"""
+    """constant height of the plane h = 0 of the wall above the surface at rest, in a0"""
     pressure: float | None = None
-    """mean pressure that it keeps instead, in E*, compression positive, from -1 to 1: its height follows"""
+    """constant mean pressure instead, in E*, compression positive, from -1 to 1"""
     distance: Positive
-    """how far the wall slides, in a0"""
+    """sliding distance, in a0"""
     velocity: Positive
-    """of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
+    """velocity of the wall, in (E* a0³/m)^(1/2), at most 0.3"""
     along: Literal["x", "y"] = "x"
     """direction in which it slides"""
 
@@ -245,7 +245,7 @@ class SlidingTable(MotionTable):
     @constraint
     def _keeps_height_or_load(self) -> Iterator[Fault]:
         if (self.separation is None) == (self.pressure is None):
-            cause = "neither is given" if self.pressure is None else "both are given: a load finds its own height"
+            cause = "neither is given" if self.pressure is None else "both are given: the height follows from the load"
             yield Fault(("separation",), "exactly one of separation and pressure", cause)
         if self.pressure is not None:
             yield from beyond_strength("pressure", self.pressure)

@@ -1,6 +1,6 @@
 """Quantities of a deck with their units, as "10m/s", "5ps", "1GPa", "2.5Å", "20nN" or "300K", and in reduced ones.
 
-A key that has a unit takes text where the crystal has a size, which is known when it has been measured.
+A key with a unit accepts text if the crystal has a length scale, which is known once it has been measured.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,7 +22,7 @@ QUANTITIES: dict[str, Quantity | Motion] = {
     "damping": "time",
     "temperature": "temperature",
 }  # fmt: skip
-"""Keys of the input of a deck that take a unit, and of which quantity."""
+"""Keys of the input of a deck that accept a unit, with their quantity."""
 _TABLES = ("slab", "surface", "wall", "protocol")
 _REDUCED: dict[Quantity | Motion, str] = {
     "length": "a0",
@@ -36,7 +36,7 @@ _REDUCED: dict[Quantity | Motion, str] = {
 
 
 def with_units(data: Mapping[str, Any]) -> list[Key]:
-    """Keys of an input whose value is text, or has text in it, and that take a unit; not of a temperature."""
+    """Keys of an input whose value is or contains a text with a unit, except temperatures."""
     return [
         key
         for key, value in _quantities(data)
@@ -45,12 +45,12 @@ def with_units(data: Mapping[str, Any]) -> list[Key]:
 
 
 def in_reduced(data: Mapping[str, Any], units: Units | None) -> tuple[dict[str, Any], list[Fault]]:
-    """The input with numbers in reduced units where it has text with a unit, and the faults of the text.
+    """The input with texts with units replaced by reduced numbers, and the faults of these texts.
 
     Parameters
     ----------
     data : tables and keys of an input, or of a part of it.
-    units : of the crystal; None if it has no size.
+    units : units of the crystal; None if it has no length scale.
     """
     found: dict[str, Any] = {n: dict(value) if isinstance(value, Mapping) else value for n, value in data.items()}
     faults = []
@@ -59,7 +59,7 @@ def in_reduced(data: Mapping[str, Any], units: Units | None) -> tuple[dict[str, 
         quantity = QUANTITIES[name]
         try:
             if units is None:
-                raise ValueError("this crystal has no size, and so no unit")
+                raise ValueError("this crystal has no length scale, and so no units")
             table[name] = _number(table[name], quantity, units)
         except ValueError as error:
             allowed = f"a number, in {_REDUCED[quantity]}"
@@ -71,7 +71,7 @@ def in_reduced(data: Mapping[str, Any], units: Units | None) -> tuple[dict[str, 
 
 
 def in_both(data: Mapping[str, Any], units: Units | None) -> Iterator[tuple[str, str]]:
-    """Quantities of an input in reduced units beside real ones, where its crystal has a size: dotted keys and texts."""
+    """Quantities of an input in reduced and real units, if its crystal has a length scale: dotted keys and texts."""
     if units is None:
         return
     for key, value in _quantities(in_reduced(data, units)[0]):

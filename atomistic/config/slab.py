@@ -1,4 +1,4 @@
-"""Tables that the inputs of a validation and of a deck share: the slab, and when an equilibrium is one."""
+"""Tables common to the inputs of validations and decks: the slab, and tolerances."""
 
 from typing import Annotated
 
@@ -29,7 +29,7 @@ class SlabTable(Table):
 
 
 class AtomsSolverTable(ToleranceTable):
-    """When an equilibrium is one."""
+    """[solver]: tolerances of equilibria."""
 
     tolerance: Fraction = 1e-9
     """largest rms residual of the continuum rungs, relative to rms_slope E*"""
@@ -38,7 +38,7 @@ class AtomsSolverTable(ToleranceTable):
 
 
 class DeckSolverTable(AtomsSolverTable):
-    """When an equilibrium of a deck is one, and how close its wall is to a table."""
+    """[solver] of a deck: tolerances of equilibria and of a tabulated wall."""
 
     wall_tolerance: Annotated[float, Field(ge=1e-10, le=1e-2)] = 1e-5
     """of the tractions of a wall that is a table, relative to its largest tension, or to the traction where that is

@@ -32,16 +32,16 @@ class BoundTable(Table):
     """A bound on the difference of two rungs: coefficient times rms_slope to a power."""
 
     quantity: Compared
-    """what differs between lattice response and atoms: "load" relative to N_rep, "gross_load" relative to
+    """difference of lattice response and atoms that is bounded: "load" relative to N_rep, "gross_load" relative to
     N_rep + N_att, "displacement" (largest, in a0), areas relative to A0"""
     coefficient: Positive
     """bound = coefficient x rms_slope^power"""
     power: Annotated[float, Field(ge=0, le=4)] = 0.0
     """0 for a bound that does not depend on the slope"""
     areas: tuple[Fraction, ...] = ()
-    """areas of the case that it holds for; all if left out"""
+    """areas of the case for which it holds; all if left out"""
     reason: Annotated[str, Field(min_length=10)]
-    """why the bound is what it is, in words"""
+    """reason for the bound"""
 
 
 class ExponentTable(Table):
@@ -52,11 +52,11 @@ class ExponentTable(Table):
     expected: Positive
     """exponent that the theory gives"""
     tolerance: Positive
-    """by how much the fitted exponent may differ"""
+    """allowed deviation of the fitted exponent"""
     slopes: Annotated[tuple[Positive, ...], Field(min_length=2)]
     """slopes of the case that the fit uses"""
     reason: Annotated[str, Field(min_length=10)]
-    """why the exponent is what it is, in words"""
+    """reason for the exponent"""
 
 
 class CaseTable(Table):
@@ -77,7 +77,7 @@ class CaseTable(Table):
     branches: Annotated[tuple[Literal["approach", "retract"], ...], Field(min_length=1)] = ("approach",)
     """branches of the loading path on which states are taken"""
     jump: bool = False
-    """whether to take the states beside the jump-in, too: before and after it, and the retraction past it"""
+    """whether to include the states around the jump-in: before and after it, and the retraction past it"""
     tolerance: tuple[BoundTable, ...] = ()
     exponent: tuple[ExponentTable, ...] = ()
 

@@ -1,4 +1,4 @@
-"""The crystal: an fcc(100) slab whose surface atoms are the points of a grid, and what holds its atoms together.
+"""The crystal: an fcc(100) slab whose surface atoms are the points of a grid, and its interatomic model.
 
-Pure descriptions: nothing here starts LAMMPS.
+Descriptions only: nothing here starts LAMMPS.
 """

@@ -1,9 +1,9 @@
-"""Interatomic models: what holds the atoms of the substrate together.
+"""Interatomic models of the substrate.
 
-A :class:`Potential` is a frozen set of parameters in the units that LAMMPS is given.  With the fcc crystal that it
-holds at zero pressure it is a :class:`Model`, in units of a0 and E*: springs are one by themselves, all others become
-one by measuring that crystal (:func:`atomistic.response.material.measure_crystal`).  The other modules ask for the
-members of these two and no more, so that a further potential is one more class here.
+A :class:`Potential` is a frozen set of parameters in the units that LAMMPS is given.  With its fcc crystal at zero
+pressure it is a :class:`Model`, in units of a0 and E*: springs are a model already, all others become one by measuring
+that crystal (:func:`atomistic.response.material.measure_crystal`).  Other modules use the members of these two only,
+so that a further potential is one more class here.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from continuum.units import Units
 
 @runtime_checkable
 class Potential(Protocol):
-    """Forces between atoms, as LAMMPS computes them, in its units: ``lj`` (pure numbers) or ``metal`` (eV, Å)."""
+    """Interatomic forces of LAMMPS, in its units: ``lj`` (pure numbers) or ``metal`` (eV, Å)."""
 
     @property
     def units(self) -> Literal["lj", "metal"]:
@@ -37,11 +37,11 @@ class Potential(Protocol):
 
     @property
     def element(self) -> str:
-        """Chemical symbol; "X", ASE's for none, where the model is of no element."""
+        """Chemical symbol; "X", ASE's symbol for none, if the model has no element."""
 
     @property
     def cutoff(self) -> float:
-        """Largest distance of atoms that the formulas join."""
+        """Cut-off of the formulas."""
 
     @property
     def force_range(self) -> float:
@@ -57,11 +57,11 @@ class Potential(Protocol):
 
     @property
     def identity(self) -> Mapping[str, str | float]:
-        """What results depend on, in plain words and numbers."""
+        """Names and numbers that determine results."""
 
     @property
     def reference(self) -> str:
-        """Source of the model, in words; stored with results."""
+        """Source of the model, stored with results."""
 
     def settings(self) -> str:
         """LAMMPS commands that come before the atoms are read."""
@@ -72,7 +72,7 @@ class Potential(Protocol):
 
 @runtime_checkable
 class Model(Potential, Protocol):
-    """What a substrate must know of its atoms, in units of a0 and E*; sizes of these units in those of LAMMPS."""
+    """Properties of the atoms that a substrate needs, in units of a0 and E*, and the size of these units."""
 
     @property
     def lattice_constant(self) -> float:
@@ -80,7 +80,7 @@ class Model(Potential, Protocol):
 
     @property
     def harmonic(self) -> bool:
-        """Whether forces are linear in the stretch of bonds that never change: then all response is exact."""
+        """Whether forces are linear in the stretch of fixed bonds, so that the response is exact."""
 
     @property
     def coupled_layers(self) -> int:
@@ -104,11 +104,11 @@ class Model(Potential, Protocol):
 
     @property
     def real_units(self) -> Units | None:
-        """Size of a0 and E*; None for a crystal of no size."""
+        """Size of a0 and E*; None for a crystal without length scale."""
 
 
 class BondlessPotential:
-    """What all potentials have alike that join any two atoms which come close."""
+    """Common part of all potentials without fixed bonds."""
 
     atom_style: Literal["atomic"] = "atomic"
 
@@ -123,7 +123,7 @@ class BondlessPotential:
 
 
 def check_potential(name: str, value: Any) -> Potential:
-    """An argument that is to be an interatomic model, measured or not; raises ArgumentError if it is none."""
+    """Check that an argument is an interatomic model, measured or not; raises ArgumentError otherwise."""
     if isinstance(value, type) or not isinstance(value, Potential):
         models = "Springs(), LennardJones(), EmbeddedAtom.read(...), PairStyle(...)"
         raise ArgumentError(name, value, f"an interatomic model: {models}")
@@ -131,12 +131,12 @@ def check_potential(name: str, value: Any) -> Potential:
 
 
 def is_model(value: Any) -> TypeGuard[Model]:
-    """Whether the crystal of a potential is known."""
+    """Whether the crystal of a potential has been measured."""
     return isinstance(value, Model) and not isinstance(value, type)
 
 
 def check_model(name: str, value: Any) -> Model:
-    """An argument that is to be an interatomic model with its crystal; raises ArgumentError if it is none."""
+    """Check that an argument is an interatomic model with its crystal; raises ArgumentError otherwise."""
     if not is_model(value):
         raise ArgumentError(name, value, "a model whose crystal is known: Springs(), or elastic(...).model")
     return value
@@ -146,7 +146,7 @@ def check_model(name: str, value: Any) -> Model:
 class Springs:
     """Harmonic springs between nearest neighbours, at rest at the distance a0: V(r) = stiffness/2 (r - a0)².
 
-    The springs are bonds of a fixed topology: no spring ever breaks or forms, however large the strain.
+    The springs are bonds of a fixed topology: none breaks or forms at any strain.
 
     Parameters
     ----------
@@ -241,11 +241,11 @@ class Springs:
 
 @dataclass(frozen=True)
 class LennardJones(BondlessPotential):
-    """V(r) = 4 ε ((σ/r)¹² - (σ/r)⁶), cut so that force and energy go to zero continuously, in units of ε and σ.
+    """V(r) = 4 ε ((σ/r)¹² - (σ/r)⁶), truncated so that force and energy are continuous, in units of ε and σ.
 
-    A plain cut leaves a jump in the force, which pairs that cross it turn into kinks and into energy that is not
-    conserved.  The ways to avoid it are LAMMPS' ``lj/smooth/linear`` (V minus its tangent at the cut-off),
-    ``lj/smooth`` and ``lj/mdf`` (V up to ``inner``, then a polynomial that ends it).
+    A plain cut-off leaves a jump in the force, so that energy is not conserved when pairs cross it.  The ways to avoid
+    it are LAMMPS' ``lj/smooth/linear`` (V minus its tangent at the cut-off), ``lj/smooth`` and ``lj/mdf`` (V up to
+    ``inner``, then a polynomial that ends it).
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ class LennardJones(BondlessPotential):
             if number("inner", self.inner, least=1) >= self.cutoff:
                 raise ArgumentError("inner", self.inner, f"less than the cutoff, {self.cutoff:g}")
         elif self.inner is not None:
-            raise ArgumentError("inner", self.inner, 'nothing but with truncation="smooth" or "mdf"')
+            raise ArgumentError("inner", self.inner, 'only with truncation="smooth" or "mdf"')
 
     @property
     def force_range(self) -> float:

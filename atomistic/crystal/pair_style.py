@@ -1,7 +1,7 @@
-"""Any other ``pair_style`` of the installed LAMMPS, in a form in which no text of a user becomes a command.
+"""Any other ``pair_style`` of the installed LAMMPS, in a form that cannot inject commands into a script.
 
-A style is a name, and everything else is a list of words: a word holds letters, digits and ``_ . + - * / =`` only, so
-that it can neither end a line nor begin a variable.  Files travel with the model by their content, under names of ours.
+A style is a name, and all arguments are words of letters, digits and ``_ . + - * / =`` only, which can neither end a
+line nor begin a variable.  The content of files is stored with the model, under names of ours.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from atomistic.crystal.potentials import content_of
 from continuum.arguments import ArgumentError, file_name, flag, number
 
 REFUSED_STYLES = re.compile(r"python|none|zero|hybrid.*|list|srp.*|kim|quip")
-"""Styles that run programs of a file, read other paths, hold no crystal, or are several."""
+"""Refused styles: those that run code from a file, read other paths, describe no crystal, or combine several styles."""
 _STYLE = re.compile(r"[a-z][a-z0-9/_+-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_.+*/=-]{1,100}")
 _ELEMENT = re.compile(r"[A-Z][a-z]?")
@@ -43,7 +43,7 @@ class PairStyle(BondlessPotential):
     Raises
     ------
     ArgumentError
-        If a name or a word is none, a number is out of range, or a style is refused.
+        If a name, a word or a style is refused, or a number is out of range.
     """
 
     style: str
@@ -92,7 +92,7 @@ class PairStyle(BondlessPotential):
         Raises
         ------
         ArgumentError
-            If they are no names of files, or two files have one name.
+            If they are not names of files, or two files have the same name.
         PotentialError
             If one cannot be read or is too large.
         """
@@ -150,7 +150,7 @@ class PairStyle(BondlessPotential):
 
 
 def _check_words(name: str, words: Any, known: set[str]) -> None:
-    """Refuse what is no list of words, but for the names of files that travel with the model."""
+    """Check a list of words, of which names of the model's files are allowed."""
     if not isinstance(words, Sequence) or isinstance(words, str | bytes):
         raise ArgumentError(name, words, "a list of words")
     for word in words:
@@ -158,6 +158,6 @@ def _check_words(name: str, words: Any, known: set[str]) -> None:
             raise ArgumentError(name, word, 'words, in quotes, numbers, too: "2.5"')
         if word not in known and not _WORD.fullmatch(word):
             raise ArgumentError(name, word, "words of letters, digits and _ . + - * =")
-        # A path would read a file that does not travel with the model.
+        # A path would read a file that is not stored with the model.
         if word not in known and "/" in word:
-            raise ArgumentError(name, word, "no path: name the file also under files")
+            raise ArgumentError(name, word, "not a path: list the file under files")

@@ -1,7 +1,7 @@
 """Files of embedded-atom potentials, in the three formats of LAMMPS: ``eam`` (funcfl), ``eam/alloy`` and ``eam/fs``.
 
-A file is read whole and checked before LAMMPS sees it.  Its content travels with the model, under a name of ours, so
-that a result does not depend on where the file lay and no name of a user enters a script.
+A file is read whole and checked before LAMMPS sees it.  Its content is stored with the model, under a name of ours, so
+that a result does not depend on the path, and no name from a user enters a script.
 """
 
 import hashlib
@@ -35,13 +35,13 @@ class PotentialError(InputError, ValueError):
 
 
 def content_of(path: Path) -> bytes:
-    """What is in a file of a potential.
+    """Content of the file of a potential.
 
     Raises PotentialError if it cannot be read, or is too large to be one.
     """
     try:
         if path.stat().st_size > _LARGEST:
-            raise PotentialError(f"{path} has more than {_LARGEST} bytes: this is no potential")
+            raise PotentialError(f"{path} has more than {_LARGEST} bytes: this is not a potential")
         return path.read_bytes()
     except OSError as error:
         raise PotentialError(f"{path} cannot be read: {error}") from error
@@ -58,7 +58,7 @@ def find_potential(name: str | Path, folder: str | Path | None = None) -> Path:
     Raises
     ------
     ArgumentError
-        If that is no name of a file.
+        If it is not the name of a file.
     PotentialError
         If there is no such file.
     """
@@ -99,14 +99,14 @@ class EmbeddedAtom(BondlessPotential):
     mass : in u.
     cutoff : of ρ and φ, in Å.
     guess : volume per atom that the file names, in Å³.
-    comment : what the file says of itself.
+    comment : comment lines of the file.
     name : of the file.
     content : of the file.
 
     Raises
     ------
     ArgumentError
-        If one of these is none.
+        If one of these is invalid.
     """
 
     style: Style
@@ -138,14 +138,14 @@ class EmbeddedAtom(BondlessPotential):
         Parameters
         ----------
         path : of the file, as :func:`find_potential` finds those that come with LAMMPS.
-        element : chemical symbol; may be left out where the file holds one only.
+        element : chemical symbol; may be left out if the file has only one.
 
         Raises
         ------
         ArgumentError
-            If that is no name of a file or no chemical symbol.
+            If it is not the name of a file, or not a chemical symbol.
         PotentialError
-            If the file cannot be read, is of no such format, or does not hold the element.
+            If the file cannot be read, has another format, or lacks the element.
         """
         path = file_name("path", path)
         if element is not None:
@@ -156,7 +156,7 @@ class EmbeddedAtom(BondlessPotential):
         except (ValueError, IndexError, OverflowError) as error:
             detail = error if isinstance(error, _MalformedError) else "its header or its numbers cannot be read"
             raise PotentialError(
-                f"{path} is no potential of pair_style eam, eam/alloy or eam/fs: {detail}; "
+                f"{path} is not a potential of pair_style eam, eam/alloy or eam/fs: {detail}; "
                 "usual cause: a file of another kind, cut short, or with an edited header"
             ) from error
         if element is None and len(table.elements) == 1:
@@ -170,7 +170,7 @@ class EmbeddedAtom(BondlessPotential):
 
     @property
     def force_range(self) -> float:
-        """How far a displaced atom changes forces, in Å."""
+        """Largest distance at which a displaced atom changes forces, in Å."""
         return 2 * self.cutoff
 
     @property
@@ -201,7 +201,7 @@ def _check_element(value: Any) -> None:
 
 
 class _MalformedError(ValueError):
-    """What is wrong with a file, in words."""
+    """Description of the fault of a file."""
 
 
 @dataclass(frozen=True)

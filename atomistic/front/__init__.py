@@ -1,1 +1,1 @@
-"""The front door: validations, decks and crystals as a person calls them.  What a command does, one of these does."""
+"""The public functions of ``atomistic``: validations, decks and crystals, one for each command."""

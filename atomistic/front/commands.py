@@ -1,4 +1,4 @@
-"""What the command ``atomistic`` does, as functions: one for each sub-command but those on decks."""
+"""The functions behind ``atomistic``, one for each sub-command except those on decks."""
 
 import os
 from dataclasses import dataclass, field
@@ -19,8 +19,8 @@ from continuum.files.toml import Source, find
 from continuum.show.sheet import Sheet, pairs
 
 LATTICES = 48, 256
-"""Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to be told from the
-continuum, more take too much memory."""
+"""Fewest and most surface atoms a side of a lattice Green's function: fewer have too few long waves to compare with
+the continuum, more take too much memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Elastic:
     response: LatticeResponse | None = field(repr=False)
     """Lattice Green's function of a slab, if it was asked for."""
     discreteness: Discreteness | None = field(repr=False)
-    """How that tends to the continuum."""
+    """Its convergence to the continuum."""
 
     def sheets(self) -> list[Sheet]:
         """The constants; and the lattice beside the continuum."""
@@ -64,12 +64,13 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
     Parameters
     ----------
     file : input (TOML) with a table [interatomic]; or the interatomic model itself.
-    lattice : also the lattice Green's function of so many surface atoms a side, 48 to 256, as many a0 deep.
+    lattice : also compute the lattice Green's function of a slab with this many surface atoms a side, 48 to 256, and
+        as many a0 deep.
 
     Raises
     ------
     ArgumentError, ConfigError, PotentialError, LammpsError
-        If an argument is not allowed, the crystal is no stable fcc one, or LAMMPS fails.
+        If an argument is not allowed, the crystal is not a stable fcc one, or LAMMPS fails.
     """
     from atomistic.response.cache import slab_response
 
@@ -88,7 +89,7 @@ def elastic(file: str | Path | Potential, *, lattice: int | None = None) -> Elas
 
 
 def check(file: str | Path) -> Sheet:
-    """Validate an input of any command of ``atomistic``, and say what it will cost.
+    """Check an input of any command of ``atomistic``, and estimate its cost.
 
     Parameters
     ----------
@@ -97,9 +98,9 @@ def check(file: str | Path) -> Sheet:
     Raises
     ------
     ArgumentError, ConfigError
-        If that is no name of a file; with all faults of the file.
+        If it is not the name of a file; with all faults of the file.
     PotentialError, LammpsError
-        If the crystal of a deck, which is measured, is no stable fcc one, or LAMMPS fails.
+        If the crystal of a deck, which is measured, is not a stable fcc one, or LAMMPS fails.
     """
     from atomistic.ladder.cost import cost_of_deck, cost_of_validation
 

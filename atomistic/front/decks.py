@@ -31,34 +31,34 @@ def deck(
     wall_force: WallForce | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Deck:
-    """A LAMMPS deck: of a contact of your own, or of an input file, which says all else itself.
+    """A LAMMPS deck from a contact, or from an input file, which has all other settings.
 
     Parameters
     ----------
     contact : its wall and heights, one for each surface atom, are those of the deck; or an input (TOML).
-    model : what holds the atoms together; springs if None.
-    separation : of the wall's zero from the surface at rest, in a0: one equilibrium.  This and what follows may have
-        a unit instead, as "2.5Å" or "1GPa", if the crystal has a size.
-    separations : several, visited in this order, each from the equilibrium before: approach and retraction.
-    pressures : mean pressures, in E*, met one after the other by moving the wall.
+    model : interatomic model; springs if None.
+    separation : height of the wall's zero above the surface at rest, in a0, for one equilibrium.  This and the
+        following may be texts with a unit, as "2.5Å" or "1GPa", if the crystal has a length scale.
+    separations : several separations in order, each started from the equilibrium before: approach and retraction.
+    pressures : mean pressures in order, in E*, reached by moving the wall.
     protocol : the table [protocol] of an input, of any kind: ``{"kind": "velocity", "temperature": 1e-4, ...}``.
     depth : of the slab, in a0; its width if None.
-    follows : where the height above an atom is taken: above its lattice site ("site", the default), or where it is
-        ("atom"), and then the force is lateral, too.  Between the sites the heights are the sum of their waves where
-        these are few, else a bicubic spline; or a shape with a formula, whose heights they are.
-    wall_force : whether formulas of LAMMPS make the force of the wall, or a plugin, which a C++ compiler builds for the
-        installed LAMMPS when the deck is written; or "atoms" of a rigid crystal, cut along heights that follow "atom",
-        by a pair law with the work of adhesion of the contact's law; formulas if None.
-    progress : called while a crystal is measured at a temperature, about a minute, with how many runs are done and how
-        many there are; not at all if that is known.
+    follows : where the height of the wall is taken: above the lattice site of an atom ("site", the default), or above
+        its position ("atom"), which also gives a lateral force.  Between the sites the heights are the sum of their
+        waves if these are few, else a bicubic spline; or pass a shape with a formula, which must have these heights.
+    wall_force : how the wall acts: by formulas of LAMMPS (default), by a plugin that a C++ compiler builds for the
+        installed LAMMPS when the deck is written, or by "atoms" of a rigid crystal, cut along heights that follow
+        "atom", with a pair law of the work of adhesion of the contact's law.
+    progress : called while a crystal is measured at a temperature, which takes about a minute, with the number of
+        finished runs and of all; not called if the result is on disk.
 
     Raises
     ------
     TypeError
-        If an argument does not belong with an input file, or the law has no formula in LAMMPS.
+        If an argument cannot be combined with an input file, or the law has no formula in LAMMPS.
     ArgumentError, ConfigError, NotConvergedError
-        If an argument or the input is at fault, the parts do not fit one another, or the lattice has no equilibrium
-        there to start from.
+        If an argument or the input is at fault, the parts do not fit together, or the lattice has no equilibrium to
+        start from.
     """
     function("progress", progress)
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
@@ -85,15 +85,15 @@ def deck(
 
 
 def _require_nothing_else(contact: object, names: list[str]) -> None:
-    """An input file says all that is said of its deck: what is given beside it would be ignored."""
+    """Check that no other argument is given with an input file, which would ignore it."""
     if names:
         said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
         file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
-        raise TypeError(f"contact is {file}, which says all else itself: leave out {said}, or change the file")
+        raise TypeError(f"contact is {file}, which has all other settings: leave out {said}, or change the file")
 
 
 def _steps(**given: Any) -> Steps:
-    """What is done, by the one argument that says it."""
+    """The steps, from the one argument that gives them."""
     names = [name for name, value in given.items() if value is not None]
     if len(names) != 1:
         what = " and ".join(names) if names else "none of these"
@@ -111,12 +111,12 @@ def _steps(**given: Any) -> Steps:
         return Steps("separation", several("separations", value, longest=MOST_STEPS))
     values = several("pressures", value, longest=MOST_STEPS, least=-LARGEST_PRESSURE, most=LARGEST_PRESSURE)
     if 0 in values:
-        raise ArgumentError("pressures", value, "other than zero: a pressure is met to a fraction of itself")
+        raise ArgumentError("pressures", value, "other than zero: the tolerance is relative to the pressure")
     return Steps("mean-pressure", values)
 
 
 def read(directory: str | Path) -> DeckRun:
-    """Read what a run of a deck found, step by step, and whether these are equilibria.
+    """Read the steps of a deck that has been run, and whether they are equilibria.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def read(directory: str | Path) -> DeckRun:
     Raises
     ------
     ArgumentError, DeckError
-        If that is no name of a directory, or there is no complete result in it.
+        If it is not the name of a directory, or has no complete result.
     """
     return read_run(file_name("directory", directory))
 
@@ -133,15 +133,15 @@ def read(directory: str | Path) -> DeckRun:
 def run_deck(
     directory: str | Path, lmp_command: str | None = None, progress: Callable[[int, int], None] | None = None
 ) -> DeckRun:
-    """Run the deck of a directory, in this process or by the command of a site, and read what it found.
+    """Run the deck of a directory, in this process or by another LAMMPS command, and read its steps.
 
-    Steps of a protocol that are finished stay as they are.
+    Finished steps of a protocol are kept.
 
     Parameters
     ----------
     directory : directory of the deck.
-    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
-    progress : called after each step with how many are done and how many there are.
+    lmp_command : command that starts LAMMPS, as ``"srun lmp"``; by default the installed library in this process.
+    progress : called after each step with the number of finished steps and of all.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """A validation on disk: one table of states, maps of every rung, curves; see :mod:`continuum.files.store`.
 
-The file is rewritten after each finished path, so that a validation that was stopped goes on where it was.
+The file is rewritten after each finished path, so that an interrupted validation continues from there.
 """
 
 import operator
@@ -26,10 +26,10 @@ UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0", "pixel_m
 
 
 class Archive(NamedTuple):
-    """A stored validation: its columns, and how far it is."""
+    """A stored validation: its columns, and its progress."""
 
     columns: dict[str, np.ndarray]
-    """Everything, by name: see :func:`datasets_of`."""
+    """Datasets by name: see :func:`datasets_of`."""
     attributes: dict[str, store.Attribute]
 
     @property
@@ -40,8 +40,8 @@ class Archive(NamedTuple):
 def datasets_of(results: Sequence[PathResult]) -> dict[str, Dataset]:
     """Results of paths as named arrays.
 
-    Dimensions: ``state`` (one comparison), ``rung``, ``x``, ``y``, and ``curve_point``, where the paths of all
-    cases and rungs follow one another.
+    Dimensions: ``state`` (one comparison), ``rung``, ``x``, ``y``, and ``curve_point``, along which the paths of all
+    cases and rungs are concatenated.
     """
     states = [(result, state) for result in results for state in result.states]
     rungs = [rung for rung in RUNGS if rung in states[0][1].rungs]
@@ -144,7 +144,7 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
 def write_archive(
     path: Path, config: ValidateConfig, datasets: dict[str, Dataset], about: Mapping[str, store.Attribute] | None = None
 ) -> bool:
-    """Store what there is, and what is known of the substrate; returns whether that is all of it."""
+    """Store the paths so far and the substrate; returns whether all paths are there."""
     finished = not remaining(config, datasets)
     store.write(
         path,
@@ -165,13 +165,13 @@ def write_archive(
 
 
 def read_archive(path: Path) -> Archive:
-    """What a file holds, as plain arrays."""
+    """Read a file as plain arrays."""
     file = store.read_datasets(path, ValidateConfig.result_schema, ValidateConfig.result_version)
     return Archive({name: dataset.values for name, dataset in file.datasets.items()}, dict(file.attributes))
 
 
 PART = "stickiness/validation-path"
-"""Schema of the file of one path, as a process leaves it."""
+"""Schema of the file of one path, written by a worker."""
 
 
 def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> None:
@@ -183,7 +183,7 @@ def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset])
 def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     """The datasets of one path.
 
-    Raises continuum.files.store.StoreError if there is no such file, or it is of another validation.
+    Raises continuum.files.store.StoreError if the file is missing, or belongs to another validation.
     """
     file = store.read_datasets(path, PART, config.result_version)
     if file.attributes["identity"] != identity(config):
@@ -192,16 +192,16 @@ def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
 
 
 def resume(path: Path, config: ValidateConfig, *, force: bool) -> dict[str, Dataset]:
-    """What a file holds of the same validation; nothing if there is no file, or with ``force``.
+    """The stored paths of the same validation; nothing if there is no file, or with ``force``.
 
-    Raises OutputError if it holds something else, or is damaged: it is left as it is.
+    Raises OutputError, and leaves the file unchanged, if it is anything else or damaged.
     """
     found = store.earlier(path, config.result_schema, config.result_version, identity(config), force=force)
     return {} if found is None else dict(found.datasets)
 
 
 def join(config: ValidateConfig, old: dict[str, Dataset], new: dict[str, Dataset]) -> dict[str, Dataset]:
-    """Datasets of both, in the order of the input, whatever the order in which paths were finished."""
+    """Join two sets of datasets in the order of the input, not in that in which paths were finished."""
     joined = dict(old)
     for name, dataset in new.items():
         growing = _growing(dataset)
@@ -225,21 +225,21 @@ def join(config: ValidateConfig, old: dict[str, Dataset], new: dict[str, Dataset
 
 
 def _growing(dataset: Dataset) -> int | None:
-    """The dimension along which paths follow one another."""
+    """The dimension along which paths are concatenated."""
     return next((i for i, dim in enumerate(dataset.dims) if dim in ("state", "curve_point")), None)
 
 
 def key_of(path: PathPlan) -> tuple[str, float, int]:
-    """What tells a path of an input from the others."""
+    """The key of a path of an input."""
     return path.case, path.rms_slope, path.seed
 
 
 def _keys_in(datasets: Mapping[str, Dataset]) -> Iterator[tuple[str, float, int]]:
-    """What tells the path of each state."""
+    """The key of the path of each state."""
     return zip(*(datasets[name].values.tolist() for name in ("case", "rms_slope", "seed")), strict=True)
 
 
 def remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[PathPlan, ...]:
-    """Paths of an input whose states are not all there."""
+    """Paths of an input without all their states."""
     done = set(_keys_in(datasets)) if datasets else set()
     return tuple(path for path in paths_of(config) if key_of(path) not in done)

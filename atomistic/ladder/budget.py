@@ -1,4 +1,4 @@
-"""The error budget: what each step of the ladder costs, and whether every bound holds.
+"""The error budget: the error of each step of the ladder, and whether every bound holds.
 
 Works on the table of a validation, one row per state, as :mod:`atomistic.ladder.archive` stores it.
 """
@@ -19,15 +19,15 @@ Columns = Mapping[str, NDArray[Any]]
 
 
 class BudgetLine(NamedTuple):
-    """What the steps of the ladder cost, for one case at one slope: largest magnitudes over its states."""
+    """Errors of the steps of the ladder for one case and slope: largest magnitudes over its states."""
 
     case: str
     lambda_s: float
     """Shortest wavelength of the wall, in a0."""
     rms_slope: float
     load: dict[str, float]
-    """Step -> largest |load difference|/N_rep.  Where springs tell how much of the nonlinearity is geometry, the rest
-    of it is the step ``anharmonicity``."""
+    """Step -> largest |load difference|/N_rep.  If springs were run, which give the geometric part of the
+    nonlinearity, the rest is the step ``anharmonicity``."""
     contact: dict[str, float]
     """Step -> largest fraction of points whose contact differs."""
     load_ratio: tuple[float, float]
@@ -35,7 +35,7 @@ class BudgetLine(NamedTuple):
 
 
 class ClosedLine(NamedTuple):
-    """What the steps of the ladder cost in one kind of state, all at its repulsive area: parts that add up."""
+    """Errors of the steps of the ladder in one kind of state, all at its repulsive area, so that they add up."""
 
     case: str
     rms_slope: float
@@ -58,25 +58,25 @@ class BoundVerdict:
     case: str
     quantity: str
     bound: str
-    """The bound as it is written: ``0.3 h'``."""
+    """The bound as text, such as ``0.3 h'``."""
     measured: float
     """Largest magnitude, in the unit of the bound's coefficient."""
     limit: float
     """Coefficient of the bound."""
     states: int
-    """How many it was checked on."""
+    """Number of states that were checked."""
     reason: str
     state: str = ""
     """The worst state: slope, seed, area and branch."""
 
     @property
     def holds(self) -> bool:
-        """Whether every state is within the bound; a bound that applies to nothing does not hold."""
+        """Whether every state is within the bound; a bound without states does not hold."""
         return self.states > 0 and self.measured <= self.limit
 
 
 class Exponent(NamedTuple):
-    """How a difference of lattice response and atoms grows with the slope, for one surface and area."""
+    """Exponent of a difference of lattice response and atoms in the slope, for one surface and area."""
 
     case: str
     adhesion_length: float
@@ -87,7 +87,7 @@ class Exponent(NamedTuple):
     fitted: float
     """Slope of the logarithms, by least squares."""
     local: tuple[float, ...]
-    """Slope between neighbours, from the steepest down."""
+    """Exponents between neighbouring slopes, from the steepest down."""
 
 
 def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
@@ -95,7 +95,7 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
     points = columns["points"][0]
     for (case, slope), mine in _alike(columns, "case", "rms_slope"):
         ratio = columns["load_ratio"][mine]
-        # States that touch on neither rung have no N_rep to compare with.
+        # States without contact on both rungs have no N_rep to compare with.
         load = {step: float(np.fmax.reduce(np.abs(columns[f"{step}_load"][mine]))) for step in steps}
         if "geometry" in steps:
             rest = columns["nonlinearity_load"][mine] - columns["geometry_load"][mine]
@@ -106,14 +106,14 @@ def costs(columns: Columns, steps: tuple[str, ...]) -> Iterator[BudgetLine]:
 
 
 def _alike(columns: Columns, *names: str) -> Iterator[tuple[tuple[Any, ...], NDArray[np.bool_]]]:
-    """The values that columns have together, in the order of the states, and which states have them."""
+    """The combinations of values of some columns, in the order of the states, and the states of each."""
     keys = list(zip(*(columns[name].tolist() for name in names), strict=True))
     for key in dict.fromkeys(keys):
         yield key, np.array([each == key for each in keys])
 
 
 def closed(columns: Columns, steps: Mapping[str, tuple[str, str]]) -> Iterator[ClosedLine]:
-    """A row for each case, slope, area and branch: its states on all surfaces, but those beside a jump.
+    """A row for each case, slope, area and branch, over its states on all surfaces except those beside a jump.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def closed(columns: Columns, steps: Mapping[str, tuple[str, str]]) -> Iterator[C
 
 
 def _mean(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Mean and its standard error; NaN where there are too few."""
+    """Mean and its standard error; NaN if there are too few values."""
     mean = float(values.mean()) if values.size else np.nan
     return mean, float(values.std(ddof=1) / np.sqrt(values.size)) if values.size > 1 else np.nan
 
@@ -144,7 +144,7 @@ def _mean(values: NDArray[np.float64]) -> tuple[float, float]:
 def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVerdict]:
     """Every bound of the input, and those that hold for all cases.
 
-    A case without bounds of its own has those of :mod:`atomistic.ladder.ensemble`, where that says something.
+    A case without bounds of its own has those of :mod:`atomistic.ladder.ensemble`, if these exist.
     """
     for case in config.case:
         mine = columns["case"] == case.name
@@ -161,7 +161,7 @@ def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVe
             "largest force",
             "1e-8 h' E* a0²",
             1.0,
-            "an equilibrium of the atoms under the native wall of the deck, so that what differs is physics",
+            "an equilibrium of the atoms under the wall of the deck, so that differences are physical",
         )
         margin, du = columns["nonlinearity_pixel_margin"], columns["nonlinearity_displacement"]
         yield _worst(
@@ -204,7 +204,7 @@ def _worst(
     limit: float,
     reason: str,
 ) -> BoundVerdict:
-    """The verdict on a bound by the worst of the states that it applies to; what is no number is worst."""
+    """The verdict on a bound by its worst state; NaN is worst."""
     at = np.flatnonzero(applies)
     if not at.size:
         return BoundVerdict(case, quantity, bound, float("nan"), limit, 0, reason)
@@ -213,7 +213,7 @@ def _worst(
 
 
 def _state(columns: Columns, at: np.intp) -> str:
-    """Which state one of the columns is of, in words."""
+    """Description of the state of a row."""
     place, area = str(columns["place"][at]), columns["area"][at]
     where = f"A_rep/A0 = {area:g}" if place == "area" else place
     return f"h' = {columns['rms_slope'][at]:g}, seed {columns['seed'][at]}, {where}, {columns['branch'][at]}"
@@ -241,7 +241,7 @@ def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVer
 def exponents(columns: Columns, slopes: tuple[float, ...] | None = None) -> Iterator[Exponent]:
     """Scaling of load and displacement difference with the slope, for each surface, area and branch.
 
-    Over the given slopes, all if None; surfaces that have fewer than two of them are left out.
+    Uses the given slopes, all if None; surfaces with fewer than two of them are left out.
     """
     for (case, seed, area, _), states in _alike(columns, "case", "seed", "area", "branch"):
         mine = states if slopes is None else states & np.isin(columns["rms_slope"], slopes)

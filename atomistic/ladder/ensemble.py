@@ -1,15 +1,15 @@
-"""Bounds that carry over from surface to surface and from metal to metal: quantiles of an ensemble that ran before.
+"""Bounds for new surfaces and metals, from quantiles of an ensemble of earlier runs.
 
-``ensemble.csv``, made by ``tests/studies/ensemble.py``, holds by how much the lattice Green's function and the atoms
-differ in each state of eight surfaces on springs and on three metals, and of sixteen on deeper springs.  A case
-without ``[[tolerance]]`` is judged by those that are like it: without adhesion by |N difference|/N_rep = a h' and
-|u difference| = b a0 h'², with it by c h' of all that acts.
+``ensemble.csv``, made by ``tests/studies/ensemble.py``, has the differences of the lattice Green's function and the
+atoms in each state of eight surfaces on springs and on three metals, and of sixteen on deeper springs.  A case without
+``[[tolerance]]`` is judged by similar ones: without adhesion by |N difference|/N_rep = a h' and |u difference| = b a0
+h'², with it by c h' of all that acts.
 
-A coefficient belongs to the surface and to the crystal.  Of a surface, its worst state counts.  Over the surfaces of
+Each surface and crystal has a coefficient, that of its worst state.  Over the surfaces of
 one crystal their logarithms are taken as normal: the limit is that which a further surface exceeds with the probability
-:data:`RARE` (Student's t, G. J. Hahn, J. Am. Stat. Assoc. 64, 878 (1969)), shared among the surfaces of the case.  Of
-metals the largest limit is taken: of k + 1 that are alike, another one has the largest with the probability 1/(k + 1).
-What is judged is never in its own bound: its crystal is left out, or of springs its surfaces are.
+:data:`RARE` (Student's t, G. J. Hahn, J. Am. Stat. Assoc. 64, 878 (1969)), shared among the surfaces of the case.  For
+metals the largest limit is taken: of k + 1 similar ones, a given one has the largest with the probability 1/(k + 1).
+The judged case is left out of its own bound: its crystal, or for springs its surfaces.
 """
 
 from collections import defaultdict
@@ -26,10 +26,10 @@ from atomistic.config.validate import BoundTable, CaseTable, Compared, ValidateC
 RARE = 0.01
 """Probability with which one of the surfaces of a case breaks a bound that is right."""
 FEWEST = 8
-"""Surfaces of a crystal below which there is no bound."""
+"""Smallest number of surfaces of a crystal for a bound."""
 SPRINGS = "springs"
 HURST, LAMBDA_S, ROLL_OFF, PERIOD = 0.8, 8.0, 2.0, 4.0
-"""The surfaces of the ensemble have these: H, λ_s in a0; λ_L and period in λ_s."""
+"""Parameters of the surfaces of the ensemble: H, λ_s in a0; λ_L and period in λ_s."""
 
 
 class Row(NamedTuple):
@@ -53,11 +53,11 @@ class Row(NamedTuple):
 
 
 class PredictionLimit(NamedTuple):
-    """What a further surface exceeds rarely."""
+    """Limit that a further surface rarely exceeds."""
 
     coefficient: float
     crystal: str
-    """Whose limit is the largest."""
+    """The crystal with the largest limit."""
     crystals: int
     surfaces: int
     """Least number of surfaces of each crystal."""
@@ -77,8 +77,8 @@ def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> Pre
 
     Parameters
     ----------
-    coefficients : of each crystal, by the seed of the surface.
-    surfaces : that are judged together.
+    coefficients : coefficients of each crystal, by the seed of the surface.
+    surfaces : number of surfaces judged together.
     """
     found = {}
     for crystal, by_seed in coefficients.items():
@@ -92,11 +92,11 @@ def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> Pre
 def carried_bounds(
     config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None = None
 ) -> tuple[BoundTable, ...]:
-    """Bounds of a case that gives none; none where the ensemble says nothing: see :func:`untested`.
+    """Bounds of a case that has none of its own; empty if the ensemble does not cover it: see :func:`untested`.
 
     Parameters
     ----------
-    ensemble : states to judge by; those of the file if None.
+    ensemble : states of the ensemble; those of the file if None.
     """
     alike, outside = _alike(config, case, ensemble)
     if outside:
@@ -113,21 +113,21 @@ def carried_bounds(
         many = "crystals" if most.crystals > 1 else "crystal"
         reason = (
             f"of {most.surfaces} other surfaces on {most.crystals} {many}, the largest that of {most.crystal}: "
-            f"surfaces alike exceed it with a probability of {RARE:g}"
+            f"similar surfaces exceed it with a probability of {RARE:g}"
         )
         found.append(BoundTable(quantity=quantity, coefficient=most.coefficient, power=power, reason=reason))
     return tuple(found)
 
 
 def untested(config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None = None) -> str:
-    """Why the ensemble has no bounds for a case, in words: what is outside of it; empty if it has."""
+    """Why the ensemble has no bounds for a case; empty if it has."""
     return "; ".join(_alike(config, case, ensemble)[1])
 
 
 def _alike(
     config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None
 ) -> tuple[list[Row], tuple[str, ...]]:
-    """States of the ensemble that judge a case, and in words what of the case lies outside of it."""
+    """States of the ensemble for a case, and the properties of the case outside the ensemble."""
     shortest, longest = config.wavelengths(case)
     alike, conditions = _others(config, ensemble), list[tuple[bool, str]]()
     conditions.append((config.interatomic.kind in (SPRINGS, "eam", "pair-style"), "it is of springs and metals"))
@@ -164,7 +164,7 @@ def _alike(
 
 
 def _others(config: ValidateConfig, ensemble: Sequence[Row] | None) -> list[Row]:
-    """States of the ensemble that are not judged: of metals those of other crystals, of springs other surfaces."""
+    """States of the ensemble without the judged ones: for metals other crystals, for springs other surfaces."""
     springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
     return [
         row

@@ -11,10 +11,10 @@ rung   elastic response                            difference to the next rung
 =====  ==========================================  =============================================
 
 All are of one crystal: of springs, Lennard-Jones or a metal.  For the latter two, the difference of 4 and 5 is
-geometry and anharmonicity.  A lattice and atoms of springs under the same wall, 4' and 5', tell how much geometry is.
+geometry and anharmonicity.  A lattice and atoms of springs under the same wall, 4' and 5', give the geometric part.
 
-Rungs 1 to 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal separation
-their loads differ severalfold and say nothing.  Rungs 4 and 5, and 4' and 5', share the mean compliance and are
+Rungs 1 to 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal separation their
+loads differ severalfold and cannot be compared.  Rungs 4 and 5, and 4' and 5', share the mean compliance and are
 compared at equal separation.  At one area, where their differences add up: :mod:`atomistic.ladder.closing`.
 """
 
@@ -44,7 +44,7 @@ WORDS: dict[RungName, str] = {
     "lattice": "lattice Green's function",
     "atoms": "atoms",
 }
-"""Rungs of every crystal, as tables and figures call them."""
+"""Names of the rungs in tables and figures."""
 CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "lattice")
 RUNGS: tuple[RungName, ...] = (*CONTINUUM_RUNGS, "atoms", "spring-lattice", "spring-atoms")
 
@@ -63,7 +63,7 @@ def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConsta
 
 @dataclass(frozen=True, eq=False)
 class Rung:
-    """One model's state under the wall."""
+    """State of one model under the wall."""
 
     name: RungName
     separation: float
@@ -80,7 +80,7 @@ class Rung:
 
 
 def rung_of(problem: ContactProblem, name: RungName, state: PathState) -> Rung:
-    """A continuum state as a rung; raises NotConvergedError if it is none."""
+    """A continuum state as a rung; raises NotConvergedError if it is not an equilibrium."""
     gap = state.solution.require().gap
     return Rung(name, state.separation, gap, problem.wall.evaluate(gap).traction, state.totals)
 
@@ -116,15 +116,15 @@ def approach_and_retract(problem: ContactProblem, largest_area: float, settings:
 def state_at_area(
     problem: ContactProblem, path: list[PathState], area: float, branch: Branch, settings: Settings
 ) -> PathState:
-    """State of at least the given repulsive area, and as little more as the path allows, on one of its branches.
+    """State of at least the given repulsive area, as close as the path allows, on one of its branches.
 
     Without adhesion the area is met by bisection in the separation.  With adhesion states are taken from the path
-    itself: bisection would end on the brink of a snap, which two models reach at slightly different separations.
+    itself: bisection would end at the edge of a snap, which two models reach at slightly different separations.
 
     Raises ValueError if the path does not reach the area.
     """
     turn = min(range(len(path)), key=lambda i: path[i].separation)
-    # Both in the order of growing contact; the turning point belongs to both.
+    # Both branches in the order of growing contact; the turning point belongs to both.
     states = path[: turn + 1] if branch == "approach" else path[turn:][::-1]
     beyond = [state.totals.area_rep >= area for state in states]
     if True not in beyond:
@@ -142,16 +142,16 @@ def state_at_area(
 
 
 class NoJumpError(ValueError):
-    """An approach on which nothing jumps."""
+    """The approach has no jump."""
 
 
 def beside_jump(problem: ContactProblem, path: list[PathState]) -> dict[str, PathState]:
     """States of a path on both sides of its jump-in, by name.
 
     The jump is the largest growth of the repulsive area in one step of the approach.  ``before jump-in`` and ``after
-    jump-in`` are the ends of this step; ``retraction past it`` stands where the former does, on the other branch.
+    jump-in`` are the ends of this step; ``retraction past it`` is at the separation of the former, on the other branch.
 
-    Raises NoJumpError if both branches have the same contact there: nothing has jumped.
+    Raises NoJumpError if both branches have the same contact there.
     """
     area = [state.totals.area_rep for state in path]
     turn = min(range(len(path)), key=lambda i: path[i].separation)
@@ -170,7 +170,7 @@ class Difference(NamedTuple):
     """(N - N')/N'_rep: relative to the repulsive load, since the total may cross zero.  Infinite if only the
     reference is out of contact: the two are on different branches; NaN if both are."""
     gross_load: float
-    """(N - N')/(N'_rep + N'_att): relative to all that pushes and pulls; infinite where that is nothing."""
+    """(N - N')/(N'_rep + N'_att): relative to the sum of repulsion and attraction; infinite if that is zero."""
     area_rep: float
     """(A_rep - A_rep')/A0."""
     area_att: float
@@ -182,7 +182,8 @@ class Difference(NamedTuple):
     pixels: int
     """Points whose contact differs: repulsive, attracted or out of range."""
     pixel_margin: float
-    """Largest |gap' - edge| of those points, in a0, edge being the gap at which the kinds part; 0 if none."""
+    """Largest |gap' - edge| of those points, in a0, edge being the gap between the kinds; 0 if there are no such
+    points."""
 
 
 def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
@@ -201,7 +202,7 @@ def compare(rung: Rung, reference: Rung, wall: Wall) -> Difference:
         gross_load=(a.load - b.load) / (b.load_rep + b.load_att) if acts else np.inf,
         area_rep=a.area_rep - b.area_rep,
         area_att=a.area_att - b.area_att,
-        # Equal separation or equal mean gap: either way the heights cancel and what is left is -(u - u').
+        # Equal separation or equal mean gap: in either case the heights cancel, and the difference is -(u - u').
         displacement=float(np.abs(rung.gap - reference.gap).max()),
         pressure=float(np.sqrt(pressure / np.mean(reference.traction**2))) if acts else np.inf,
         pixels=int(np.count_nonzero(differ)),

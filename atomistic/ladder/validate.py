@@ -1,4 +1,4 @@
-"""Cross-validation: one input, every rung of the ladder, compared state by state, stored, judged."""
+"""Cross-validation: run an input on every rung of the ladder, compare state by state, store and judge."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from continuum.show.sheet import Sheet
 
 Progress = Callable[[str, int, int], None]
-"""Called after each path with what it gave, how many are done, and how many there are."""
+"""Called after each path with its result, the number of finished paths and of all."""
 MOST_WORKERS = 4
-"""Processes of a validation, if their number is not given: each holds a slab."""
+"""Default number of processes of a validation, each with a slab in memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Validation:
         return all(verdict.holds for verdict in self.verdicts)
 
     def budget(self) -> Sheet:
-        """The error budget: what each step of the ladder costs."""
+        """The error budget: the error of each step of the ladder."""
         from atomistic.show.validation import budget_sheet
 
         return budget_sheet(self.stored)
@@ -66,7 +66,7 @@ class Validation:
 
     @property
     def sentence(self) -> str:
-        """How many of the bounds hold, in a sentence, and in which state each of the others is broken most."""
+        """A sentence with the number of bounds that hold, and the worst state of each of the others."""
         failed = [verdict for verdict in self.verdicts if not verdict.holds]
         said = f"{len(self.verdicts) - len(failed)} of {len(self.verdicts)} bounds hold"
         if not failed:
@@ -85,7 +85,7 @@ class Validation:
 
 
 class ValidationError(StickinessError, RuntimeError):
-    """Paths could not be compared; those that could are stored."""
+    """Some paths could not be compared; the others are stored."""
 
 
 def validate(
@@ -103,19 +103,19 @@ def validate(
     Parameters
     ----------
     file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
-    output : folder of the result, which is named after the input, or the file itself, ``NAME.h5``.  What it holds is
+    output : folder for the result, which is named after the input, or its file, ``NAME.h5``.  Paths stored there are
         kept.
-    workers : processes, one core each; all cores, at most 4, by default.
+    workers : number of processes of one core each; by default all cores, at most 4.
     decks : keep every LAMMPS deck in this folder.
-    lmp_command : how your site starts LAMMPS, as ``"srun lmp"``; the installed library, in this process, if None.
-    force : start anew.
-    progress : called after each path with what it gave, how many are done and how many there are.
+    lmp_command : command that starts LAMMPS, as ``"srun lmp"``; by default the installed library in this process.
+    force : replace a stored result and start anew.
+    progress : called after each path with its result, the number of finished paths and of all.
 
     Raises
     ------
     ArgumentError, ConfigError, OutputError, LammpsError, ValidationError
-        If an argument is not allowed, the input cannot be run, the result not be stored, or a path not be compared: the
-        others are stored, and the same call goes on with it.
+        If an argument is not allowed, the input cannot be run, the result cannot be stored, or a path cannot be
+        compared.  The other paths are stored, and the same call continues.
     """
     path = file_name("output", output)
     decks = None if decks is None else file_name("decks", decks)
@@ -131,10 +131,10 @@ def validate(
         folder(decks)
     datasets = archive.resume(path, config, force=force)
     if archive.remaining(config, datasets):
-        about = specimen_of(config).about()  # measured once, and read by all; before anything is written
+        about = specimen_of(config).about()  # measured once for all workers, before anything is written
         with reserved(path):
-            datasets = archive.resume(path, config, force=force)  # again, now that nobody else writes it
-            # What processes have finished and the validation does not hold yet.
+            datasets = archive.resume(path, config, force=force)  # read again, now that no other process writes it
+            # Paths that workers have finished and that are not in the file yet.
             parts = path.with_name(f"{path.stem}.parts")
             if force:
                 shutil.rmtree(parts, ignore_errors=True)
@@ -154,7 +154,7 @@ def _gather(
     about: dict[str, Attribute],
     progress: Progress | None,
 ) -> None:
-    """Join what processes compared to what is stored, path by path."""
+    """Add the results of workers to the file, path by path."""
     total, failed = len(paths_of(config)), list[TaskResult]()
     for one in ended:
         if isinstance(one.error, NoJumpError):
@@ -184,7 +184,7 @@ def _compare_all(
     decks: Path | None,
     lmp_command: str | None,
 ) -> Generator[TaskResult, None, None]:
-    """Compare paths, each into a file of its own in a folder; those that have one are done."""
+    """Compare paths, each into its own file in a folder; paths with a file are done."""
     if todo:
         folder(parts)
     paths = {parts / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
@@ -204,6 +204,6 @@ def _compare_all(
 def _compared(
     config: ValidateConfig, paths: Mapping[str, PathPlan], decks: Path | None, lmp_command: str | None, task: Task
 ) -> None:
-    """One path, in a process of its own."""
+    """Compare one path, in a worker."""
     result = compare_on_path(config, paths[task.path.name], decks, lmp_command)
     archive.write_part(task.path, config, archive.datasets_of([result]))

@@ -1,4 +1,4 @@
-"""LAMMPS: the directories that it runs, starting it in three ways, and reading back what it left.
+"""LAMMPS: write decks, run them in three ways, and read their results.
 
-The only room that imports the library or starts a program.
+The only subpackage that imports the library or starts a program.
 """

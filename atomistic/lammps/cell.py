@@ -1,4 +1,4 @@
-"""A few atoms in LAMMPS, in this process: what the constants of a crystal are measured with."""
+"""A few atoms in LAMMPS in this process, to measure the constants of a crystal."""
 
 import tempfile
 from pathlib import Path
@@ -16,17 +16,17 @@ class Cell(LammpsHandle):
 
     Parameters
     ----------
-    potential : between the atoms.
+    potential : interatomic potential.
     positions : shape (n, 3).
-    periods : of the box along x, y and z; with ``surface``, nothing is above and below, and those of x and y are all.
-    surface : whether the third direction is free.
+    periods : periods of the box along x, y and z; with ``surface`` it is not periodic along z.
+    surface : whether the surfaces along z are free.
     """
 
     def __init__(self, potential: Potential, positions: Real, periods: Real, surface: bool = False) -> None:
         self._scratch = tempfile.TemporaryDirectory()
         super().__init__(Path(self._scratch.name))  # gone when closed
         self._free = surface
-        # Room for displacements: nothing leaves a box that ends at its outermost atoms.
+        # Room for displacements beyond the outermost atoms.
         bottom, top = float(positions[:, 2].min()), float(positions[:, 2].max())
         self._low = bottom - potential.cutoff if surface else 0.0
         high = top + potential.cutoff if surface else float(periods[2])
@@ -68,7 +68,7 @@ class Cell(LammpsHandle):
         self._scratch.cleanup()
 
     def deform(self, periods: Real) -> None:
-        """Give the box other periods; the atoms stay where they are."""
+        """Change the periods of the box; the atoms keep their positions."""
         z = "" if self._free else f" z final 0 {periods[2]:.17g}"
         self.command(f"change_box all x final 0 {periods[0]:.17g} y final 0 {periods[1]:.17g}{z} units box")
 

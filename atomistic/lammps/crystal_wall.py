@@ -1,10 +1,10 @@
-"""A wall of atoms: a rigid fcc crystal, cut along a map of heights, whose atoms act on the substrate by a pair law.
+"""A wall of atoms: a rigid fcc crystal, cut along a map of heights, with a pair law to the substrate.
 
 The crystal is that of the substrate continued upwards, fcc(100) of the spacing a0, in the hollows of the surface at
 rest.  The pair law is V(r) = v(r) - v(c) - (r - c) v'(c) with v(r) = 4 ε ((σ/r)¹² - (σ/r)⁶), that of
 ``pair_style lj/smooth/linear``, at rest at the distance a0.  Its depth ε is that at which two flat halves, each at its
 lattice sites, have the work of adhesion of the law of the wall; and the crystal stands where their load is zero at the
-gap where the traction of that law is.  So loads and separations are those of the smooth wall, as far as atoms allow.
+gap where the traction of that law is.  Loads and separations are thus close to those of the smooth wall.
 """
 
 from typing import NamedTuple
@@ -24,14 +24,14 @@ SIGMA = 2 ** (-1 / 6)
 CUTOFF = 2.5 * SIGMA
 """Distance at which the pair law ends, in a0."""
 _DEPTH = 2 * CUTOFF
-"""How deep the crystal goes on above its surface, in a0: beyond the cut-off even below slopes of 60 degrees."""
+"""Thickness of the crystal above its surface, in a0: more than the cut-off even at slopes of 60 degrees."""
 
 
 class CrystalWall(NamedTuple):
     """A rigid crystal and its pair law, in a0 and E*."""
 
     sites: Real
-    """Places of its atoms, shape (n, 3), in a0: x and y over the period, z above the plane h = 0 of the heights."""
+    """Positions of its atoms, shape (n, 3), in a0: x and y over the period, z above the plane h = 0 of the heights."""
     strength: float
     """ε of the pair law, in E* a0³."""
 
@@ -48,7 +48,7 @@ def energy_of_flat_halves(distance: float) -> float:
 
     Parameters
     ----------
-    distance : of their outermost planes, in a0; 1/√2 in one crystal.
+    distance : distance of their outermost planes, in a0; 1/√2 in one crystal.
     """
     reach = int(np.ceil(CUTOFF)) + 1
     x, y = np.meshgrid(*2 * [np.arange(-reach, reach + 1.0)], indexing="ij")
@@ -63,15 +63,15 @@ def energy_of_flat_halves(distance: float) -> float:
 
 
 def flat_halves() -> tuple[float, float]:
-    """At which distance flat halves are at rest, in a0, and their work of adhesion, in ε/a0²."""
+    """Equilibrium distance of flat halves, in a0, and their work of adhesion, in ε/a0²."""
     found = minimize_scalar(energy_of_flat_halves, bounds=(0.5, 1.2), method="bounded", options={"xatol": 1e-12})
     return float(found.x), -float(found.fun)
 
 
 def crystal_wall(wall: Wall, shape: Shape, size: tuple[int, int]) -> CrystalWall:
-    """The crystal above a period of so many sites: all sites whose plane is not below the heights, to half a plane.
+    """The crystal above a period: all sites whose plane is not below the heights, to half a plane.
 
-    Raises ArgumentError if the law of the wall has no work of adhesion: a pair law that attracts has one.
+    Raises ArgumentError if the law of the wall has no work of adhesion, as the pair law attracts.
     """
     work = float(wall.work_of_adhesion)
     if not (np.isfinite(work) and work > 0):
@@ -95,7 +95,7 @@ def crystal_wall(wall: Wall, shape: Shape, size: tuple[int, int]) -> CrystalWall
 def first_touch(found: CrystalWall) -> float:
     """Smallest separation at which no atom of the wall is closer than σ to one of the flat surface, in a0.
 
-    Closer, their energy is positive, and grows with the twelfth power: no start for a minimiser or a motion.
+    Closer, their energy grows with the twelfth power, from which neither a minimiser nor a motion can start.
     """
     apart = np.sum((found.sites[:, :2] - np.round(found.sites[:, :2])) ** 2, axis=1)
     return float(np.max(np.sqrt(np.maximum(SIGMA**2 - apart, 0.0)) - found.sites[:, 2]))

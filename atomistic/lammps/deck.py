@@ -1,4 +1,4 @@
-"""The LAMMPS deck: a slab under a rigid rough wall, and what is done to it; checked before anything is written."""
+"""The LAMMPS deck: a slab under a rigid rough wall, and its protocol, checked before anything is written."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +18,7 @@ from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 
 WallForce = Literal["formulas", "plugin", "atoms"]
-"""By what a wall acts: formulas of LAMMPS, the plugin of a map, or the atoms of a rigid crystal."""
+"""How a wall acts: by formulas of LAMMPS, a plugin, or the atoms of a rigid crystal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,34 +28,33 @@ class Deck:
     Parameters
     ----------
     slab : the atoms.
-    model : what holds them together.
-    wall : the law between wall and surface, any but the hard wall.
-    heights : of the wall above each surface atom, shape ``slab.shape``, in a0.
-    separation : of the wall's zero from the surface at rest, in a0; with a protocol, that of its first step.
-    displacements : where to start from, shape (layers, nx, ny, 3), in a0; where the slab is at rest if None.
+    model : interatomic model.
+    wall : law between wall and surface, not a hard wall.
+    heights : heights of the wall above each surface atom, shape ``slab.shape``, in a0.
+    separation : height of the wall's zero above the surface at rest, in a0; with a protocol, that of its first step.
+    displacements : displacements to start from, shape (layers, nx, ny, 3), in a0; the slab at rest if None.
     tolerance : largest force left on a mobile atom, in E* a0².
-    evaluations : of the forces, at most, by each minimiser.
-    wall_tolerance : of the tractions of a wall that is a table, relative to its largest tension, or to the traction
-        where that is larger.
-    wall_force : whether formulas of LAMMPS make the force of the wall, or a plugin, built for the installed one; or
-        "atoms": the wall is a rigid crystal, cut along the shape, whose atoms act by a pair law
-        (:mod:`atomistic.lammps.crystal_wall`).
-    rise : by how much each layer of the slab at rest lies above its lattice sites, shape (layers,), in a0: the surface
-        of most crystals relaxes.  None for springs, which do not.
+    evaluations : largest number of force evaluations of each minimiser.
+    wall_tolerance : tolerance of the tractions of a tabulated wall, relative to its largest tension, or to the
+        traction if that is larger.
+    wall_force : "formulas" of LAMMPS, a "plugin" built for the installed LAMMPS, or "atoms" of a rigid crystal, cut
+        along the shape, with a pair law (:mod:`atomistic.lammps.crystal_wall`).
+    rise : height of each layer of the slab at rest above its lattice sites, shape (layers,), in a0, by surface
+        relaxation; None for springs, which do not relax.
     protocol : the steps; one equilibrium at the separation if None.
-    shape : the wall as a function of the position, which the force of the wall on an atom then follows, sideways too;
-        its heights at the sites are ``heights``.  A function of the lattice site if None, the paper's choice.
-    notes : where the heights come from, line by line; they are written beside the deck, into no script.
-    source : text of the input that it is of, written beside the deck; none if empty.
-    stiffness : K_q of the slab, shape ``slab.grid.shape_q``, in E*/a0, of the continuum that is put beside a run; an
+    shape : the wall as a function of the position, which gives a lateral force, too; its heights at the sites are
+        ``heights``.  None for a function of the lattice site, the paper's choice.
+    notes : lines about the origin of the heights, which are written beside the deck, not into a script.
+    source : text of its input, which is written beside the deck; empty for none.
+    stiffness : K_q of the slab, shape ``slab.grid.shape_q``, in E*/a0, for the comparison with the continuum; an
         isotropic half-space if None.
 
     Raises
     ------
     ArgumentError
-        If the parts do not fit one another or a number is not allowed.
+        If the parts do not fit together, or a number is not allowed.
     TypeError
-        If the law is one that the deck has no formula for.
+        If LAMMPS has no formula for the law.
     """
 
     slab: Slab
@@ -88,7 +87,7 @@ class Deck:
         self._check_numbers()
 
     def write(self, directory: str | Path, *, force: bool = False) -> Path:
-        """Write it into a directory, which a stock ``lmp -in in.contact`` runs; returns it.
+        """Write the deck into a directory, in which a stock ``lmp -in in.contact`` runs it; returns the directory.
 
         Parameters
         ----------
@@ -97,8 +96,8 @@ class Deck:
         Raises
         ------
         ArgumentError, OutputError
-            If that is no name of a directory, it holds anything but an earlier deck, or finished steps of another one,
-            or cannot be written to.
+            If it is not the name of a directory, has files other than an earlier deck, or finished steps of another
+            deck, or cannot be written to.
         """
         from atomistic.lammps.directory import write_deck
 
@@ -161,7 +160,7 @@ class Deck:
 
 
 def _set_array(deck: Deck, name: str, values: Real, shape: tuple[int, ...]) -> None:
-    """Keep a private read-only copy of an array, if it is one of finite numbers of the shape wanted."""
+    """Keep a private read-only copy of an array after checking its shape and that it is finite."""
     array = np.array(field_of(name, values, shape))
     array.flags.writeable = False
     object.__setattr__(deck, name, array)

@@ -1,8 +1,7 @@
 """A deck on disk: a self-contained directory that a stock ``lmp -in in.contact`` runs, serial or with MPI.
 
-Rendering is pure and strict: a :class:`Deck` is checked whole, then turned into texts from ``templates/`` by
-strict substitution.  Only numbers formatted here and commands of the interatomic model enter a script, no
-text of a user.
+A :class:`Deck` is checked completely, then rendered from ``templates/`` by strict substitution.  Only numbers
+formatted here and commands of the interatomic model enter a script, and never text from a user.
 """
 
 import hashlib
@@ -39,17 +38,17 @@ from continuum.model.fourier import Real
 from continuum.model.walls import Wall
 
 FORMAT = "stickiness deck 4"
-"""What a ``deck.json`` says of itself."""
+"""Format name in ``deck.json``."""
 SCRIPTS = ("in.contact", "in.slab", "in.wall", "in.output", "README.txt")
 INPUTS = (
     *SCRIPTS, "in.relax", "in.motion", "slab.data", "wall.table", "wall.vtk", "deck.json", "stiffness.npy",
     "input.toml", *(name for plugin in PLUGINS.values() for name in (plugin.source, plugin.library, plugin.data)),
 )  # fmt: skip
-"""Files of a deck, of equilibria or of a motion, beside those that its interatomic model reads."""
+"""Files of a deck, of equilibria or of a motion, in addition to those of its interatomic model."""
 _POTENTIALS = re.compile(rf"{re.escape(POTENTIAL)}|potential\.\d+")
 
 LEAST_VERSION = 20240207, "7 February 2024"
-"""First LAMMPS that runs a deck: variables then know ternary(x,y,z)."""
+"""Oldest LAMMPS that runs a deck, as variables need ternary(x,y,z)."""
 _TOO_OLD = f"this_deck_needs_LAMMPS_of_{LEAST_VERSION[1].replace(' ', '_')}_or_later"
 """An unknown command, with which LAMMPS ends; `quit` would end a Python that it runs in, too."""
 
@@ -64,7 +63,7 @@ class _Template(string.Template):
 
 
 def render(deck: Deck) -> dict[str, str]:
-    """The files of a deck but for its atoms: their names and texts."""
+    """Names and texts of the files of a deck, without its atoms."""
     model, wall = deck.model, deck.wall
     bonds = model.atom_style == "bond"
     surface_atoms = deck.slab.ids[0].size
@@ -129,11 +128,11 @@ _INCLUDED = {
         "found": "means over the window with their standard errors, and load and areas at its end",
     },
 }
-"""What the texts of a deck say of the script that each of its steps includes."""
+"""Placeholders for the script that each step of a deck includes."""
 
 
 def _steps(deck: Deck) -> dict[str, str]:
-    """What the scripts of the protocol hold beside the numbers of all decks."""
+    """Placeholders of the scripts of the protocol."""
     protocol = deck.protocol
     if protocol is None:
         return _INCLUDED["in.relax"] | {"results": "", "steps": "1"}
@@ -147,7 +146,7 @@ def _steps(deck: Deck) -> dict[str, str]:
 
 
 def _real_units(deck: Deck) -> str:
-    """Load and pressure in SI, where the crystal has a size."""
+    """Load and pressure in SI, if the crystal has a length scale."""
     real = deck.model.real_units
     if real is None:
         return ""
@@ -160,14 +159,14 @@ def _real_units(deck: Deck) -> str:
 
 
 def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
-    """Write a deck into a directory, which is made if needed; returns it.
+    """Write a deck into a directory, which is made if needed; returns the directory.
 
-    An earlier deck there is replaced.  Its finished steps stay where the new deck reaches them by the same steps, so
-    that a protocol which was made longer goes on; others, which would outlive their input, are removed if ``force``.
-    ``in.contact`` is written last: without it a directory is no deck.
+    An earlier deck is replaced.  Its finished steps are kept if the new deck reaches them by the same steps, so that
+    an extended protocol continues; others are removed if ``force``. ``in.contact`` is written last: without it a
+    directory is no deck.
 
-    Raises OutputError if the directory holds anything else, finished steps of another deck without ``force``, or a run
-    is under way there: it is left as it was; or it cannot be written to.
+    Raises OutputError, and changes nothing, if the directory has other files, or finished steps of another deck
+    without ``force``, or a run is under way there, or it cannot be written to.
     """
     directory = Path(directory)
     texts = render(deck)
@@ -176,7 +175,7 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
     keep = 0
     if directory.exists():
         if not directory.is_dir():
-            raise OutputError(f"{directory}: is not a folder, and is left alone; choose another one for the deck")
+            raise OutputError(f"{directory}: is not a folder; choose another one for the deck")
         known = {*INPUTS, *PARTS, LOCK}
         foreign = sorted(
             entry.name
@@ -185,7 +184,7 @@ def write_deck(directory: Path, deck: Deck, *, force: bool = False) -> Path:
         )
         if foreign:
             names = ", ".join(foreign[:5])
-            raise OutputError(f"{directory} holds files that are not of a deck ({names}): choose another directory")
+            raise OutputError(f"{directory} has files that do not belong to a deck ({names}): choose another directory")
         if _same(directory, texts["deck.json"]):
             return directory
         keep = steps_to_keep(directory, keys, force=force)
@@ -222,7 +221,7 @@ def _same(directory: Path, description: str) -> bool:
 
 
 def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
-    """``deck.json``: what the deck is, for programs; its identity is a hash of all that LAMMPS reads."""
+    """``deck.json``: description of the deck for programs; its identity is a hash of all that LAMMPS reads."""
     digest = hashlib.sha256("".join(texts[name] for name in sorted(texts)).encode())
     for content in deck.model.files.values():
         digest.update(content)
@@ -251,7 +250,7 @@ def _description(deck: Deck, texts: Mapping[str, str], keys: list[str]) -> str:
 
 
 def read_slab(path: Path) -> Slab:
-    """The slab of a ``slab.data``; raises ValueError if the file is not one of a deck."""
+    """The slab of a ``slab.data``; raises ValueError if the file does not belong to a deck."""
     with Path(path).open(encoding="utf-8") as file:
         title = file.readline().strip()
     numbers = [int(formatted) for formatted in re.findall(r"\d+", title)]
@@ -264,7 +263,7 @@ def read_slab(path: Path) -> Slab:
 def read_heights(path: Path) -> Real:
     """Heights of the wall above the lattice sites of the surface atoms, shape (nx, ny), in a0, of a ``slab.data``.
 
-    Raises ValueError if the file is not one of a deck.
+    Raises ValueError if the file does not belong to a deck.
     """
     shape = read_slab(path).shape
     with Path(path).open(encoding="utf-8") as file:
@@ -276,7 +275,7 @@ def read_heights(path: Path) -> Real:
 def read_wall(directory: Path) -> Wall:
     """The wall law of a deck.
 
-    Raises ValueError, TypeError, KeyError or OSError if its ``deck.json`` or ``wall.table`` is not one of a deck.
+    Raises ValueError, TypeError, KeyError or OSError if its ``deck.json`` or ``wall.table`` is invalid.
     """
     directory = Path(directory)
     numbers = json.loads((directory / "deck.json").read_text(encoding="utf-8"))["wall"]
@@ -323,14 +322,14 @@ def _write_rows(file: BinaryIO, form: str, ids: NDArray[np.int64], values: Real)
 def wall_mesh(heights: Real, level: float, length: float, offset: tuple[float, float] = (0.0, 0.0)) -> str:
     """The wall as triangles, in legacy VTK, which OVITO and ParaView show above the atoms: text of a file.
 
-    The period is closed: what lies at its end is what lies at its beginning.
+    The mesh includes both ends of the period.
 
     Parameters
     ----------
-    heights : of the wall above each surface atom, shape (nx, ny), in a0.
-    level : of its zero above the lattice plane of the surface, in a0: separation and rise of the surface.
-    length : a0 in LAMMPS' unit, in which the mesh is.
-    offset : of the wall along x and y, in a0.
+    heights : heights of the wall above each surface atom, shape (nx, ny), in a0.
+    level : height of its zero above the lattice plane of the surface, in a0: separation plus rise of the surface.
+    length : a0 in LAMMPS' unit of length, in which the mesh is written.
+    offset : offset of the wall along x and y, in a0.
     """
     z = length * (level + np.pad(heights, ((0, 1), (0, 1)), mode="wrap"))
     nx, ny = z.shape

@@ -1,7 +1,7 @@
-"""What an earlier deck in a directory has left, and which of its finished steps a new one may keep.
+"""Files of an earlier deck in a directory, and its finished steps that a new deck can keep.
 
 A step keeps its result where the new deck reaches it by the same steps: the same atoms, wall and scripts, and the same
-numbers of this step and of all before it.  So a staircase that is made longer goes on where it was.
+numbers of this step and of all before it.  An extended staircase thus continues from its finished steps.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ _OF_ALL_STEPS = ("in.contact", "README.txt", "wall.vtk")
 
 
 def step_keys(deck: Deck, texts: Mapping[str, str]) -> list[str]:
-    """A hash of each step of a deck and of all that comes before it; one for a single equilibrium."""
+    """A hash of each step of a deck and of all before it; one for a single equilibrium."""
     digest = hashlib.sha256("".join(texts[name] for name in sorted({*texts} - {*_OF_ALL_STEPS})).encode())
     for content in deck.model.files.values():
         digest.update(content)
@@ -38,7 +38,7 @@ def step_keys(deck: Deck, texts: Mapping[str, str]) -> list[str]:
 
 
 def finished_steps(directory: Path) -> tuple[int, ...]:
-    """Numbers of the steps whose result is there, in order; (0,) for a single equilibrium."""
+    """Numbers of the finished steps, in order; (0,) for a single equilibrium."""
     found = (re.fullmatch(r"result(?:\.(\d+))?\.json", entry.name) for entry in Path(directory).iterdir())
     return tuple(sorted(int(name[1] or 0) for name in found if name))
 
@@ -59,14 +59,14 @@ def steps_to_keep(directory: Path, keys: list[str], *, force: bool) -> int:
     if lost and not force:
         count = f"{len(lost)} finished steps" if len(lost) > 1 else "a finished step"
         raise OutputError(
-            f"{directory} holds {count} of another deck, which this one would remove\n"
+            f"{directory} has {count} of another deck, which this one would remove\n"
             "    Choose another directory with --output, or remove them with --force"
         )
     return same
 
 
 def remove_outputs(directory: Path, keep: int = 0) -> None:
-    """Remove what runs of a deck have left but for its first steps; with none to keep, also of a single equilibrium."""
+    """Remove the outputs of runs of a deck except its first steps; with none to keep, also of a single equilibrium."""
     for entry in Path(directory).iterdir():
         found = OUTPUTS.fullmatch(entry.name)
         step = int(next(filter(None, found.groups()), ".1")[1:]) if found else 0

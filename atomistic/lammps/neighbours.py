@@ -1,4 +1,4 @@
-"""Nearest neighbours of the atoms of a slab: how far they have moved from one another, and which have others."""
+"""Nearest neighbours of the atoms of a slab: their relative displacements, and their changes."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from continuum.model.fourier import Real
 
 LOST = (1 + 2**0.5) / 2
-"""Distance at which a neighbour is one no more, half way from the first shell of the crystal to the second, in a0."""
+"""Distance at which atoms are no longer neighbours, half way between the first and the second shell, in a0."""
 
 _Shift = tuple[int, int]
 
@@ -18,25 +18,25 @@ _Shift = tuple[int, int]
 def distortion(slab: Slab, displacements: Real) -> float:
     """Largest displacement of an atom relative to a nearest neighbour, of displacements (layers, nx, ny, 3), in a0.
 
-    It bounds the strain of the springs, and tells a crystal from one that is turned inside out: springs
-    have no memory of direction, and a layer pushed through the next is at rest again.
+    It bounds the strain of the springs, and detects a crystal that is turned inside out: springs do not depend on
+    direction, so that a layer pushed through the next is at rest again.
     """
-    largest = 0.0
-    for layer, other, shift, _ in _pairs(slab):
-        apart = np.roll(displacements[other], shift, axis=(0, 1)) - displacements[layer]
-        largest = max(largest, float(np.max(np.sum(apart**2, axis=-1))))
-    return float(np.sqrt(largest))
+    apart = (
+        np.roll(displacements[other], shift, axis=(0, 1)) - displacements[layer]
+        for layer, other, shift, _ in _pairs(slab)
+    )
+    return max(float(np.linalg.norm(each, axis=-1).max()) for each in apart)
 
 
 def slipped(slab: Slab, displacements: Real) -> NDArray[np.bool_]:
-    """Which atoms have other nearest neighbours than before, one lost and one gained, shape (layers, nx, ny).
+    """Atoms whose nearest neighbours have changed, by one lost and one gained, shape (layers, nx, ny).
 
     Where an fcc crystal slips by a partial dislocation, each atom on either side of its plane loses one of three, and
-    gains another: that, and not how far a bond is stretched, is what elasticity does not do.
+    gains another: this, and not the stretch of bonds, distinguishes plastic from elastic deformation.
 
     Parameters
     ----------
-    displacements : of all atoms, shape (layers, nx, ny, 3), in a0.
+    displacements : displacements of all atoms, shape (layers, nx, ny, 3), in a0.
     """
     lost = np.zeros((slab.layers, *slab.shape), np.bool_)
     for layer, other, shift, site in _pairs(slab):

@@ -1,8 +1,8 @@
-"""``fix wall/heightmap``: the wall of a deck by a plugin of LAMMPS, faster than formulas, of any heights and any law.
+"""``fix wall/heightmap``: a plugin of LAMMPS for the wall of a deck, of any heights and law, faster than formulas.
 
-The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``, which says what it does, as ``crystal.cpp`` is one of
-a wall of atoms.  A deck that asks for it brings this source and what the compiler here made of it for the LAMMPS that
-is installed; for another LAMMPS the same command builds it with that one's headers.
+The plugin is one file of C++, ``atomistic/plugin/heightmap.cpp``; ``crystal.cpp`` is that of a wall of atoms.  A deck
+contains the source and the library that the compiler here built for the installed LAMMPS; for another LAMMPS the same
+command builds it with its headers.
 """
 
 import importlib.metadata
@@ -30,7 +30,7 @@ from continuum.model.walls import Wall
 
 FLAGS = ("-std=c++17", "-O3", "-fPIC", "-shared", "-DLAMMPS_SMALLBIG")
 PRECISION = 1e-12
-"""Error that tractions in ``wall.map`` may have, over the largest tension, or over the traction itself if larger."""
+"""Tolerance of tractions in ``wall.map``, relative to the largest tension, or to the traction if that is larger."""
 _MOST_PIECES = 100_000
 _FINEST = 1e-9
 """Shortest piece of a law, in a0."""
@@ -38,21 +38,21 @@ _WITHOUT = 'wall_force = "formulas"'
 
 
 class PluginError(InputError):
-    """The plugin cannot be built here: the message says what is missing, and what needs none."""
+    """The plugin cannot be built here: the message has what is missing, and an alternative."""
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """A plugin that makes the force of a wall, and what a deck has of it."""
+    """A plugin for the force of a wall, and its files in a deck."""
 
     name: str
-    """Its source is NAME.cpp, and NAME.so what a compiler makes of that."""
+    """Name of its source, NAME.cpp, and library, NAME.so."""
     data: str
     """File that it reads."""
     holds: str
-    """What stands there."""
+    """Contents of that file."""
     pushed: Literal["surface", "mobile"]
-    """On which atoms it acts."""
+    """Atoms on which it acts."""
 
     @property
     def source(self) -> str:
@@ -87,7 +87,7 @@ class Plugin:
 HEIGHTMAP = Plugin("heightmap", "wall.map", "heights and law of the wall", "surface")
 CRYSTAL = Plugin("crystal", "wall.crystal", "atoms of the wall and their pair law", "mobile")
 PLUGINS = {"plugin": HEIGHTMAP, "atoms": CRYSTAL}
-"""The plugin of each force of a wall but the formulas."""
+"""The plugin for each kind of wall force except formulas."""
 
 
 def _headers() -> list[Path]:
@@ -107,7 +107,7 @@ def _headers() -> list[Path]:
 
 
 def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
-    """``wall.map``: heights over the period of so many sites, as the plugin reads them, and the law.
+    """``wall.map``: heights over the period and the law, for the plugin.
 
     Parameters
     ----------
@@ -130,9 +130,9 @@ def wall_map(wall: Wall, shape: Shape | None, size: tuple[int, int]) -> str:
 
 
 def pieces_of_law(wall: Wall) -> PPoly:
-    """Cubic pieces of the traction of a law, from its core to where it is no longer felt; halved until they meet it.
+    """Cubic pieces of the traction of a law, from its core to its end, halved until they are accurate.
 
-    A table is its own pieces.  In E* over a0, to :data:`PRECISION`.
+    A table consists of its own pieces.  Tractions in E*, gaps in a0, to :data:`PRECISION`.
     """
     ends = _ends(wall)
     x = np.unique(np.clip([*ends, 0.0, 1.0, wall.zero_gap, *wall.knots.get("gap", ())], *ends))
@@ -150,7 +150,7 @@ def pieces_of_law(wall: Wall) -> PPoly:
 
 
 def _ends(wall: Wall) -> tuple[float, float]:
-    """Where the pieces of a law begin and end."""
+    """Ends of the pieces of a law."""
     start = wall.core if np.isfinite(wall.core) else min(0.0, wall.zero_gap) - 0.1
     if np.isfinite(wall.reach):
         return float(start), float(wall.reach)
@@ -183,7 +183,7 @@ _FORMULAS = {
 
 
 def wall_words(deck: Deck) -> dict[str, str]:
-    """What the texts of a deck say of by what its wall acts, and on which atoms, by placeholders."""
+    """Placeholders for how the wall of a deck acts, and on which atoms."""
     plugin = PLUGINS.get(deck.wall_force)
     if plugin is None:
         return _FORMULAS
@@ -204,7 +204,7 @@ def wall_words(deck: Deck) -> dict[str, str]:
 
 
 def wall_files(deck: Deck) -> dict[str, str]:
-    """Files that the wall of a deck reads, and the source of its plugin: their names and texts."""
+    """Names and texts of the files that the wall of a deck reads, and of the source of its plugin."""
     size = deck.slab.shape
     if deck.wall_force == "plugin":
         return {HEIGHTMAP.source: HEIGHTMAP.text(), HEIGHTMAP.data: wall_map(deck.wall, deck.shape, size)}

@@ -1,4 +1,4 @@
-"""What is done to a slab under a wall: the steps of a deck, each one equilibrium that starts from the one before."""
+"""Protocols of decks: steps that are each an equilibrium started from the one before."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,56 +10,56 @@ from atomistic.crystal.interatomic import Model
 from atomistic.lammps.language import formatted, listing
 
 LOAD_TOLERANCE = 1e-6
-"""Largest difference of a load from that of a given mean pressure, relative to it."""
+"""Tolerance of the load at a given mean pressure, relative to it."""
 
 
 class Protocol:
-    """What a deck follows instead of one equilibrium: its steps, and the script that leads through them."""
+    """The steps of a deck instead of one equilibrium, and the script that runs them."""
 
     script: ClassVar[str]
-    """Its template is ``templates/contact.SCRIPT``."""
+    """Name of its template, ``templates/contact.SCRIPT``."""
     included: ClassVar[str] = "in.relax"
     """Script that each step includes."""
     separations: tuple[float, ...]
-    """Separation of the wall's zero from the surface at rest, in a0: where each step begins."""
+    """Height of the wall's zero above the surface at rest, in a0, at the start of each step."""
 
     @property
     def steps(self) -> int:
         return len(self.separations)
 
     def each_step(self) -> Sequence[tuple[object, ...]]:
-        """The numbers of each step by which it differs from another one of the same protocol."""
+        """The numbers in which the steps differ."""
         return [(separation,) for separation in self.separations]
 
     def from_separation(self, separation: float) -> Self:
-        """The same from another separation, where it finds its own; as it is where they are given."""
+        """The protocol with another start of its search for separations; unchanged if these are given."""
         return self
 
     def about(self) -> Mapping[str, float]:
-        """What ``deck.json`` says of it beside the number of steps."""
+        """Its entries in ``deck.json`` beside the number of steps."""
         return {}
 
     def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
-        """What its scripts hold beside the numbers of all decks, for so many mobile layers of so many atoms."""
+        """Placeholders of its scripts, for a number of mobile layers and atoms in each."""
         return {}
 
     def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
-        """What of it a slab of so many mobile layers cannot do, or a wall that ``stays`` with the atoms.
+        """Fault of the protocol for a slab of this many mobile layers, or a wall that ``stays`` with the atoms.
 
-        Name and value of the argument, and what is allowed; None if it fits.
+        Name and value of the argument, and what is allowed; None without fault.
         """
         return None
 
 
 @dataclass(frozen=True)
 class Separations(Protocol):
-    """The wall at one separation after the other: a staircase, approach and retraction.
+    """Several separations in order: a staircase of approach and retraction.
 
     Parameters
     ----------
-    separations : of the wall's zero from the surface at rest, in a0, in the order in which they are visited.
+    separations : heights of the wall's zero above the surface at rest, in a0, in order.
 
-    Raises ValueError if there is none, or one is no finite number.
+    Raises ValueError if there is none, or one is not a finite number.
     """
 
     script = "separations"
@@ -71,15 +71,15 @@ class Separations(Protocol):
 
 @dataclass(frozen=True)
 class MeanPressures(Protocol):
-    """One mean pressure after the other, which LAMMPS meets by moving the wall.
+    """Several mean pressures in order, which LAMMPS reaches by moving the wall.
 
     Parameters
     ----------
     pressures : load over A0, in E*, compression positive; not zero.
-    separations : where each is looked for first, in a0.
+    separations : separation at the start of the search for each, in a0.
     stiffness : of the slab as a whole, mean pressure per displacement of its surface, in E*/a0: the first move.
 
-    Raises ValueError if a number is not allowed, or there is not one separation for each pressure.
+    Raises ValueError if a number is not allowed, or the number of separations differs from that of pressures.
     """
 
     script = "pressures"
@@ -94,7 +94,7 @@ class MeanPressures(Protocol):
             msg = f"{len(self.pressures)} pressures cannot be looked for from {len(self.separations)} separations"
             raise ValueError(msg)
         if 0 in self.pressures:
-            raise ValueError("a mean pressure is met to a fraction of itself: it cannot be zero")
+            raise ValueError("a mean pressure cannot be zero, as its tolerance is relative")
         if not (np.isfinite(self.stiffness) and self.stiffness > 0):
             raise ValueError(f"the stiffness of a slab is a positive finite number, got {self.stiffness}")
 
@@ -114,7 +114,7 @@ class MeanPressures(Protocol):
 
 
 def finite_numbers(protocol: Protocol, name: str) -> None:
-    """Require finite numbers of this name, at least one, and make them a tuple."""
+    """Check that there is at least one number and that all are finite, and return a tuple."""
     values = tuple(float(value) for value in getattr(protocol, name))
     if not values or not np.isfinite(values).all():
         raise ValueError(f"{name} of a protocol are finite numbers, at least one; got {values}")

@@ -1,4 +1,4 @@
-"""What a run of a deck leaves behind: the last state of the atoms, and whether it is an equilibrium."""
+"""Result of a run of a deck: the last state of the atoms, and whether it is an equilibrium."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ from continuum.solve.solution import NotConvergedError
 from continuum.units import Units
 
 FORCES = {"load": "force", "target_load": "target_force"}
-"""Names in ``result.json`` of what is a force here: a load is one per area."""
+"""Names in ``result.json`` of forces, as a load is per area here."""
 LARGEST_DISTORTION = 0.5
-"""Beyond which neighbours have moved apart or past one another, in a0."""
+"""Relative displacement beyond which neighbours have moved apart or past one another, in a0."""
 
 
 class LammpsError(StickinessError, RuntimeError):
-    """LAMMPS could not be loaded or started, or it failed: the message says where and what helps."""
+    """LAMMPS could not be loaded or started, or it failed: the message has the place and a remedy."""
 
 
 class DeckError(InputError, LammpsError):
-    """A directory holds no deck, or no complete result of one."""
+    """A directory has no deck, or no complete result."""
 
 
 class DeckStatus(enum.Enum):
-    """What a run has found.  Each failure names its usual cause and what helps."""
+    """Status of a run; each failure has its usual cause and a remedy."""
 
     CONVERGED = "converged"
     AVERAGED = "averaged over the window"
     TARGET_MISSED = "the load is not that of the mean pressure: no separation near here has it"
     FORCES_LEFT = "forces are left: allow more evaluations or time, or start from the lattice solution"
-    BELOW_CORE = "the surface went below the core of the wall law, where it is only continued: lower the core"
+    BELOW_CORE = "the surface is below the core of the wall law, where it is only a continuation: lower the core"
     YIELDED = "the crystal has yielded: atoms have other neighbours than before"
     DISTORTED = "neighbours have moved apart or past one another: the separation is too small, or the start wrong"
 
@@ -94,7 +94,7 @@ class DeckResult:
     core: float
     """Gap below which the wall law is only continued, in a0."""
     evaluations: int
-    """Evaluations of the forces."""
+    """Number of force evaluations."""
     lammps_version: int
     """Date of the release, yyyymmdd."""
     heights: Real = field(repr=False)
@@ -108,17 +108,17 @@ class DeckResult:
     forces: Real = field(repr=False)
     """Forces on all atoms, zero in the frozen base, shape (layers, nx, ny, 3), in E* a0²."""
     bonded: bool = False
-    """Whether neighbours are bonded for good, so that they cannot change."""
+    """Whether bonds are fixed, so that neighbours cannot change."""
     averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
-    """Mean over the time window, and its standard error, by name; empty of an equilibrium.
+    """Mean over the time window, and its standard error, by name; empty for an equilibrium.
 
-    ``load`` is ``force``, ``load_rep`` the part of it that pushes, the others as above, ``temperature`` k_B T of all
+    ``load`` is ``force``, ``load_rep`` its repulsive part, the others as above, ``temperature`` k_B T of all
     mobile atoms in E* a0³.
     """
 
     @property
     def load_rep(self) -> float:
-        """Force of the atoms that the wall pushes, in E* a0²."""
+        """Repulsive part of the force of the wall, in E* a0²."""
         return float(self.traction[self.traction > 0].sum())
 
     @property
@@ -133,7 +133,7 @@ class DeckResult:
 
     @cached_property
     def slipped(self) -> NDArray[np.bool_]:
-        """Which atoms have other nearest neighbours than before, shape (layers, nx, ny); none of bonded ones."""
+        """Atoms whose nearest neighbours have changed, shape (layers, nx, ny); none with fixed bonds."""
         if self.bonded:
             return np.zeros(self.slab.ids.shape, np.bool_)
         return slipped(self.slab, self.displacements)
@@ -153,7 +153,7 @@ class DeckResult:
         return DeckStatus.CONVERGED
 
     def require(self) -> DeckResult:
-        """The result itself, if it is an equilibrium; raises NotConvergedError otherwise."""
+        """Return the result if it is an equilibrium; raises NotConvergedError otherwise."""
         if not self.status.ok:
             raise NotConvergedError(
                 f"{self.status.value} (largest force {self.largest_force:.2e} E* a0², tolerance "
@@ -177,63 +177,63 @@ class DeckDescription:
     element: str
     """Chemical symbol, "X" for none."""
     model: str
-    """What holds the atoms together, in words."""
+    """Description of the interatomic model."""
     surface: float
     """Height of the surface at rest above its lattice plane, in a0."""
     notes: tuple[str, ...]
-    """Lines that say where the heights come from."""
+    """Lines about the origin of the heights."""
     length: float
     """Size of a0 in LAMMPS' unit."""
     real_units: Units | None
-    """Size of a0 and E*, if the crystal has one."""
+    """Size of a0 and E*, if the crystal has a length scale."""
     step_keys: tuple[str, ...] = ()
     """Hash of each step and of all that comes before it."""
     heights: str = ""
     """SHA-256 of the heights of the wall above each surface atom, as 64 bit numbers along y first."""
     bonded: bool = False
-    """Whether neighbours are bonded for good."""
+    """Whether bonds are fixed."""
     temperature: float = 0.0
     """k_B T of a motion, in E* a0³; zero of equilibria."""
     hold: int = 0
-    """First windows of a motion, in which a thermostat holds all layers: they are in no mean."""
+    """Number of first windows of a motion, in which a thermostat acts on all layers; they are not averaged."""
     dwell: int = 0
-    """Windows after these in which the wall rests."""
+    """Number of following windows in which the wall rests."""
     pressure: float | None = None
-    """Mean pressure that a wall keeps as it slides, in E*; None if it keeps its separation."""
+    """Constant mean pressure of a sliding wall, in E*; None at constant separation."""
 
 
 def read_description(directory: Path) -> DeckDescription:
-    """What the deck of a directory is; raises DeckError if there is none, or it is damaged."""
+    """Description of the deck in a directory; raises DeckError if there is none, or it is damaged."""
     directory = Path(directory)
     if not directory.is_dir():
         what = "is a file, not the directory of a deck" if directory.exists() else "is not there"
         raise DeckError(f"{directory} {what}")
     path = directory / "deck.json"
     if not (path.is_file() and (directory / "in.contact").is_file()):
-        msg = f"{directory} holds no deck: there is no in.contact with its deck.json in it; `atomistic deck` writes one"
+        msg = f"{directory} has no deck (in.contact with deck.json); `atomistic deck` writes one"
         raise DeckError(msg)
     try:
         numbers = json.loads(path.read_text(encoding="utf-8"))
         if numbers.pop("format") != FORMAT:
-            raise ValueError(f"it is no {FORMAT}")
+            raise ValueError(f"it is not {FORMAT}")
         numbers.pop("stock", None)  # of earlier versions
         real, notes = numbers.pop("real_units"), tuple(numbers.pop("notes"))
         return DeckDescription(notes=notes, real_units=None if real is None else Units(**real), **numbers)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise DeckError(f"{path} is damaged, or of another version ({error}): write the deck anew") from error
+        raise DeckError(f"{path} is damaged, or of another version ({error}): write the deck again") from error
 
 
 def read_result(directory: Path, step: int | None = None) -> DeckResult:
-    """What a run of a deck has left in its directory of a step, from 1, or of the last that is finished.
+    """Read the result of a step, from 1, or of the last finished step, of a deck in a directory.
 
-    Raises DeckError if there is no complete result, or it holds numbers that are not finite.
+    Raises DeckError if there is no complete result, or it has numbers that are not finite.
     """
     directory = Path(directory)
     description = read_description(directory)
     if step is None:
         finished = finished_steps(directory)
         if not finished and not any(directory.glob("log*lammps")):
-            raise DeckError(f"{directory} holds a deck that has not been run: `lmp -in in.contact` there runs it first")
+            raise DeckError(f"{directory} has a deck that has not been run: run `lmp -in in.contact` there first")
         if not finished:
             raise DeckError(
                 f"{directory} holds no complete result of a run: it was stopped, or is under way; "
@@ -256,7 +256,7 @@ def read_result(directory: Path, step: int | None = None) -> DeckResult:
 def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, state: _Rows) -> DeckResult:
     known = [values for rows in (surface, state) for values in rows.values()]
     if not all(map(math.isfinite, numbers.values())) or not all(np.isfinite(values).all() for values in known):
-        raise ValueError("it holds numbers that are not finite: check separation and start")
+        raise ValueError("it has numbers that are not finite: check separation and start")
     minimisers = re.findall(r"Iterations, force evaluations = \d+ (\d+)", log)
     averages = {
         name.removeprefix("mean_"): (value, numbers[name.replace("mean_", "error_", 1)])
@@ -285,7 +285,7 @@ def _result(slab: Slab, numbers: dict[str, float], log: str, surface: _Rows, sta
 
 
 def tail(directory: Path) -> str:
-    """Last lines of the log that was written last."""
+    """Last lines of the newest log."""
     try:
         logs = sorted(Path(directory).glob("log*lammps"), key=lambda path: path.stat().st_mtime)
         log = logs[-1].read_text(encoding="utf-8", errors="replace")

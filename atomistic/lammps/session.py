@@ -1,4 +1,4 @@
-"""LAMMPS open in this process on the atoms of a deck: forces at any displacements."""
+"""LAMMPS in this process on the atoms of a deck: forces at any displacements."""
 
 import contextlib
 import ctypes
@@ -14,9 +14,9 @@ from continuum.model.fourier import Real
 
 
 class LammpsHandle:
-    """LAMMPS open in this process, its commands run in a directory; close it, or use it with ``with``.
+    """LAMMPS in this process, with commands run in a directory; close it, or use it with ``with``.
 
-    Whatever goes wrong in LAMMPS is a LammpsError.
+    Errors of LAMMPS are raised as LammpsError.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -50,7 +50,7 @@ class LammpsHandle:
 
 
 class Session(LammpsHandle):
-    """LAMMPS open in this process on the atoms of the deck of a directory, without its wall."""
+    """LAMMPS in this process on the atoms of the deck of a directory, without its wall."""
 
     def __init__(self, directory: Path) -> None:
         self.slab = read_slab(Path(directory) / "slab.data")
@@ -72,7 +72,7 @@ class Session(LammpsHandle):
         return float(self._lammps.extract_variable(name))
 
     def evaluate(self, displacements: Real) -> tuple[float, Real]:
-        """Energy, in E* a0³, and forces, in E* a0², of atoms displaced from where the slab is at rest, in a0.
+        """Energy, in E* a0³, and forces, in E* a0², at displacements from the slab at rest, in a0.
 
         Displacements and forces have the shape (layers, nx, ny, 3).
         """
@@ -84,7 +84,7 @@ class Session(LammpsHandle):
     def _where_at_rest(self) -> Real:
         """Positions without the displacements of the start, shape (layers, nx, ny, 3), in a0."""
         start = [np.array(self._lammps.gather(f"d_u{axis}", 1, 1), dtype=np.float64) for axis in "xyz"]
-        # As they are in slab.data but for rounding, and for atoms that crossed the border of the box.
+        # Those of slab.data, except for rounding and for atoms that crossed the border of the box.
         rest = self._positions() - np.stack(start, axis=-1).reshape(*self.slab.ids.shape, 3)
         rest[..., :2] = self.slab.positions[..., :2]
         return rest

@@ -1,11 +1,12 @@
-"""Walls as functions of the position: what stands above an atom where it is now, and not above its lattice site.
+"""Walls as functions of the position of an atom instead of its lattice site.
 
 The gap of an atom at (x, y, z) is separation + h(x, y) - z, its energy w(gap) a0², and so the force on it::
 
     F_z = -p a0²,      F_x = p dh/dx a0²,      F_y = p dh/dy a0²,      p = -dw/dgap,
 
-the gradient of one energy; the wall feels the opposite.  Shapes are written in LAMMPS' language: spheres and waves as
-formulas, any other array as a periodic bicubic spline, whose coefficients an atom looks up by the cell that it is in.
+the gradient of one energy; the force on the wall is the opposite.  Shapes are written in LAMMPS' language: spheres and
+waves as formulas, any other array as a periodic bicubic spline, whose coefficients an atom looks up by the cell that
+it is in.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ from continuum.model.grid import Grid
 from continuum.model.surfaces import CylinderSurface, PunchSurface, SineSurface, SphereSurface, SurfaceTable
 
 MOST_WAVES = 12
-"""Waves of a sum, at most, that LAMMPS evaluates: each costs a cosine for each mention of the gap in the law."""
+"""Largest number of waves in a sum: LAMMPS evaluates each cosine at every use of the variable."""
 _DEGREE = 3
 _POINTS_PER_SPACING = 4
-"""Points to each a0 of the surface in the map of a wall that has a formula."""
+"""Points per a0 in the map of a wall that has a formula."""
 
 
 class WallHeight(NamedTuple):
@@ -43,7 +44,7 @@ class WallHeight(NamedTuple):
 
 @runtime_checkable
 class Shape(Protocol):
-    """A wall as a function of the position, of the period of the slab."""
+    """A wall as a periodic function of the position."""
 
     def evaluate(self, x: Real, y: Real) -> WallHeight:
         """Height and slopes above given points, in a0."""
@@ -67,7 +68,7 @@ class Round:
     period : (Lx, Ly), in a0.
     radius : R, in a0.
     flat_radius : b, in a0.
-    across : which of x and y count for r: both for sphere and punch, one for a cylinder along the other.
+    across : axes that enter r: both for sphere and punch, one for a cylinder along the other.
     """
 
     period: tuple[float, float]
@@ -169,11 +170,11 @@ class Waves:
 
 @dataclass(frozen=True, eq=False)
 class HeightSpline:
-    """Any heights, between their points a periodic bicubic spline: smooth to its second derivative.
+    """Any heights, interpolated by a periodic bicubic spline with continuous second derivatives.
 
     Parameters
     ----------
-    heights : at the lattice sites, shape (nx, ny), in a0, one a0 apart.
+    heights : heights at the lattice sites, one a0 apart, shape (nx, ny), in a0.
     """
 
     heights: Real = field(repr=False)
@@ -202,7 +203,7 @@ class HeightSpline:
         corners = np.stack(np.meshgrid(*map(np.arange, self.heights.shape), indexing="ij"), axis=-1).astype(np.float64)
         found = np.empty((4, 4, *self.heights.shape))
         for m, n in np.ndindex(4, 4):
-            # Third derivatives jump at the points, and are the same everywhere between them.
+            # Third derivatives jump at the points and are constant between them.
             at = corners + 0.5 * (np.array([m, n]) == 3)
             found[m, n] = self._spline(at, nu=(m, n)) / (factorial(m) * factorial(n))
         return found
@@ -240,8 +241,8 @@ class HeightSpline:
     def error(self) -> tuple[float, float]:
         """Largest difference of heights, in a0, and of slopes, from those of the trigonometric interpolant.
 
-        At halves and quarters between the sites.  For heights of no wavelength down to two spacings the trigonometric
-        interpolant is the surface itself.
+        Evaluated at halves and quarters between the sites.  For heights without wavelengths down to two spacings the
+        trigonometric interpolant is the surface itself.
         """
         nx, ny = self.heights.shape
         x, y = np.meshgrid(np.arange(nx, dtype=np.float64), np.arange(ny, dtype=np.float64), indexing="ij")
@@ -265,7 +266,7 @@ def shape_of(heights: Real) -> Waves | HeightSpline:
     grid = Grid((nx, ny), (float(nx), float(ny)))
     waves_q = grid.forward(heights)
     m, n = np.broadcast_arrays(*grid.mode_numbers)
-    # Each wave once; what rounding leaves of a transform counts for none.
+    # Each wave once, without those due to rounding.
     there = (np.abs(waves_q) > 1e-13 * np.abs(waves_q).max()) & ((n > 0) | (m > 0))
     shortest = (2 * np.abs(m) == nx) | (2 * n == ny)
     if np.count_nonzero(there) > MOST_WAVES or np.any(np.abs(waves_q[shortest]) > 1e-13 * np.abs(waves_q).max()):
@@ -284,16 +285,16 @@ _FORMULAS: dict[type[SurfaceTable], Callable[[Any, _Period], Shape]] = {
     PunchSurface: lambda surface, period: Round(period, surface.edge_radius, surface.flat_radius),
     SineSurface: lambda surface, period: Waves(period, surface.amplitude, ((-surface.amplitude, *surface.waves, 0.0),)),
 }
-"""Kinds of surfaces that have a formula, as functions of the position over a period."""
+"""Kinds of surfaces with a formula, as functions of the position over a period."""
 
 
 def has_formula(surface: SurfaceTable) -> bool:
-    """Whether LAMMPS knows a surface between the sites by a formula of its own."""
+    """Whether a surface has a formula for LAMMPS between the sites."""
     return type(surface) in _FORMULAS
 
 
 def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
-    """The wall of an input as a function of the position: the formula of its surface, or that of :func:`shape_of`."""
+    """The wall of an input as a function of the position: the formula of its surface, or :func:`shape_of`."""
     formula = _FORMULAS.get(type(surface))
     if formula is None:
         return shape_of(heights)
@@ -301,7 +302,7 @@ def shape_of_surface(surface: SurfaceTable, heights: Real) -> Shape:
 
 
 def map_of(shape: Shape, size: tuple[int, int]) -> Real:
-    """Heights of a wall at equidistant points over the period of so many sites: its own if it is an array."""
+    """Heights of a wall at equidistant points over the period; its own points if it is an array."""
     if isinstance(shape, HeightSpline):
         return shape.heights
     points = (np.arange(n * _POINTS_PER_SPACING) / _POINTS_PER_SPACING for n in size)
@@ -309,7 +310,7 @@ def map_of(shape: Shape, size: tuple[int, int]) -> Real:
 
 
 def shape_notes(shape: Shape | None) -> tuple[str, ...]:
-    """What a deck says of its wall between the sites."""
+    """Notes in a deck about its wall between the sites."""
     if not isinstance(shape, HeightSpline):
         return ()
     by_height, by_slope = shape.error
@@ -320,7 +321,7 @@ def shape_notes(shape: Shape | None) -> tuple[str, ...]:
 
 
 def check_shape(name: str, value: Any) -> Shape:
-    """An argument that is to be a wall as a function of the position."""
+    """Check that an argument is a wall as a function of the position."""
     if isinstance(value, type) or not isinstance(value, Shape):
         raise ArgumentError(name, value, "a shape, such as Round(period, radius) or Waves(period, mean, waves)")
     return value
@@ -334,7 +335,7 @@ def misfit(shape: Shape, heights: Real) -> float:
 
 
 def force_lines(shape: Shape | None) -> dict[str, str]:
-    """What a script says of where a wall is and how it acts, by placeholders; None is a wall of the lattice site."""
+    """Placeholders of a script for the position and action of a wall; None is a wall of the lattice site."""
     if shape is None:
         return _SITE
     lines = shape.lines()
@@ -344,7 +345,10 @@ def force_lines(shape: Shape | None) -> dict[str, str]:
     ]
     act += [f"variable        force_{name} atom v_lateral_{name}*${{force_unit}}" for name in "xy"]
     act.append("fix             wall surface addforce v_force_x v_force_y v_force energy v_work_done")
-    values = {"act": "\n".join(act), "follows": "# The wall is a function of the position: its force is lateral, too."}
+    values = {
+        "act": "\n".join(act),
+        "follows": "# The wall is a function of the position: its force is lateral, too.",
+    }
     axes = [atom_variable(f"p{name}", f"{name}/${{length_unit}}-v_offset_{name}") for name in "xy"]
     about = "# v_height: of the wall above where an atom is now, in a0, with its slopes."
     return values | {"shape": "\n".join([about, *axes, *lines]), "height": "v_height"}

@@ -171,23 +171,23 @@ def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
     rows += bulk
     scale = float(np.abs(rows[-1][reach]).max())
 
-    tables, asymmetry, torque = [], 0.0, 0.0
+    tables, asymmetries, torques = list[Real](), list[float](), list[float]()
     for layer, row in enumerate(rows):
         table = row[reach:].copy()
         for down in range(reach + 1):
             # Between the last layer of the surface and the bulk there is no second measurement.
             if layer == depth or layer + down < depth:
                 seen = _mirrored(rows[min(layer + down, depth)][reach - down], down)
-                asymmetry = max(asymmetry, float(np.abs(table[down] - seen).max()))
+                asymmetries.append(float(np.abs(table[down] - seen).max()))
                 table[down] = (table[down] + seen) / 2
         tables.append(table)
         around = [raised[max(layer + d, 0)] - raised[layer] for d in range(-reach, reach + 1)]
-        torque = max(torque, _torque(row, np.array(around) if layer < depth else np.zeros(2 * reach + 1)))
+        torques.append(_torque(row, np.array(around) if layer < depth else np.zeros(2 * reach + 1)))
     checks = SymmetryErrors(
         beyond_reach=max(far, far_at_surface) / scale,
         translation=max(float(np.abs(row.sum(axis=(0, 1, 2))).max()) for row in rows) / scale,
-        symmetry=asymmetry / scale,
-        rotation=torque / scale,
+        symmetry=max(asymmetries) / scale,
+        rotation=max(torques) / scale,
     )
     # Layers that only the nominal range reaches: less than the error of the differences.
     sizes = [max(float(np.abs(table[down]).max()) for table in tables) for down in range(reach + 1)]

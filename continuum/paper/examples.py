@@ -169,9 +169,9 @@ def _laws() -> list[Example]:
 
 _HEAD = """# The paper's worked examples
 
-Numbers that L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), give for materials and laws, and what the functions
-of `continuum.theory.paper`, `continuum.theory.rough` and `continuum.model.walls` give for the same input. Printed by
-`continuum examples`; a test holds this page against it.
+The numbers that L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), give for materials and laws, and those of
+`continuum.theory.paper`, `continuum.theory.rough` and `continuum.model.walls` for the same input.
+`continuum examples` prints this page.
 
 | system | quantity | the paper | here | how, and why it differs |
 |---|---|---|---|---|

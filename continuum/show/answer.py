@@ -1,4 +1,4 @@
-"""Is my surface sticky?  The answer in statements of one line each: what was solved first, then the theories."""
+"""The answer of a prediction in statements of one line each: the solution first, then the theories."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -33,23 +33,23 @@ NEAR, NEAR_COARSE = 1.5, 2.0
 """Factors of the turn within which a solved answer is called near it, where the pixels resolve the range and where not.
 With pixels four times finer the turns of eight surfaces moved by up to 1.3 and 1.8."""
 CONFORMS = 0.1
-"""Part of w below which full contact costs little: nearly all of the work of adhesion is left."""
+"""Part of w below which the energy of full contact is called small."""
 BESIDE = 4.0
-"""Time of a pair in the solver over that of its transforms alone, there: 2.3 to 6.5."""
+"""Time of an FFT pair in the solver over that of its transforms alone: 2.3 to 6.5 were measured."""
 
 
 def statements(prediction: Prediction) -> list[str]:
     """The answer, one line each without a full stop: at most nine.
 
-    Faults of the maps, waves that were not measured where they change what was solved, what the solver says, by which
-    factor it turns, the verdict of the theories, what full contact costs, the pull-off force of a probe if one was
-    given, and the paper's criterion.
+    They are: faults of the maps, unmeasured waves if they change the solution, the answer of the solver and its factor
+    to the turn, the verdict of the theories, the energy of full contact, the pull-off force of a probe if given,
+    and the paper's criterion.
     """
     verdict, solved = judge(prediction), prediction.solved_answer
     lines = [_faults(prediction), _unmeasured_of_solved(prediction, solved), *_solver(prediction, solved)]
     lines.append(_theories(prediction, verdict, solved))
     if verdict.turn is not None:
-        lines.append(f"By the records it turns at {_turning(prediction, verdict.turn)}")
+        lines.append(f"By their record the answer changes at {_turning(prediction, verdict.turn)}")
     lines.append(_stays(prediction))
     probe = prediction.probe
     lines += [_full_contact(prediction), "" if probe is None else _probe(prediction, probe), _paper(prediction)]
@@ -57,7 +57,7 @@ def statements(prediction: Prediction) -> list[str]:
 
 
 def solving(prediction: Prediction, state: bool) -> str:
-    """What will be solved, and about how long it takes on one core, or why the state at the given w cannot be."""
+    """What will be solved and its time on one core, or why the state at the given w cannot be solved."""
     facing = prediction.facing
     shape = tuple(n * (1 if facing.periodic else 2) for n in facing.grid.shape)
     images = "" if facing.periodic else ", the map and its mirror images"
@@ -67,7 +67,7 @@ def solving(prediction: Prediction, state: bool) -> str:
         "--no-solve leaves it out"
     )
     if not state:
-        return f"{text}; given up after {PATIENCE:g} times that, --solve goes on"
+        return f"{text}; given up after {PATIENCE:g} times that unless --solve is given"
     try:
         instead = resolvable(facing, prediction.interface)[1]
     except UnresolvedError as error:
@@ -76,7 +76,7 @@ def solving(prediction: Prediction, state: bool) -> str:
 
 
 def _seconds(prediction: Prediction, nx: int, ny: int) -> str:
-    """Core-seconds of the turn, from the time of a transform here and now."""
+    """Core-seconds of the turn, from the measured time of a transform."""
     contact = prediction.contact
     adhesion_length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
     resolved = contact.range >= shortest_range(prediction.facing, adhesion_length)
@@ -89,12 +89,12 @@ def _begun(text: str) -> str:
 
 
 def _times(ratio: float) -> str:
-    """A factor in plain digits, two that count."""
+    """A factor with two significant digits, without an exponent."""
     return f"{float(f'{ratio:.2g}'):.12g}" if ratio >= 1e-4 else f"{ratio:.2g}"
 
 
 def percent(probability: float) -> str:
-    """A probability in whole per cent: never certain, and on the side of :data:`SURE` on which its answer lies."""
+    """A probability in whole per cent, never 0 or 100 %, and on the same side of :data:`SURE` as the answer."""
     whole = round(100 * probability)
     if not 1 <= whole <= 99:
         return "less than 1 %" if whole < 1 else "more than 99 %"
@@ -104,16 +104,16 @@ def percent(probability: float) -> str:
 
 
 def _faults(prediction: Prediction) -> str:
-    """What is wrong with the maps, and what mends it, before any verdict."""
+    """The faults of the maps and their remedies."""
     if not prediction.faults:
         return ""
     found = "; ".join(fault.text for fault in prediction.faults)
     remedies = " ".join(dict.fromkeys(remedy_options(fault) for fault in prediction.faults if fault.remedy))
-    return f"Faulty map: {found}{f' (mend with {remedies})' if remedies else ''}"
+    return f"Faulty map: {found}{f' (correct with {remedies})' if remedies else ''}"
 
 
 def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
-    """A warning where waves that were not measured would change what was solved."""
+    """A warning if unmeasured waves would change the solution."""
     waves = prediction.continuation
     if solved is None or solved == "undecided" or waves is None or answer_of(prediction) == solved:
         return ""
@@ -128,7 +128,7 @@ def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
 
 
 def _stays(prediction: Prediction) -> str:
-    """A line that says so where waves that were not measured do not change the answer."""
+    """A line that says so if unmeasured waves do not change the answer."""
     beyond, waves = unmeasured(prediction), prediction.continuation
     if beyond is None or waves is None or beyond.changes is not None:
         return ""
@@ -139,7 +139,7 @@ def _stays(prediction: Prediction) -> str:
 
 
 def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
-    """What was solved, and by which factors it would turn."""
+    """The solution, and the factors by which it is away from the turn."""
     if solved is None:
         return
     turn = prediction.turn
@@ -165,15 +165,15 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
     )
     modulus = pressure(prediction.contact.contact_modulus * ratio)
     other = (
-        f"It would not be with w below {per_area(bound)}, with E* above {modulus}"
+        f"It would not be sticky with w below {per_area(bound)}, with E* above {modulus}"
         if solved == "sticky"
-        else f"It would be with w above {per_area(bound)}, with E* below {modulus}"
+        else f"It would be sticky with w above {per_area(bound)}, with E* below {modulus}"
     )
     yield f"{other}, or with {_heights(ratio)}{_range_of(turn)}"
 
 
 def _heights(ratio: float) -> str:
-    """What a margin in w is in roughness: the energy of full contact goes with the square of the heights."""
+    """A margin in w as a factor of the heights, whose square the energy of full contact is proportional to."""
     return f"heights about {_times(ratio**0.5)} times as large"
 
 
@@ -203,7 +203,7 @@ def _theories(prediction: Prediction, verdict: Verdict, solved: Answer | None) -
     if verdict.answer in (solved, "undecided") or solved == "undecided":
         return f"Theories: {verdict.answer}{why}"
     return (
-        f"But theories: {verdict.answer}{why}.  Solver and theories differ here: theories know the moments of the map, "
+        f"But theories: {verdict.answer}{why}.  Solver and theories differ here: theories use the moments of the map, "
         "the solver the summits that touch"
     )
 
@@ -213,7 +213,7 @@ def _why_not_solved(prediction: Prediction) -> str:
 
 
 def _full_contact(prediction: Prediction) -> str:
-    """What full contact costs, over w, and whether the surface conforms."""
+    """The energy of full contact over w, and whether the surface conforms."""
     contact = prediction.contact
     energy, w = contact.conformal_energy, contact.work_of_adhesion
     if energy is None:
@@ -222,17 +222,17 @@ def _full_contact(prediction: Prediction) -> str:
     if energy <= CONFORMS * w:
         return f"Full contact costs little, {cost}: the surface conforms to the roughness that the map shows"
     if energy < w:
-        return f"Full contact costs {cost}: it pays, and once it is reached w - U = {per_area(w - energy)} are left"
+        return f"Full contact costs {cost}: it pays, and leaves w - U = {per_area(w - energy)}"
     return f"Full contact would cost {cost}: it does not pay, and only parts of the surface touch"
 
 
 def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
-    """The pull-off force of the probe, in the words that what was shown allows."""
+    """The pull-off force of the probe, as far as it is bounded."""
     w = prediction.contact.work_of_adhesion
     start = f"Pull-off force of a probe of radius {length(probe.radius)}: "
     kind = f"Maugis' parameter {_times(probe.maugis)}"
     if prediction.excluding and prediction.solved_answer is None:
-        return f"{start}no number, as nothing was shown of this map"
+        return f"{start}no number, as neither the theories nor the solver judge this map"
     if probe.least is not None and probe.apparent is not None:
         interval = " to ".join(dict.fromkeys((force(probe.least), force(probe.most))))
         text = (
@@ -241,10 +241,10 @@ def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
         )
         return text + ("" if probe.rim is None else f"; on approach, before full contact, below {force(probe.rim)}")
     if probe.rim is not None:
-        return f"{start}not sticky; that of the bare rough surface is below {force(probe.rim)} ({kind})"
+        return f"{start}not sticky; the force of the bare rough surface is below {force(probe.rim)} ({kind})"
     return (
-        f"{start}no more than the {force(probe.most)} of all of w ({kind}); U exceeds w, so that w - U gives no "
-        "apparent work of adhesion, and no lower bound"
+        f"{start}at most {force(probe.most)}, that with the full w ({kind}); U exceeds w, so that there is no apparent "
+        "work of adhesion w - U and no lower bound"
     )
 
 
@@ -253,12 +253,12 @@ def _paper(prediction: Prediction) -> str:
     low, high = (turning_margin((CRITERIA[estimate.key],), prediction.contact, p) for p in (1 - SURE, SURE))
     doubt = ", but it is out of its range (see the warnings)"
     if prediction.excluding:
-        doubt = ", but that is of other surfaces"
+        doubt = ", but its record has other surfaces"
     elif ranges(prediction)[estimate.key].startswith("yes"):
         doubt = "" if estimate.valid else ", judged with smaller heights"
     mended = prediction.mended
-    more = "" if mended is None else f".  With the faults mended its margin is {mended.paper.margin:.3g}"
+    more = "" if mended is None else f".  With the faults corrected its margin is {mended.paper.margin:.3g}"
     return (
-        f"The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record turns between {low:.2g} and "
-        f"{high:.2g} (10 and 90 %){doubt}{more}"
+        f"The paper's Eq. (6) has a margin of {estimate.margin:.3g}; its record has the turn between {low:.2g} "
+        f"and {high:.2g} (10 and 90 %){doubt}{more}"
     )

@@ -1,4 +1,4 @@
-"""What a person sees of long work: a progress bar or plain lines, tables, errors."""
+"""Progress, tables and errors on the terminal."""
 
 import codecs
 import contextlib
@@ -31,8 +31,8 @@ from continuum.show.sheet import Sheet
 Voice = Literal["quiet", "normal", "verbose"]
 """How much a command says.
 
-Quiet: results, warnings and errors, but neither progress nor tables.  Verbose: of each part of the work a line that
-stays, on a terminal too, and of a failure the place in the program.
+Quiet: results, warnings and errors only.  Verbose: also a line for each part of the work on a terminal, and the place
+in the code of an error.
 """
 
 _voice: ContextVar[Voice] = ContextVar("voice", default="normal")
@@ -40,20 +40,20 @@ _console = Console(highlight=False)
 
 
 Reporter = Callable[[int, str], None]
-"""Called after each finished part of the work: with how many parts are done, and what the last one was."""
+"""Called after each finished part of the work, with the number of finished parts and a description of the last."""
 
 
 @contextmanager
 def progress(total: int, title: str, estimate: Callable[[], float] | None = None) -> Iterator[Reporter]:
-    """Show progress: a bar on a terminal, one line with the time for each part where there is none, or if verbose.
+    """Show progress: a bar on a terminal; otherwise, or if verbose, one line with the time for each part.
 
-    What remains is estimated from the parts that this call has done, as if the others took as long on average.
+    The remaining time is estimated from the average time of the parts that this call has finished.
 
     Parameters
     ----------
-    total : parts in all; what the first report counts beyond its own part was finished by an earlier run.
-    title : of the work.
-    estimate : of the seconds that remain, where more is known of the parts than their number.
+    total : number of parts; parts that the first report counts in addition to its own were finished by an earlier run.
+    title : title of the work.
+    estimate : estimate of the remaining seconds, if more is known than the number of parts.
     """
     before, began, title = -1, time.monotonic(), shortened(title)
 
@@ -93,11 +93,11 @@ def progress(total: int, title: str, estimate: Callable[[], float] | None = None
 
 
 _OFTEN = 30.0
-"""Seconds between two lines on parts that are not done yet."""
+"""Seconds between two lines about an unfinished part."""
 
 
 class EstimatedProgress(contextlib.ExitStack):
-    """Progress of parts whose work is known about: what remains is estimated from the work that is done.
+    """Progress of parts with estimated work; the remaining time is estimated from the finished work.
 
     Nothing is shown before :meth:`begin`.
     """
@@ -110,13 +110,13 @@ class EstimatedProgress(contextlib.ExitStack):
         self._bar = _console.is_terminal and _voice.get() != "verbose"
 
     def begin(self, costs: Mapping[Hashable, float]) -> None:
-        """The parts, with their work in any unit."""
+        """Set the parts, with their work in any unit."""
         self._costs, self._total = dict(costs), len(costs)
         self._began = self._said = time.monotonic()
         self._report = self.enter_context(progress(self._total, self._title, self._left))
 
     def end(self, part: Hashable, text: str, *, new: bool = True) -> None:
-        """A part has ended; nothing is said of one that was there already."""
+        """Report a finished part, except one that had been finished before."""
         cost = self._costs.pop(part, 0.0)
         self._shares.pop(part, None)
         if new:
@@ -124,7 +124,7 @@ class EstimatedProgress(contextlib.ExitStack):
             self._report(self._total - len(self._costs), text)
 
     def advance(self, part: Hashable, share: float, text: str) -> None:
-        """A part is done to a share, from 0 to 1; said at most once a minute where each time is a line."""
+        """Report the finished share of a part, from 0 to 1; at most once a minute if each report is a line."""
         self._shares[part] = share
         if self._bar or time.monotonic() - self._said > _OFTEN:
             self._report(self._total - len(self._costs), text)
@@ -138,7 +138,7 @@ class EstimatedProgress(contextlib.ExitStack):
 
 
 def _duration(seconds: float) -> str:
-    """A time as people say it: no more digits than an estimate has."""
+    """A time with the few digits of an estimate."""
     for size, unit in ((86400, "d"), (3600, "h"), (60, "min")):
         if seconds >= 2 * size:
             return f"{seconds / size:.0f} {unit}"
@@ -146,26 +146,26 @@ def _duration(seconds: float) -> str:
 
 
 def warn(messages: Sequence[str]) -> None:
-    """Say on the error stream what does not stop the work but matters for its result."""
+    """Print warnings to the error stream."""
     for message in messages:
         sys.stderr.write(f"warning: {message}\n")
 
 
 def tell(text: str) -> None:
-    """Say on the error stream what is being done, so that the output begins with the answer; nothing if quiet."""
+    """Print what is being done to the error stream, so that the output begins with the answer; nothing if quiet."""
     if _voice.get() != "quiet":
         sys.stderr.write(f"{text}\n")
         sys.stderr.flush()
 
 
 def clear() -> None:
-    """Begin again at the top of the terminal, if there is one."""
+    """Clear the terminal, if there is one."""
     if _console.is_terminal:
         _console.clear()
 
 
 def show(sheet: Sheet) -> None:
-    """Print a sheet: with rules and as wide as the terminal; as plain text, nothing cut, where there is none."""
+    """Print a sheet, on a terminal with rules and of its width, otherwise as plain text without cuts."""
     if _voice.get() == "quiet":
         return
     if not _console.is_terminal:
@@ -181,13 +181,13 @@ def show(sheet: Sheet) -> None:
 
 
 def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "normal") -> int:
-    """Run a command and say in one message why it ended, if it did not end well: the one place for both programs.
+    """Run a command of either program, and print one message if it fails.
 
     Parameters
     ----------
     command : returns its exit code.
-    advice : added to the message where the work itself failed.
-    voice : how much it says.
+    advice : text added to the message if the work itself failed.
+    voice : amount of output.
     """
     _three_streams()
     _voice.set(voice)
@@ -202,29 +202,29 @@ def exit_code(command: Callable[[], int], advice: str = "", voice: Voice = "norm
             # The reader, such as `head`, has seen enough, or the terminal is gone.  Nothing more can be said to it, not
             # even as the process ends.
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            return _complain("stopped, since the output cannot be written; what is finished is stored", NOT_CONVERGED)
+            return _complain("stopped, as the output cannot be written; finished work is stored", NOT_CONVERGED)
         where = f"{error.filename}: " if error.filename is not None else ""
         return _complain(f"{where}{error.strerror or error}", BAD_INPUT)
     except MemoryError as error:
         detail = f" ({error})" if str(error) else ""
         return _complain(f"there is not enough memory{detail}; `check` says how much an input needs", NOT_CONVERGED)
     except KeyboardInterrupt:
-        return _complain("stopped; what is finished is stored, and the same command goes on from there", NOT_CONVERGED)
+        return _complain("stopped; finished work is stored, and the same command continues from there", NOT_CONVERGED)
     return code
 
 
 @contextmanager
 def _stopped_as_by_ctrl_c() -> Iterator[None]:
-    """What `kill`, the queue of a cluster and a terminal that goes away send stops the work as Ctrl-C does.
+    """Let SIGTERM (`kill`, queues of clusters) and SIGHUP (closed terminals) stop the work as Ctrl-C does.
 
-    SIGINT and SIGHUP that this process was started to ignore, as by `nohup` and by `&` in a script, stay ignored.
+    SIGINT and SIGHUP that were ignored at the start, as by `nohup` and by `&` in a script, stay ignored.
     """
     before: dict[signal.Signals, Any] = {}
     try:
         for each in (signal.SIGTERM, signal.SIGHUP):
             if each is signal.SIGTERM or signal.getsignal(each) is not signal.SIG_IGN:
                 before[each] = signal.signal(each, signal.default_int_handler)
-    except ValueError:  # only the main thread of a process hears signals
+    except ValueError:  # only the main thread of a process receives signals
         pass
     try:
         yield
@@ -234,7 +234,7 @@ def _stopped_as_by_ctrl_c() -> Iterator[None]:
 
 
 def _three_streams() -> None:
-    """Open the null device in place of each standard stream that was closed: the next file would take its number."""
+    """Open the null device for each closed standard stream; otherwise the next file would get its number."""
     for stream in range(3):
         try:
             os.fstat(stream)
@@ -265,7 +265,7 @@ _WORDS = {
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """What is printed of characters that a terminal has not."""
+    """Replacements for characters that a terminal lacks."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]

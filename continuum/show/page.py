@@ -12,7 +12,8 @@ from continuum.files import output
 from continuum.show.sheet import Sheet
 
 PIXELS = 2
-"""Pixels of a picture for each point of the screen: a figure as wide as a printed page is then as wide as the text."""
+"""Pixels of a picture per point of the screen, so that a figure of the width of a printed page is as wide as the
+text."""
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 div.sheet { overflow-x: auto; }
@@ -36,18 +37,18 @@ footer { color: #666; font-size: 12px; margin-top: 2rem; }
 
 @dataclass(frozen=True)
 class Page:
-    """What a page says, from top to bottom.
+    """Contents of a page, from top to bottom.
 
     Parameters
     ----------
     title : of the page.
     verdict : the answer, in one sentence.
-    warnings : what to doubt.
+    warnings : warnings, one sentence each.
     figures : PNG files with their captions; they become part of the page.
     sheets : tables, each under its title.
-    listing : title and text of what is shown as it is, such as an input.
-    sources : of what the page says, at its foot.
-    files : that lie beside the page, each with what it is; the page leads to them.
+    listing : title and text of a verbatim part, such as an input.
+    sources : references, at its foot.
+    files : files beside the page with their descriptions, to which the page links.
     """
 
     title: str
@@ -96,7 +97,7 @@ class Page:
 
 
 def picture(png: bytes, instead: str) -> str:
-    """A picture as part of a page, with words for who cannot see it; all have letters of one size."""
+    """A picture as part of a page, with alternative text; letters have the same size in all pictures."""
     data = base64.b64encode(png).decode("ascii")
-    width = int.from_bytes(png[16:20], "big") // PIXELS  # in points of the screen, as the head of each PNG has it
+    width = int.from_bytes(png[16:20], "big") // PIXELS  # in points of the screen, from the header of the PNG
     return f'<img alt="{html.escape(instead)}" width="{width}" src="data:image/png;base64,{data}">'

@@ -1,4 +1,4 @@
-"""The style that all figures of the project share, and what several of them draw."""
+"""The common style of all figures, and elements that several of them draw."""
 
 import logging
 from collections.abc import Iterable, Iterator, Sequence
@@ -31,13 +31,13 @@ DIFFERENT_COLOUR = "#0072b2"
 COLUMN, PAGE = 8.7 / 2.54, 17.8 / 2.54
 """Widths at which figures are printed, in inches: a column and a page of the journal, 8.7 and 17.8 cm.
 
-A figure has one of them; its letters have the sizes of the style, and no other: nothing is scaled before it is printed.
+A figure has one of these widths, and letters only in the sizes of the style: nothing is scaled before it is printed.
 """
 
 STYLE: Any = mpl.rc_params_from_file(Path(__file__).with_name("stickiness.mplstyle"), use_default_template=False)
-"""What all figures look like; others may use it, too: ``plt.style.use("continuum.show.stickiness")``."""
+"""Style of all figures, also for other figures: ``plt.style.use("continuum.show.stickiness")``."""
 SERIES: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
-"""Colours of curves, told apart by all kinds of sight."""
+"""Colours of curves, which remain distinct for colour-blind readers."""
 
 _UNDER = 30
 """Points from a panel to the legend under it: ticks and the label of the axis lie between."""
@@ -45,8 +45,7 @@ _UNDER = 30
 _DIGITS: tuple[tuple[float, tuple[float, ...]], ...] = (
     (1.5, ()), (3, tuple(range(1, 10))), (20, (1, 2, 5)), (100, (1, 3)),
 )  # fmt: skip
-"""First digits that are labelled on a logarithmic axis of less than such a factor; of less than the first it is all but
-linear."""
+"""First digits that are labelled on a logarithmic axis of less than a given factor."""
 
 _formats: ContextVar[Sequence[str]] = ContextVar("formats", default=("png", "pdf"))
 # Without dates, so that the same result gives the same files.
@@ -56,11 +55,11 @@ _METADATA: Any = {
     "svg": {"Date": None, "Creator": output.MARK.decode()},
 }
 
-# Of fonts that a PDF embeds, it says that their dates are old.
+# fontTools warns about old dates of the fonts in a PDF.
 logging.getLogger("fontTools").setLevel(logging.ERROR)
 
 styled = mpl.rc_context(STYLE)
-"""Decorator of functions that draw: the common style, and nothing global."""
+"""Decorator of functions that draw, which applies the common style without changing global settings."""
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -77,7 +76,7 @@ def new_axes(width: float, height: float, rows: int = 1, columns: int = 1, **opt
 
 
 def letter_panels(axes: Iterable[Axes], titles: Iterable[str] = ()) -> None:
-    """Name panels A, B, C in bold, each with its title; a panel that is alone has its title only."""
+    """Letter panels A, B, C in bold, each with its title; a single panel has its title only."""
     panels = list(axes)
     for letter, axis, title in zip(ascii_uppercase, panels, chain(titles, repeat("")), strict=False):
         named = rf"$\mathbf{{{letter}}}$  {title}" if len(panels) > 1 else title
@@ -85,15 +84,16 @@ def letter_panels(axes: Iterable[Axes], titles: Iterable[str] = ()) -> None:
 
 
 def labelled(*axes: Axes) -> list[Artist]:
-    """What has a label in these panels, each label once."""
+    """Labelled artists in these panels, each label once."""
     pairs = [pair for axis in axes for pair in zip(*axis.get_legend_handles_labels(), strict=True)]
     return list({label: handle for handle, label in reversed(pairs)}.values())[::-1]
 
 
 def legend_below(figure: Figure, *groups: Sequence[Artist]) -> None:
-    """One legend for all panels, below them; drawn last, when every other entry of the figure is there.
+    """One legend for all panels, below them; to be drawn last.
 
-    Each group has a column, or shares one with the next where the figure is too narrow; one group alone flows.
+    Each group has a column, or shares one with the next if the figure is too narrow; a single group is spread over
+    columns.
     """
     filled = [list(group) for group in groups if group]
     if len(filled) == 1:
@@ -113,12 +113,12 @@ def legend_below(figure: Figure, *groups: Sequence[Artist]) -> None:
 
 
 def _lengths(groups: Sequence[Sequence[Artist]], cuts: Sequence[int]) -> list[int]:
-    """Entries of each column, groups being shared out at these places."""
+    """Number of entries in each column, if groups are divided at these places."""
     return [sum(map(len, groups[low:high])) for low, high in pairwise((0, *cuts, len(groups)))]
 
 
 def legend_under(axis: Axes, width: float) -> None:
-    """The legend of one panel, under it, no wider than a part of the figure: for panels whose symbols differ."""
+    """The legend of one panel, below it and no wider than a part of the figure, for panels with different symbols."""
     entries = labelled(axis)
     for columns in range(min(len(entries), 4), 0, -1):
         place = axis.transAxes + ScaledTranslation(0, -_UNDER / 72, axis.figure.dpi_scale_trans)
@@ -129,7 +129,7 @@ def legend_under(axis: Axes, width: float) -> None:
 
 
 def log_ticks(*axes: Axes) -> None:
-    """Labels that do not touch on logarithmic axes: powers of ten, or numbers such as 2 and 5 where these are few."""
+    """Labels that do not overlap on logarithmic axes: powers of ten, or also numbers such as 2 and 5."""
     for axis in (axis for one in axes for axis in (one.xaxis, one.yaxis) if axis.get_scale() == "log"):
         low, high = sorted(axis.get_view_interval())
         axis.set_minor_formatter(NullFormatter())
@@ -140,7 +140,7 @@ def log_ticks(*axes: Axes) -> None:
 
 
 def _number(value: float, _: object) -> str:
-    """As it is written: 0.02, and 2 10^-9."""
+    """A number as text, such as 0.02 or 2 10^-9."""
     if value == 0 or 1e-3 <= abs(value) < 1e4:
         return f"{value:.3g}"
     digits, power = f"{value:.2e}".split("e")
@@ -150,7 +150,7 @@ def _number(value: float, _: object) -> str:
 
 @contextmanager
 def written_as(formats: Sequence[str] | None) -> Iterator[None]:
-    """Figures are saved in these formats, of png, pdf and svg, instead of PNG and PDF; as before if None."""
+    """Save figures in these formats (png, pdf, svg) instead of PNG and PDF; None changes nothing."""
     before = _formats.set(formats or _formats.get())
     try:
         yield
@@ -160,9 +160,10 @@ def written_as(formats: Sequence[str] | None) -> Iterator[None]:
 
 @styled
 def save_figure(figure: Figure, stem: Path, *, own: bool = False) -> Path:
-    """Write ``stem.png`` and ``stem.pdf``, or what :func:`written_as` says; returns the first.
+    """Write ``stem.png`` and ``stem.pdf``, or the formats of :func:`written_as`; returns the first.
 
-    Files of others are left alone, if the folder is not the program's ``own``: :func:`continuum.files.output.save`.
+    Files of other programs are kept unless the folder is the program's ``own``: see
+    :func:`continuum.files.output.save`.
     """
     output.folder(stem.parent)
     paths = [stem.with_name(f"{stem.name}.{one}") for one in _formats.get()]
@@ -185,9 +186,9 @@ def image_bytes(figure: Figure, form: str = "png") -> bytes:
 
 
 def broken(x: Real, y: Real) -> tuple[Real, Real]:
-    """Points of a path with NaN, where no line is drawn, in each jump.
+    """Points of a path with NaN inserted in each jump, where no line is drawn.
 
-    A jump is a step of y that is a tenth of its whole range, and five times as large as the steps beside it.
+    A jump is a step of y of at least a tenth of its range, and five times as large as the neighbouring steps.
     """
     step = np.abs(np.diff(y))
     if step.size < 3:

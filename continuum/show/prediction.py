@@ -1,4 +1,4 @@
-"""Is my surface sticky?  The answer in a sentence, in sheets, and on a page of its own."""
+"""The answer of a prediction in a sentence, in sheets, and on a page."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -22,17 +22,17 @@ from continuum.topography.roughness import spectrum
 
 
 def prediction_sentence(prediction: Prediction) -> str:
-    """The answer in one text: :func:`continuum.show.answer.statements`, one after the other."""
+    """The statements of :func:`continuum.show.answer.statements` in one text."""
     return ".  ".join(statements(prediction))
 
 
 def reading_order(sheets: list[Sheet]) -> list[Sheet]:
-    """Sheets of a prediction with what was asked first: verdicts, solution, numbers; then what they are made of."""
+    """Sheets of a prediction in the order verdicts, solution, numbers, and then their ingredients."""
     return [*sheets[3:], *sheets[:3]]
 
 
 def prediction_sheets(prediction: Prediction) -> list[Sheet]:
-    """Everything there is to say, as tables."""
+    """All results as tables."""
     solved = [] if prediction.solved_answer is None else [_solved(prediction)]
     probe = [] if prediction.probe is None else [_probe(prediction.probe)]
     inputs = [_surfaces(prediction), _moments(prediction), _contact(prediction)]
@@ -80,7 +80,7 @@ def _surfaces(prediction: Prediction) -> Sheet:
 
 
 def _unmeasured(prediction: Prediction) -> str:
-    """Which waves are missing, and what stands for them."""
+    """The missing waves, and their continuation."""
     waves = prediction.continuation
     if waves is None:
         return "none are missing, or no power law is known that continues what was measured"
@@ -152,7 +152,7 @@ def _verdicts(prediction: Prediction) -> Sheet:
         "in its range",
     )  # fmt: skip
     return Sheet.of(
-        "Is it sticky?  (margin: w over the w at which the theory turns; what it is worth its record says)",
+        "Is it sticky?  (margin: w over w at the turn of the theory; record: share of sticky surfaces at that margin)",
         head,
         tuple(rows),
     )
@@ -179,7 +179,7 @@ def _numbers(prediction: Prediction) -> Sheet:
 
 def _cuts(prediction: Prediction) -> Sheet:
     cuts, chosen = prediction.cuts, prediction.distinct
-    # Two per octave are enough to read; the figure has all.
+    # Two per octave suffice for a table; the figure has all.
     rows = tuple(
         (
             length(cut.wavelength),
@@ -204,7 +204,7 @@ def _density(topography: Topography) -> Sheet:
 
 
 def _solved(prediction: Prediction) -> Sheet:
-    """The turn, and the state at the given work of adhesion, as far as they were solved, beside what the paper says."""
+    """The solved turn and state at the given work of adhesion, compared with the paper."""
     rows: list[tuple[str, str, str]] = []
     turn, simulation, contact = prediction.turn, prediction.simulation, prediction.contact
     if turn is not None:
@@ -257,7 +257,7 @@ def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Pa
     if (solved := prediction.simulation or prediction.turn) is not None:
         figures[f"{name}-contact"] = (contact_figure(solved), f"The contact, solved on the map{at}.")
     if prediction.faults:
-        figures[f"{name}-faults"] = (fault_figure(prediction), "What was looked for on a faulty map.")
+        figures[f"{name}-faults"] = (fault_figure(prediction), "Faults of the map.")
     drawn = [(plot.save_figure(figure, folder / stem), caption) for stem, (figure, caption) in figures.items()]
     sheets = prediction_sheets(prediction)
     page = Page(
@@ -267,6 +267,6 @@ def write_prediction(prediction: Prediction, folder: Path, name: str) -> list[Pa
         drawn,
         reading_order(sheets),
         sources="Criteria and numbers: L. Pastewka and M. O. Robbins, PNAS 111, 3298 (2014), and the sources in the "
-        "tables.  Margins compare one theory with itself: they say nothing of what is wrong with it.",
+        "tables.  Margins are those of each theory, and do not include its errors.",
     )
     return [page.write(folder / f"{name}.html"), *(path for path, _ in drawn)]

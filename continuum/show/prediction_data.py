@@ -1,4 +1,4 @@
-"""A prediction for other programs: JSON with everything, one flat row for a table.  SI units."""
+"""A prediction for other programs: JSON with all results, or one row of a table.  SI units."""
 
 import json
 import math
@@ -15,7 +15,7 @@ from continuum.topography.roughness import spectrum
 
 
 def row(prediction: Prediction) -> dict[str, str | float | None]:
-    """One line of a table: verdict, moments, contact, and of each criterion its margin and what its record says."""
+    """One row of a table: verdict, moments, contact, and the margin and record of each criterion."""
     verdict, contact = judge(prediction), prediction.contact
     found: dict[str, str | float | None] = {
         "map": " on ".join(topography.source for topography in prediction.topographies),
@@ -54,7 +54,7 @@ def row(prediction: Prediction) -> dict[str, str | float | None]:
 
 
 def ranges(prediction: Prediction) -> dict[str, str]:
-    """Whether each criterion, by its key, is in its range and so counts in the verdict: yes, or no, and why."""
+    """Whether each criterion, by its key, is in its range and counts in the verdict: yes, or no with the reason."""
     excluded = ", ".join(fault.kind for fault in prediction.excluding)
     judged = {one.key for one in verdicts(flattened(prediction.contact)) if one.valid}
 
@@ -72,13 +72,13 @@ def remedy_options(fault: MapFault) -> str:
 
 
 def as_csv(rows: Sequence[Mapping[str, str | float | None]]) -> str:
-    """Rows as comma-separated values, numbers with all their digits; columns in the order of their first appearance."""
+    """Rows as comma-separated values with all digits; columns in the order of their first appearance."""
     columns = list(dict.fromkeys(name for one in rows for name in one))
     return Sheet.of("", columns, [[one.get(name) for name in columns] for one in rows]).csv()
 
 
 def as_json(prediction: Prediction) -> str:
-    """Everything that a page shows, as numbers, with the whole spectrum of each map."""
+    """All numbers of the page, with the whole spectrum of each map."""
     verdict = judge(prediction)
     maps = []
     for topography, found, fit in zip(prediction.topographies, prediction.findings, prediction.fits, strict=True):
@@ -120,7 +120,7 @@ def as_json(prediction: Prediction) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """Without numbers that JSON has not."""
+    """Replace numbers that JSON does not have."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):

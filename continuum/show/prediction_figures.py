@@ -1,4 +1,4 @@
-"""Figures of a prediction: map, spectrum, what depends on resolution, the solved contact, the faults of a map."""
+"""Figures of a prediction: map, spectrum, dependence on resolution, the solved contact, the faults of a map."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -33,7 +33,7 @@ _HALF = 0.46
 
 @plot.styled
 def overview(prediction: Prediction) -> Figure:
-    """Map, spectrum, and what depends on the smallest wavelength."""
+    """Map, spectrum, and roughness and verdicts against the smallest wavelength."""
     figure, ((image, density), (slopes, chances)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
     _draw_map(image, prediction.topographies[0])
     _draw_spectrum(density, prediction)
@@ -60,7 +60,7 @@ def length_scale(value: float) -> tuple[float, str]:
 def _draw_map(axis: Axes, topography: Topography) -> None:
     size, name = length_scale(max(topography.lengths))
     most = 3 * topography.heights.std()
-    # Heights of less than a nanometre are still read in nanometres.
+    # Heights below a nanometre are also given in nanometres.
     height, height_name = length_scale(max(most, 1e-9))
     lengths = [length / size for length in topography.lengths]
     image = plot.map_image(axis, topography.heights / height, lengths, "cividis", (-most / height, most / height))
@@ -107,7 +107,7 @@ def _draw_moments(axis: Axes, cuts: Sequence[Cut]) -> None:
 
 
 def _draw_chances(axis: Axes, prediction: Prediction) -> None:
-    """Probability by the record of each theory and of all together, and the lines beyond which one says something."""
+    """Probability by the record of each theory and of all together, and the limits beyond which a verdict is given."""
     size, name = length_scale(prediction.cuts[len(prediction.cuts) // 2][0].wavelength)
     x = [cut.wavelength / size for cut, _ in prediction.cuts]
     contact = prediction.contact
@@ -133,7 +133,7 @@ def _draw_chances(axis: Axes, prediction: Prediction) -> None:
 
 @plot.styled
 def mending_figure(measured: Topography, judged: Topography) -> Figure:
-    """A map as it was measured and as it is judged, and the bearing curves of both."""
+    """The measured and the corrected map, and the bearing curves of both."""
     figure, (before, after, bearing) = plot.new_axes(plot.PAGE, 2.6, 1, 3)
     _draw_map(before, measured)
     _draw_map(after, judged)
@@ -153,7 +153,7 @@ def mending_figure(measured: Topography, judged: Topography) -> Figure:
 
 @plot.styled
 def contact_figure(solved: Simulation | SolvedTurn) -> Figure:
-    """Where the solved contact repels and attracts."""
+    """Map of repulsion and attraction in the solved contact."""
     figure, axis = plot.new_axes(plot.COLUMN, 3.6)
     (nx, ny), lengths = solved.map.shape, solved.map.lengths
     unit, name = length_scale(max(lengths))
@@ -167,7 +167,7 @@ def contact_figure(solved: Simulation | SolvedTurn) -> Figure:
 
 @plot.styled
 def fault_figure(prediction: Prediction) -> Figure:
-    """The first map with a fault: marks on the map, offsets of lines, spectra by direction, heights."""
+    """The first faulty map: marks on the map, offsets of lines, spectra by direction, heights."""
     i = next(i for i, found in enumerate(prediction.findings) if found.faults)
     topography, found = prediction.topographies[i], prediction.findings[i]
     figure, ((image, offsets), (spectra, heights)) = plot.new_axes(plot.PAGE, 6.8, 2, 2)
@@ -200,7 +200,7 @@ def _marks(axis: Axes, topography: Topography, found: Findings) -> None:
 
 
 def _offsets(axis: Axes, topography: Topography, found: Findings) -> None:
-    """Medians of lines and of columns: an isotropic surface has two curves of one kind."""
+    """Medians of lines and of columns, which are alike on an isotropic surface."""
     unit, name = length_scale(topography.heights.std())
     for along, colour in ((found.lines.axis, plot.SERIES[5]), (1 - found.lines.axis, plot.SERIES[0])):
         offsets = line_offsets(topography.heights, along)

@@ -20,7 +20,7 @@ _AREA = r"$A_\mathrm{rep}/A_0$"
 
 
 class PathPoint(CurvePoint, Protocol):
-    """What the figure of a path asks of its points."""
+    """A point of a path, as far as its figure needs it."""
 
     @property
     def area_rep(self) -> float:
@@ -43,7 +43,7 @@ def draw_run(result: Result, folder: Path | None = None) -> list[Path]:
 
 @plot.styled
 def run_contact_maps(result: Result) -> Figure:
-    """Contact maps of up to three points of the approach, spread evenly over those in contact."""
+    """Contact maps of up to three points of the approach, evenly spaced among those in contact."""
     points = result.points
     touching = [i for i, point in enumerate(points) if point.area_rep > 0 and point.branch != "retract"]
     touching = touching or list(range(len(points)))
@@ -60,7 +60,7 @@ def run_contact_maps(result: Result) -> Figure:
 
 
 def _maps(number: int) -> tuple[Figure, Any]:
-    """Axes for maps beside one another, with what is written beside them."""
+    """Axes for a row of maps, with their labels."""
     figure, axes = plot.new_axes(
         plot.PAGE if number > 1 else plot.COLUMN, 8.4 / max(number, 2.2), 1, number, squeeze=False, sharey=True
     )
@@ -114,7 +114,7 @@ def draw_analysis(analysis: Analysis, folder: Path | None = None) -> list[Path]:
     """Draw what was measured on a run, beside its file or into a folder; returns the PNG files."""
     stem = (folder or analysis.result.path.parent) / analysis.result.path.stem
     touching = [point for point in analysis.points if point.numbers.area_rep > 0]
-    # Points of the approach; on the way back they would hide one another.
+    # Only the approach: points of the retraction would hide one another.
     touching = [point for point in touching if point.point.branch != "retract"] or touching
     if not touching:
         return []

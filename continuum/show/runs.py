@@ -1,4 +1,4 @@
-"""Runs, analyses and sweeps as text: what is printed of them."""
+"""Runs, analyses and sweeps as text and tables."""
 
 import math
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ _MOST = 20
 
 
 def words(status: str) -> str:
-    """The name of a status as people say it."""
+    """The name of a status in lower case words."""
     return status.lower().replace("_", " ")
 
 
 def progress_line(point: Point, seconds: float) -> str:
-    """What is said of a point when it is done."""
+    """The progress line of a finished point."""
     place = f"mean gap {point.mean_gap:.4g} a0, separation {point.separation:.4g} a0, A_rep {point.area_rep:.4g}"
     search = f" and {point.search_pairs:.0f} in the search" if point.search_pairs else ""
     work = f"residual {point.residual:.1e}, FFT pairs {point.fft_pairs:.0f}{search}, {seconds:.1f} s"
@@ -81,11 +81,11 @@ def turn_sheet(result: Result) -> Sheet:
         rows.append(
             (p.area_rep, p.work_of_adhesion, *ends, p.load_rep, p.load, p.area_att, pairs, words(p.status) + jump)
         )
-    return Sheet.of("From which work of adhesion on the surface is sticky", columns, rows)
+    return Sheet.of("Work of adhesion above which the surface is sticky", columns, rows)
 
 
 def analysis_sheets(analysis: Analysis) -> list[Sheet]:
-    """What was measured on a run: each point, and the run as a whole."""
+    """Measurements on a run: each point, and the run as a whole."""
     sheets = [_loads(analysis), _geometry(analysis)]
     if any(point.fields for point in analysis.points):
         sheets.append(_outside(analysis))
@@ -152,7 +152,7 @@ def _whole(analysis: Analysis) -> Sheet:
     ]
     if found is not None:
         ends = "" if found.separated or np.isnan(found.pull_off) else " (path ends under tension: too small)"
-        # The trapezoidal rule leaves a rest of either sign.
+        # The error of the trapezoidal rule has either sign.
         lost = f"{found.loss:.4g} E* a0" if found.loss > 1e-6 * found.work_of_separation else "none"
         rows += [
             ("peak load N/A0", f"{found.peak_load:.4g} E*"),
@@ -174,7 +174,7 @@ def result_line(ended: TaskResult) -> str:
 
 
 def status_sheets(found: SweepStatus) -> list[Sheet]:
-    """How far a sweep is, what failed, and how far its searches are."""
+    """Progress of a sweep, its failures, and the progress of its searches."""
     rows: list[tuple[str, str | int]] = [
         ("systems", found.total),
         ("done", found.done),
@@ -184,7 +184,7 @@ def status_sheets(found: SweepStatus) -> list[Sheet]:
         ("failed", len(found.failed)),
         ("left", found.total - found.done - len(found.failed)),
     ]
-    if found.crossings:  # which systems a search will try is not known
+    if found.crossings:  # the trials of a search are not known in advance
         ended = [one for one in found.crossings if one.complete]
         rows[0], rows[-1] = ("systems so far", found.total), ("searches", len(found.crossings))
         rows += [
@@ -213,7 +213,7 @@ def _beginning(sheet: Sheet) -> Sheet:
 
 
 def crossings_sheet(listing: SweepListing, crossings: Sequence[Crossing]) -> Sheet:
-    """Table of what searches have found so far, one in a row."""
+    """Results of searches so far, one per row."""
     search = listing.bisection
     if search is None:
         return Sheet.of("crossings", ("search",), ())
@@ -232,7 +232,7 @@ def crossings_sheet(listing: SweepListing, crossings: Sequence[Crossing]) -> She
 
 
 def table_sheets(found: PointTable) -> list[Sheet]:
-    """What was collected, and what searches have found."""
+    """The collected points, and the results of searches."""
     rows: list[tuple[str, str | int]] = [
         ("systems", len(found.keys)),
         ("points", len(found.system)),

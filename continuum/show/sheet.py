@@ -1,4 +1,4 @@
-"""A sheet: rows under columns with units, as text, Markdown, HTML or CSV.  Every table of the project is one."""
+"""A sheet: a table with units, as text, Markdown, HTML or CSV."""
 
 import csv
 import html
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Self
 
 Entry = str | float | int | None
-"""What a row may hold; None where there is nothing to say."""
+"""Contents of a cell; None for an empty one."""
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class Column:
 
     Parameters
     ----------
-    name : what it is, in a word or a symbol.
+    name : word or symbol of the quantity.
     unit : "a0", "E*", "%" (of numbers that are fractions); "" where there is none.
-    form : how numbers are written, as Python formats them; words are left alone.
+    form : Python format of the numbers; words are not changed.
     """
 
     name: str
@@ -49,8 +49,8 @@ class Sheet:
     ----------
     title : one line.
     columns : in their order; a text is a column of that name.
-    rows : as many cells each as there are columns.
-    note : what a reader needs to understand it, below.
+    rows : rows with one cell for each column.
+    note : explanation below the table.
     """
 
     title: str
@@ -62,7 +62,7 @@ class Sheet:
     def of(cls, title: str, columns: Sequence[Column | str], rows: Iterable[Sequence[Entry]], note: str = "") -> Self:
         """A sheet from any sequences.
 
-        Raises ValueError if a row has not as many cells as there are columns.
+        Raises ValueError if the number of cells in a row differs from that of columns.
         """
         heads = tuple(Column(column) if isinstance(column, str) else column for column in columns)
         body = tuple(map(tuple, rows))
@@ -82,13 +82,13 @@ class Sheet:
         )
 
     def numeric(self, index: int) -> bool:
-        """Whether a column holds numbers only: these stand to the right."""
+        """Whether a column has numbers only, which are aligned to the right."""
         return any(isinstance(row[index], float | int) for row in self.rows) and not any(
             isinstance(row[index], str) for row in self.rows
         )
 
     def text(self) -> str:
-        """Plain text, columns apart by two spaces."""
+        """Plain text, with two spaces between columns."""
         rows = [self.head, *self.cells]
         widths = [max(len(row[i]) for row in rows) for i in range(len(self.columns))]
         lines = [
@@ -114,7 +114,7 @@ class Sheet:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
     def csv(self) -> str:
-        """Comma-separated values, numbers with all their digits."""
+        """Comma-separated values with all digits."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(self.head)

@@ -33,7 +33,7 @@ def study_sentence(study: Study) -> str:
 
 
 def study_doubts(study: Study) -> list[str]:
-    """What to doubt of a ranking."""
+    """Warnings about a ranking."""
     doubts = [f"{spot.sample}, spot {spot.name}: left out: {spot.error}" for spot in study.unusable]
     nothing = [spot for spot in study.spots if spot.found is not None and spot.margin is None]
     doubts += [f"{spot.sample}, spot {spot.name}: undecided, and in no mean" for spot in nothing]
@@ -97,7 +97,7 @@ def write_study(study: Study, folder: Path, name: str) -> list[Path]:
     drawn = []
     if any(sample.margin is not None for sample in study.samples):
         drawn = [(plot.save_figure(study_figure(study), folder / name), "Spots, and mean of each sample.")]
-    title = f"Which is the stickiest?  {study.folder.resolve().name}"
+    title = f"Ranking of samples by stickiness:  {study.folder.resolve().name}"
     page = Page(title, study_sentence(study) + ".", study_doubts(study), drawn, study_sheets(study))
     output.folder(folder)
     spots = []

@@ -264,11 +264,33 @@ class BoundEngine(Engine, Protocol):
     def misses(self, p: Array, z: Array, level: float, error: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
         """The same as :meth:`continuum.solve.bound_grid.BoundGrid.misses`, in the memory of three fields."""
 
+    def tiles(self, p: Array, z: Array, below: float) -> Any:
+        """A :class:`TileEngine` of the tiles where p presses or z lies below a level; None where that does not pay."""
+
+    def take(self, tiles: Any, values: Array, field: Array) -> None:
+        """Take a field from the engine of some tiles; beyond these it stays as it is, and nothing presses."""
+
     def set_largest_pressure(self, most: float) -> None:
         """The pressure at which the wall gives way; infinite where it does not."""
 
     def duality_gap(self, p: Array, z: Array, spare: tuple[Array, Array]) -> tuple[float, float]:
         """The same as :meth:`continuum.solve.bound_grid.BoundGrid.duality_gap`, in the memory of two fields."""
+
+
+class TileEngine(BoundEngine, Protocol):
+    """What the bound-constrained solver asks for on tiles: what its iteration asks of :class:`BoundEngine`, and this.
+
+    It has a model of the response, G.
+    """
+
+    def gather(self, whole: Array) -> Array:
+        """The tiles of a field of the whole grid."""
+
+    def alter(self, step: float, factor: float, **given: Array) -> float:
+        """Set out <- the gap under the pressure new, ``factor`` times p - ``step`` t cut at zero, after :meth:`comply`.
+
+        Returns by how much the energy rises, summed over the points.  Given are p, z, offset, t, new and out.
+        """
 
 
 SPACING = 8

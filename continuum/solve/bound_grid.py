@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
-from continuum.solve.backend import Array, BackEnd, BoundEngine, reused
+from continuum.solve.backend import Array, BackEnd, BoundEngine, TileEngine, reused
 from continuum.solve.solution import Work
 
 STEEPEST = 1e30
@@ -259,6 +259,21 @@ class BoundGrid:
         self.engine.sweep("accept", z=self.z, new=self.change)
         self.p, self.s = self.s, self.p
 
+    # --- tiles ---------------------------------------------------------------------------------------------
+
+    def tiles(self, level: float, energy: float, size: float) -> TileGrid | None:
+        """The tiles that press or overlap, as a grid whose response is nearly this one's; None where that does not pay.
+
+        The energy is that of the state, and the size of what it is the sum of.
+        """
+        engine = self.engine.tiles(self.p, self.z, -level)
+        return None if engine is None else TileGrid(self, engine, energy, size)
+
+    def take(self, tiles: TileGrid) -> None:
+        """Set p and m to those of the tiles, beyond which nothing presses."""
+        self.engine.take(tiles.engine, tiles.p, self.p)
+        self.engine.take(tiles.engine, tiles.m, self.m)
+
     # --- the outcome ---------------------------------------------------------------------------------------
 
     def displace(self) -> tuple[float, float]:
@@ -294,3 +309,49 @@ class BoundGrid:
     def elastic_energy(self, offset: Real, gap: Real) -> float:
         """½ <u K u> of u = offset - gap without its mean, in E* a0, between two problems."""
         return self.engine.elastic_energy(offset, gap, self.s, self.t)
+
+
+class TileGrid(BoundGrid):
+    """The points of some tiles of a grid, in which all its contact lies, with a model of its response.
+
+    z is that of the grid where it was made; from there on the model says how it changes.
+    """
+
+    def __init__(self, whole: BoundGrid, engine: TileEngine, energy: float, size: float) -> None:
+        self.grid, self.size, self._surface = whole.grid, whole.size, whole._surface
+        self.engine = self._tiles = engine
+        self.mean_stiffness, self.most = whole.mean_stiffness, whole.most
+        self._energy, self._terms = energy, size
+        self._step = self._curvature = self._found = 0.0
+        self.p, self.z, self.offset = (engine.gather(each) for each in (whole.p, whole.z, whole.offset))
+        self.m = engine.gather(whole.m)
+        self.t, self.s, self.change = (engine.field() for _ in range(3))
+        self.mask = self.p > 0
+
+    def curvature(self) -> float:
+        """<t G t>, after :meth:`turn`."""
+        self._curvature = super().curvature()
+        return self._curvature
+
+    def trial(self, step: float) -> tuple[float, float, float]:
+        """Try p - step t, cut at zero, as on any grid."""
+        self._step = step
+        return super().trial(step)
+
+    def advance(self, step: float) -> None:
+        """Accept a trial that was not cut and leads to the minimum along t."""
+        super().advance(step)
+        self._energy -= 0.5 * step**2 * self._curvature
+
+    def arrive(self, before: float, after: float) -> tuple[float, float]:
+        """Scale the trial from one sum to another, and find its gap; returns energy and size."""
+        factor = before / after
+        self.engine.scale(self.s, factor)
+        fields = {"p": self.p, "z": self.z, "t": self.t, "offset": self.offset, "new": self.s, "out": self.change}
+        self._found = self._energy + self._tiles.alter(self._step, factor, **fields) / self.size
+        return self._found, self._terms
+
+    def accept(self) -> None:
+        """Accept the trial whose gap was found last."""
+        super().accept()
+        self._energy = self._found

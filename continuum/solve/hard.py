@@ -16,6 +16,9 @@ of the contact near by (:mod:`continuum.solve.cpu.extending`).  It is symmetric 
 mode enters by the rank-one formula of Sherman and Morrison, whose limit of no mean stiffness is a given mean pressure.
 An iteration costs two pairs of transforms, two and a half if its step was cut.
 
+On large grids all of this happens on tiles of the contact first, whose engine has a model of G, and the whole grid only
+says what the model missed (:mod:`continuum.solve.cpu.tiles`): four or five pairs of it, instead of two an iteration.
+
 It stops by the largest error of the gap: what closes the contact, or lifts an overlap.  That bounds the residual.
 
 No contact mechanics here beyond the bound: K and the offset are all that it knows.  No field either: those belong to
@@ -47,6 +50,10 @@ that displacement there.  With a fifth, the tolerance of 1e-6 h'rms at h'rms = 0
 """
 SAFETY = 0.7
 """Part of what is allowed that is aimed at when what was computed afresh exceeded it."""
+SLOW = 0.5
+"""Part of the error of the gap that a correction on tiles may leave, at most."""
+MISSED, BEYOND = 0.01, 0.3
+"""Part of it to which tiles are solved, about what their response misses; and that of what is asked for, at least."""
 HALVINGS = 30
 """Shortest step that is tried: this power of ½ of the first."""
 VERIFICATIONS = 5
@@ -132,6 +139,8 @@ class _Dual:
         self.loaded = mean_stiffness == 0
         self.level = self.energy = self.in_m = self.gap_error = 0.0
         self.changed = np.inf
+        self.fresh = False
+        """Whether z is that of p by the whole grid's own transforms."""
         self.history: list[Iteration] = []
 
     # --- where it starts -----------------------------------------------------------------------------------
@@ -186,9 +195,43 @@ class _Dual:
         return Status.LINE_SEARCH, outcome
 
     def descend(self, gap: float, limit: int) -> Status:
-        """Conjugate gradients on the contact, which is found anew in each iteration, to this error of the gap."""
+        """To this error of the gap: on tiles of the contact where that serves, and then on the whole grid."""
+        self.fresh = False
+        self.energy, size = self.grid.displace()
+        return self._correct(gap, limit, size) or self._iterate(gap, limit)
+
+    def _correct(self, gap: float, limit: int, size: float) -> Status | None:
+        """Solve on tiles, find what that missed, and again; None where it does not come to an end.
+
+        The tiles have a model of the response.  What it misses, a part of the change of z, is found by one pair of
+        transforms of the whole grid: defect correction.
+        """
+        grid, error, self.changed = self.grid, np.inf, np.inf
+        while len(self.history) < limit:
+            tiles = grid.tiles(self._level(), self.energy, size)
+            if tiles is None:
+                return None
+            near = _Dual(tiles, self.pressure, self.mean_stiffness)
+            near.energy, near.changed = self.energy, self.changed
+            near._find_contact()
+            self.gap_error = near.gap_error
+            if self.gap_error <= gap:
+                self.fresh = True
+                return Status.CONVERGED
+            if not self.gap_error < SLOW * error:
+                return None
+            error = self.gap_error
+            if not near._iterate(max(BEYOND * gap, MISSED * error), limit).ok:
+                return None
+            self.history.append(Iteration(near.history[0].residual if near.history else 0.0, self.energy, 1.0))
+            grid.take(tiles)
+            self.changed = 0.0
+            self.energy, size = grid.displace()
+        return None
+
+    def _iterate(self, gap: float, limit: int) -> Status:
+        """Conjugate gradients on the contact, which is found anew in each iteration."""
         grid = self.grid
-        self.energy, _ = grid.displace()
         grid.clear()
         beta = zs_before = step = 0.0
         while True:
@@ -287,7 +330,8 @@ class _Dual:
         """
         if self.loaded:
             self._carry_the_load(self.grid.total())
-        self.energy, _ = self.grid.displace()
+        if not self.fresh:
+            self.energy, _ = self.grid.displace()
         self.level = self._level() if self.loaded else 0.0
         residual, error = self.grid.misses(self.level)
         return _Outcome(residual, error, *self.grid.duality_gap())

@@ -116,7 +116,7 @@ class Solution:
     residual: float
     """Root-mean-square gradient of the final state, computed afresh, in E*."""
     iterations: int
-    """On the finest grid."""
+    """On the finest grid; of a contact that is solved on tiles, the corrections by the whole grid."""
     work: tuple[Work, ...] = ()
     """On each grid, the finest first."""
     seconds: float = field(default=0.0, compare=False)

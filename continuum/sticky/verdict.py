@@ -188,7 +188,7 @@ def _judge_measured(prediction: Prediction, without: Left | None) -> Verdict:
         better = judge_contact(prediction.mended.contact, without)
         if better.answer != plain.answer:
             reasons = f" ({'; '.join(better.why)})" if better.answer == "undecided" and better.why else ""
-            why = f"as measured the map is {plain.answer}, with its faults mended {better.answer}{reasons}"
+            why = f"as measured the map is {plain.answer}, with its faults corrected {better.answer}{reasons}"
             return Verdict("undecided", None, (why,))
     hopeless = [fault.kind for fault in prediction.faults if not fault.remedy]
     if hopeless:

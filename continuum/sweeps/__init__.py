@@ -1,1 +1,1 @@
-"""Many runs: the systems of a sweep, what computes them here or on a cluster, and their tables."""
+"""Many runs: the systems of a sweep, their computation here or on a cluster, and their tables."""

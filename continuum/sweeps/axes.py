@@ -1,4 +1,4 @@
-"""The description of a sweep: an input file with axes over any of its keys, and the systems that it amounts to.
+"""The description of a sweep: an input file with axes over any of its keys, and its systems.
 
 A sweep is the input of a run with a table ``[sweep]``.  Every key of ``[sweep.axes]`` is an axis; the keys of one table
 ``[[sweep.zipped]]`` change together.  All combinations that pass every condition of ``sweep.keep`` are the systems.
@@ -29,15 +29,15 @@ _Values = dict[str, Any]
 
 @dataclass(frozen=True)
 class Axis:
-    """Keys of the input that change together, and the values that they take."""
+    """Keys of the input that change together, and their values."""
 
     keys: tuple[str, ...]
     values: tuple[tuple[Any, ...], ...]
-    """One for each place on the axis, as many as there are keys."""
+    """Values at each place on the axis, one for each key."""
 
 
 class SweepTable(Table):
-    """[sweep]: what changes from system to system."""
+    """[sweep]: the keys that change from system to system."""
 
     axes: _Values = Field(default_factory=dict)
     """dotted keys of this input, each with a list of values or a range: {from, to, step | factor | count}; one may be
@@ -65,7 +65,7 @@ class SweepTable(Table):
 
     @constraint
     def _sound(self) -> Iterator[Fault]:
-        # Each asks what only holds if the one before found nothing.
+        # Checks in order; the first that fails is reported.
         yield from next(filter(None, (list(find()) for find in (self._lists, self._together, self._conditions))), ())
 
     def _lists(self) -> Iterator[Fault]:
@@ -82,7 +82,7 @@ class SweepTable(Table):
                 try:
                     values = expand_range(given)
                 except ValueError as error:
-                    why = "a search: it stands in [sweep.axes], not among keys that change together"
+                    why = "a search, which belongs in [sweep.axes], not among keys that change together"
                     allowed = f"a list of values, or a range {{from, to, step}}: {error}"
                     yield Fault(here, allowed, why if is_bisection(given) else "")
                 else:
@@ -119,11 +119,11 @@ class SweepTable(Table):
 
 _flat = partial(dotted, ranges=True)
 _LISTS = ("from", "bisect")
-"""Keys by which a table is a range or a search, and not one value."""
+"""Keys that mark a table as a range or a search, not as one value."""
 
 
 def _parts(table: Mapping[str, Any], name: str) -> tuple[str, ...]:
-    """Where a dotted key stands, whether it is quoted there or not."""
+    """The parts of a dotted key, whether it is quoted or not."""
     if name in table:
         return (name,)
     first = next(part for part in table if name.startswith(f"{part}."))
@@ -135,8 +135,8 @@ def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Val
 
     Parameters
     ----------
-    changes : values of keys of the input, which for a key on an axis become its values; and of keys of the table
-        itself, as ``sweep.keep``, or ``sweep.axes.surface.seed``, which also makes an axis of a key that was on none.
+    changes : values of keys of the input, which for a key on an axis become its values; also of keys of the table
+        itself, such as ``sweep.keep``, or ``sweep.axes.surface.seed``, which adds an axis.
     """
     found, plain = copy.deepcopy(dict(table)), _Values()
     for key, value in changes.items():
@@ -155,7 +155,7 @@ def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Val
 
 
 def _put(table: _Values, name: str, value: Any) -> None:
-    """Give an axis other values: a list, a range or a search; anything else is its one value."""
+    """Set the values of an axis: a list, a range or a search; anything else is its only value."""
     several = isinstance(value, (tuple, list)) or (isinstance(value, Mapping) and not value.keys().isdisjoint(_LISTS))
     *outer, last = _parts(table, name) if name in dict(_flat(table)) else (name,)
     for part in outer:
@@ -172,7 +172,7 @@ def _hashable(value: Any) -> Hashable:
 
 
 def _overlap(one: str, other: str) -> bool:
-    """Whether one of two keys is a table that holds the other."""
+    """Whether one of two keys is a table that contains the other."""
     return one != other and (f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}."))
 
 
@@ -181,7 +181,7 @@ class SystemPlan:
     """One system of a sweep."""
 
     source: Source = field(repr=False)
-    """The input that all systems share."""
+    """The common input of all systems."""
     settings: Mapping[str, Any]
     """Key and value on each axis."""
     key: str
@@ -215,17 +215,17 @@ class Sweep:
     source: Source = field(repr=False)
     """The input file."""
     base: Source = field(repr=False)
-    """Without the table [sweep]: the input of a run, but for what the axes give."""
+    """Input of a run, without the table [sweep] and the keys of the axes."""
     axes: tuple[Axis, ...]
     keep: tuple[str, ...]
     changed: bool = False
-    """Whether values are not those of the file."""
+    """Whether values were changed from those of the file."""
     bisection: Bisection | None = None
-    """What is searched for in each combination of the axes, if anything is."""
+    """The search in each combination of the axes, if there is one."""
 
     @property
     def text(self) -> str:
-        """The input of this sweep: the file, or where values were given elsewhere one that has them."""
+        """The input of this sweep as text, including values that were given elsewhere."""
         if not self.changed:
             return self.source.text
         zipped = [dict(zip(axis.keys, zip(*axis.values, strict=True), strict=True)) for axis in self.axes]
@@ -247,14 +247,14 @@ class Sweep:
         reduced: bool = False,
         name: str | None = None,
     ) -> Self:
-        """Read a sweep; its systems are not looked at yet.
+        """Read a sweep without checking its systems.
 
         Parameters
         ----------
         file : the input, or its tables.
         name : of the sweep; that of the file if None, and "sweep" of tables.
         settings : values of keys instead of those of the file; of a key on an axis, a value, a list or a range.
-        reduced : whether those of ``[sweep.reduced]`` hold, before the settings.
+        reduced : whether to use the values of ``[sweep.reduced]``, before the settings.
 
         Raises ConfigError with all faults of the table [sweep].
         """
@@ -280,10 +280,10 @@ class Sweep:
         return cls(f"{own}-reduced" if reduced else own, source, base, axes, found.keep, bool(changes), bisection)
 
     def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
-        """Its systems, each once, with the input of its run; the last axis changing fastest.
+        """Its systems, each once, with the input of its run; the last axis changes fastest.
 
-        Of a search, its lower and then its upper end.  Raises ConfigError if one of them is no input of a run, a
-        search is none of its column, or there is no system.
+        A search has its lower and then its upper end.  Raises ConfigError if a system is not a valid input, the column
+        of a search does not exist, or there is no system.
         """
         conditions, seen = [condition(text) for text in self.keep], dict[str, SystemPlan]()
         for places in itertools.product(*(axis.values for axis in self.axes)):
@@ -307,13 +307,13 @@ class Sweep:
             raise ConfigError(self.source, [Fault(("sweep", "keep"), "conditions that at least one system meets")])
 
     def _ends(self, combination: _Values) -> list[_Values]:
-        """The settings of a combination of the axes, or where a key is searched for those of both ends."""
+        """The settings of a combination of the axes, or those of both ends of a search."""
         if (search := self.bisection) is None:
             return [combination]
         return [{**combination, search.key: value} for value in (search.first, search.last)]
 
     def _require_column(self, config: RunConfig, search: Bisection, combination: _Values) -> None:
-        """Refuse a search whose column has no place on the path, or whose values in between make no input of a run."""
+        """Check that the column of a search is on the path, and that values between its ends are valid inputs."""
         targets = [target for _, leg in config.loading.legs for target in leg]
         if search.target is not None and not any(map(search.is_target, targets)):
             at = ("sweep", "axes", *_parts(self.source.data["sweep"]["axes"], search.key), "bisect")
@@ -325,7 +325,7 @@ class Sweep:
         parsed(self.base.changed({**combination, search.key: search.middle(search.first, search.last)}), RunConfig)
 
     def _kept(self, settings: list[_Values], conditions: Sequence[ast.expr]) -> list[_Values]:
-        """The systems that all conditions keep: of a search both ends or none."""
+        """The systems that meet all conditions; of a search both ends or none."""
         found = [one for one in settings if self._holds(self.base.changed(one), conditions)]
         if 0 < len(found) < len(settings):
             cause = f"{label_of(found[0])} is kept, and the other end of the search is not"

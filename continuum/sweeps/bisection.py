@@ -1,7 +1,7 @@
-"""A search along one key: where a column of the table crosses a value, by halving a bracket.
+"""A search along one key for the place where a column of the table crosses a value, by bisection.
 
-Which value of the key is tried next follows from the column at those tried before, and from nothing else, so that a
-search goes on from its files wherever it was stopped.
+The next trial follows from the column at earlier trials only, so that a search continues from its files after any
+interruption.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ KEYS: Mapping[str, str] = {
     "crosses": "value that the column crosses; 0 if not given",
     "scale": '"log" or "linear": in which the bracket is halved, and read in between; log if not given',
 }
-"""Keys of a search, and what they are; the last two may be left out."""
+"""Keys of a search with their descriptions; the last two are optional."""
 _NEEDED = ("bisect", "from", "to", "tolerance")
 _SCALES = ("log", "linear")
 _COLUMN = re.compile(r"\s*(\w+)(?:\s+at\s+(\S+?)\s*(%?))?\s*")
@@ -36,9 +36,9 @@ _DIGITS = 8  # of a value that is tried: it stands in labels and tables, and is 
 
 @dataclass(frozen=True)
 class Bisection:
-    """What is searched for: the value of a key at which a column crosses a value.
+    """A search for the value of a key at which a column crosses a value.
 
-    The ends come first; where they bracket the value, the bracket is halved a number of times that is known beforehand.
+    The ends are solved first; if they bracket the value, the bracket is halved a fixed number of times.
     """
 
     key: str
@@ -56,7 +56,7 @@ class Bisection:
 
     @classmethod
     def of(cls, key: str, given: Mapping[str, Any]) -> Bisection:
-        """The search that a table describes in which :func:`bisection_faults` finds nothing."""
+        """The search of a table without :func:`bisection_faults`."""
         found = _COLUMN.fullmatch(given["bisect"])
         assert found is not None
         target = None if found[2] is None else float(found[2]) / (100 if found[3] else 1)
@@ -65,14 +65,14 @@ class Bisection:
 
     @property
     def table(self) -> dict[str, Any]:
-        """As an input has it."""
+        """The table of an input."""
         at = "" if self.target is None else f" at {self.target!r}"
         numbers = {"crosses": self.crosses, "from": self.first, "to": self.last, "tolerance": self.tolerance}
         return {"bisect": f"{self.column}{at}", **numbers, "scale": self.scale}
 
     @property
     def halvings(self) -> int:
-        """Number of times that the bracket is halved, if the ends bracket the value."""
+        """Number of halvings, if the ends bracket the value."""
         if self.scale == "log":
             wide = (math.log(self.last) - math.log(self.first)) / math.log1p(self.tolerance)
         else:
@@ -81,11 +81,11 @@ class Bisection:
 
     @property
     def most(self) -> int:
-        """Number of systems that the search takes at most."""
+        """Largest number of systems of the search."""
         return 2 + self.halvings
 
     def middle(self, lower: float, upper: float) -> float:
-        """The value between two that is tried next."""
+        """The next trial between two values."""
         exact = math.sqrt(lower) * math.sqrt(upper) if self.scale == "log" else lower / 2 + upper / 2
         return float(f"{exact:.{_DIGITS}g}")
 
@@ -100,11 +100,12 @@ class Bisection:
         return float(rows[0][column]) if len(rows) and rows[0][converged] == 1 else math.nan
 
     def follow(self, column_at: Callable[[float], float | None]) -> Bracket:
-        """The search as far as it is known.
+        """The state of the search.
 
         Parameters
         ----------
-        column_at : the column at a value of the key: None where it is not known, NaN where there is none.
+        column_at : function that returns the column at a value of the key; None if it is not known, NaN if it has no
+            value.
         """
         lowest, highest = column_at(self.first), column_at(self.last)
         known = [math.nan if end is None else end for end in (lowest, highest)]
@@ -150,7 +151,7 @@ class Bisection:
 
 @dataclass(frozen=True)
 class Bracket:
-    """How far a search is: values of the key between which the column crosses the value, as far as it is known."""
+    """The state of a search: values of the key between which the column crosses the value."""
 
     lower: float
     upper: float
@@ -158,17 +159,17 @@ class Bracket:
     """The column at the lower end; NaN if it is not known."""
     at_upper: float
     trials: int = 0
-    """Systems that the search has taken."""
+    """Number of systems so far."""
     next: float | None = None
-    """Value of the key to be tried next; None where the search has ended."""
+    """Next value of the key to try; None if the search has ended."""
     value: float = math.nan
-    """Where the column crosses the value, read in between; NaN if that is not known."""
+    """Interpolated value of the key at the crossing; NaN if unknown."""
     reason: str = ""
     """Why the search has ended without a crossing; empty if it has not."""
 
 
 def is_bisection(given: Any) -> bool:
-    """Whether a value on an axis is meant as a search."""
+    """Whether a value on an axis is a search."""
     if not isinstance(given, Mapping):
         return False
     return "bisect" in given or ("from" in given and not given.keys().isdisjoint(("tolerance", "crosses", "scale")))
@@ -178,7 +179,7 @@ def bisection_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
     """All that is wrong with the table of a search."""
     for name in given.keys() - KEYS.keys():
         meant = nearest(str(name), KEYS)
-        yield Fault((name,), "one of the keys " + ", ".join(KEYS), f"a slip; did you mean {meant}?" if meant else "")
+        yield Fault((name,), "one of the keys " + ", ".join(KEYS), f"misspelt; did you mean {meant}?" if meant else "")
     for name in _NEEDED:
         if name not in given:
             yield Fault((name,), f"this key is required ({KEYS[name]})")
@@ -211,7 +212,7 @@ def _wrong_column(given: Any) -> Iterator[Fault]:
         return
     if found[1] not in COLUMNS:
         meant = nearest(found[1], COLUMNS)
-        hint = f"a slip; did you mean {meant}?" if meant else f"the columns are {', '.join(COLUMNS)}"
+        hint = f"misspelt; did you mean {meant}?" if meant else f"the columns are {', '.join(COLUMNS)}"
         yield Fault(("bisect",), KEYS["bisect"], hint)
     try:
         finite = found[2] is None or math.isfinite(float(found[2]))

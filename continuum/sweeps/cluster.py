@@ -1,4 +1,4 @@
-"""Tasks on a Dask cluster that a scheduler file names, and the script that starts one inside a SLURM allocation."""
+"""Run tasks on a Dask cluster given by its scheduler file, and write the job script that starts one under SLURM."""
 
 import math
 import re
@@ -12,26 +12,26 @@ from continuum.errors import InputError
 from continuum.sweeps.workers import DIED, Job, Task, TaskResult, timed
 
 _PROCESS = 2.5e8
-"""Bytes of a worker before it does anything."""
+"""Memory of an idle worker, in bytes."""
 _TIME = re.compile(r"\d+(:\d\d?){0,2}|\d+-\d\d?(:\d\d?){0,2}")
-"""Minutes, minutes:seconds, hours:minutes:seconds, days-hours and so on: what SLURM takes for a time."""
+"""Formats of a time in SLURM: minutes, minutes:seconds, hours:minutes:seconds, days-hours and so on."""
 _NAME, _MODULE, _LINE = (
     re.compile(r"[\w.,+-]+", re.ASCII),
     re.compile(r"[\w./+-]+", re.ASCII),
     re.compile(r"[^\n\r\0]*"),
 )
 _WAIT = 60
-"""Seconds in which a scheduler has to answer."""
+"""Time limit for the answer of a scheduler, in s."""
 
 
 class ClusterError(InputError, OSError):
-    """There is no cluster where there should be one."""
+    """The cluster cannot be reached."""
 
 
 def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[TaskResult, None, None]:
-    """Run tasks on the workers of a cluster; the longest first, as they come.
+    """Run tasks on the workers of a cluster, the longest first.
 
-    What a worker returns is the time it took: results are on disk, so that nothing is lost with a worker.
+    A worker returns its time only: results are on disk, so that nothing is lost with a worker.
 
     Raises ClusterError if Dask is not installed, or no scheduler answers.
     """
@@ -62,7 +62,7 @@ def on_cluster(todo: list[Task], work: Job, scheduler_file: Path) -> Generator[T
 
 
 def require_scheduler(scheduler_file: Path) -> None:
-    """Refuse a cluster that cannot be asked: without Dask, or without the file that says where its scheduler is.
+    """Check that Dask is installed and that the scheduler file exists.
 
     Raises ClusterError that says what to do.
     """
@@ -75,7 +75,7 @@ def require_scheduler(scheduler_file: Path) -> None:
 
 @dataclass(frozen=True)
 class Allocation:
-    """What a job asks of SLURM.
+    """Resources of a SLURM job.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class Allocation:
     modules : that are loaded before the work.
     lines : of your own, after these.
 
-    Raises ArgumentError if a number is none of processes, nodes or jobs, or SLURM would not take a time or a name.
+    Raises ArgumentError if a number is not allowed, or SLURM would refuse a time or a name.
     """
 
     nodes: int
@@ -132,7 +132,7 @@ class Allocation:
 
     @property
     def head(self) -> list[str]:
-        """Lines for SLURM, but for the names of the job."""
+        """SLURM options, except names of the job."""
         megabytes = math.ceil(self.workers * (self.memory + _PROCESS) / 2**20) + 1024
         return [
             f"#SBATCH --nodes={1 if self.shards else self.nodes}",

@@ -1,4 +1,4 @@
-"""What a sweep has found: one tidy table of all points, its state, and whether its files are sound."""
+"""Results of a sweep: a table of all points, its progress, and the check of its files."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 
 _KAPPAS = ("kappa", "kappa_rep", "kappa_att")
 _RECENT = 50
-"""Systems that ended last, from which the rate is taken."""
+"""Number of last finished systems from which the rate is computed."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointTable:
-    """Table of all converged points of a sweep, one in a row."""
+    """Table of all converged points of a sweep, one per row."""
 
     listing: SweepListing = field(repr=False)
     keys: tuple[str, ...]
@@ -53,7 +53,7 @@ class PointTable:
     seconds: Real
     """Wall time of each system."""
     unconverged: int
-    """Points that are no equilibria, which are left out."""
+    """Number of points that did not converge and are left out."""
     missing: int
     """Systems that are not done."""
     faults: tuple[str, ...]
@@ -63,10 +63,10 @@ class PointTable:
     files: tuple[Path, ...] = ()
     """Files that the table was written into."""
     crossings: tuple[Crossing, ...] = ()
-    """What was found in each combination of the axes, where a key is searched for."""
+    """Results of searches in each combination of the axes."""
 
     def __getitem__(self, name: str) -> Real:
-        """A column, one number for each point: of the table, or a key of the input such as ``surface.lambda_s``."""
+        """A column of the table, or the value of a key of the input such as ``surface.lambda_s``, for each point."""
         if name in COLUMNS:
             return self.values[:, list(COLUMNS).index(name)]
         per_system = np.array([self.setting(key, name) for key in self.keys])
@@ -78,7 +78,7 @@ class PointTable:
         return np.nan if found is None else found
 
     def given(self, key: str, table: str) -> dict[str, Any]:
-        """The keys of a table of the input that are given in a system, as its model takes them."""
+        """The given keys of a table of the input in a system."""
         values = {**self.listing.common, **self._settings[key]}
         inside = {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{table}.")}
         return {name: frozen(value) for name, value in inside.items() if value is not None}
@@ -91,7 +91,7 @@ class PointTable:
         return {system.key: self._with_tables(system.settings) for system in self.listing.systems}
 
     def _with_tables(self, settings: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Settings and, where an axis gives a whole table, its keys, which replace those that all systems share."""
+        """Settings; the keys of whole tables on an axis replace the common ones."""
         found = dict(settings)
         for table, values in settings.items():
             if isinstance(values, Mapping):
@@ -101,7 +101,7 @@ class PointTable:
 
     @property
     def made(self) -> str:
-        """What the points were computed with, in words."""
+        """Versions that the points were computed with, as text."""
         return "; ".join(f"{text} ({count} systems)" for text, count in self.provenance.items())
 
     def __repr__(self) -> str:
@@ -109,11 +109,11 @@ class PointTable:
         return f"PointTable({self.listing.name!r}, {there}, {self.missing} systems missing)"
 
     def to_pandas(self) -> pandas.DataFrame:
-        """All points, one a row, with the keys on the axes and the columns of ``table.csv``, and the inverses of κ.
+        """All points, one per row, with the keys on the axes, the columns of ``table.csv``, and the inverses of κ.
 
         ``attrs["units"]`` has the unit of each column.
         """
-        import pandas  # half a second, which no command but this one needs
+        import pandas  # imported late: takes half a second
 
         head, rows = self.rows()
         frame = pandas.DataFrame(rows, columns=[name for name, _ in head])
@@ -123,10 +123,10 @@ class PointTable:
         return frame
 
     def means(self, over: str = "surface.seed") -> pandas.DataFrame:
-        """Means over what differs in one key only, such as surfaces, one row for each point of their paths.
+        """Means over systems that differ in one key only, such as the seed, one row for each point of their paths.
 
-        The columns are those of :meth:`to_pandas`, but for that key; NAME_error is the standard error of each mean, and
-        ``count`` how many there are.  Of κ the mean of the inverse is what the paper averages: ``inverse_kappa``.
+        The columns are those of :meth:`to_pandas` without that key; NAME_error is the standard error of each mean, and
+        ``count`` the number of systems.  Of κ the mean of the inverse is what the paper averages: ``inverse_kappa``.
 
         Raises ArgumentError if the key is on no axis, or changes together with others.
         """
@@ -165,7 +165,7 @@ class PointTable:
 
 
 class TableSource:
-    """What has the points of a sweep in its files: the forms of :class:`PointTable`."""
+    """An object with the points of a sweep, in the forms of :class:`PointTable`."""
 
     def collect(self) -> PointTable:
         """All points that are done."""
@@ -182,7 +182,7 @@ class TableSource:
 
 
 def collect(root: str | Path) -> PointTable:
-    """Read all that is done; a file that cannot be read is one fault, and the rest is there.
+    """Read all finished systems; a file that cannot be read is reported as a fault.
 
     Raises SweepError if there is no sweep.
     """
@@ -219,12 +219,12 @@ def collect(root: str | Path) -> PointTable:
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far a sweep is, from its files alone."""
+    """Progress of a sweep, from its files alone."""
 
     listing: SweepListing = field(repr=False)
     done: int
     running: tuple[str, ...]
-    """Processes that work on a system, with when it was begun."""
+    """Processes that run a system, with their start."""
     failed: tuple[tuple[str, str], ...]
     """Each failed system with the reason."""
     rate: float
@@ -232,13 +232,13 @@ class SweepStatus:
     seconds_left: float
     """Time left at the recent rate, by the estimated work of the systems, in s; NaN if that is not known."""
     others: int
-    """Files of systems that the listing does not have: of an earlier input, kept."""
+    """Number of kept files of an earlier input, whose systems are not listed now."""
     changes: tuple[str, ...] = ()
-    """What a run of the input that was asked about would change, in words."""
+    """Changes that running a given input would make."""
     crossings: tuple[Crossing, ...] = ()
-    """How far each search is, where a key is searched for."""
+    """Progress of each search."""
     died: tuple[str, ...] = ()
-    """Systems whose process died, and which are not done yet."""
+    """Unfinished systems whose process died."""
 
     @property
     def total(self) -> int:
@@ -252,20 +252,21 @@ def sweep_status(
     settings: Mapping[str, Any] | None = None,
     reduced: bool = False,
 ) -> SweepStatus:
-    """How far a sweep is, from its files alone: systems done, running, failed with the reasons, and the time left.
+    """Progress of a sweep from its files alone: systems done, running, failed with the reasons, and the time left.
 
     Parameters
     ----------
     sweep : folder of the sweep.
-    why : an input that is about to be run there: what it keeps, and what is done anew, is said before anything runs.
-    settings, reduced : values of keys, and the smaller sizes of [sweep.reduced], with which that input is to be run.
+    why : an input to be run in this folder: report which systems it would keep and which it would compute.
+    settings : values for keys of that input.
+    reduced : use the smaller sizes of its [sweep.reduced].
 
     Raises
     ------
     SweepError
-        If there is none.
+        If the folder is not a sweep.
     ConfigError
-        If the input is none of a sweep.
+        If the input is not that of a sweep.
     """
     root = file_name("sweep", sweep)
     changes: list[str] = []
@@ -318,7 +319,7 @@ def sweep_status(
 
 
 def _points_in(path: Path) -> str:
-    """How many points of a path that is being done are stored, in words; empty where none is."""
+    """Number of stored points of a running path, as text; empty if there is none."""
     try:
         found = store.read_few(path, ("step",), ())[0]
     except StoreError:
@@ -327,7 +328,7 @@ def _points_in(path: Path) -> str:
 
 
 def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
-    """Systems per hour and work per second of those that ended last."""
+    """Systems per hour and work per second of the last finished systems."""
     last = sorted(ended, key=lambda each: each[0])[-_RECENT:]
     seconds = time.time() - last[0][0] if len(last) > 1 else 0.0
     if seconds <= 0:
@@ -337,12 +338,12 @@ def _rates(ended: list[tuple[float, System]]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Verification:
-    """Whether the files of a sweep are sound."""
+    """Result of checking the files of a sweep."""
 
     files: int
     """Number of files that were read."""
     faults: tuple[str, ...]
-    """What is wrong with some, with their names."""
+    """Faults, with the names of the files."""
 
     @property
     def ok(self) -> bool:
@@ -350,12 +351,12 @@ class Verification:
 
 
 def sweep_verify(sweep: str | Path, *, aside: bool = False) -> Verification:
-    """Read every file of a sweep whole: sums, schema, identity.
+    """Check every file of a sweep: checksums, schema, identity.
 
     Parameters
     ----------
     sweep : folder of the sweep.
-    aside : move what is damaged into its folder ``damaged``, so that the next run does it again.
+    aside : move damaged files into the folder ``damaged``, so that the next run computes them again.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Conditions of a sweep: arithmetic and comparisons of keys of the input.
 
-Python reads a condition, but runs none of it: what is allowed is listed here, and no result can be larger than a
-floating-point number, so that no condition takes long or needs much memory.
+A condition is parsed by Python but not executed: only the operations listed here are allowed, and no result can exceed
+a floating-point number, so that no condition takes long or much memory.
 """
 
 import ast
@@ -31,7 +31,7 @@ _ALLOWED = (
 def condition(text: str) -> ast.expr:
     """A condition of numbers, keys, + - * / **, comparisons, and, or, not.
 
-    Raises ValueError if it is something else.
+    Raises ValueError for anything else.
     """
     if len(text) > _LONGEST:
         raise ValueError(f"it has {len(text)} characters, more than {_LONGEST}")
@@ -93,7 +93,7 @@ def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) -> Iterator[tuple[str, Any]]:
-    """Dotted keys and their values, whether the keys are quoted or not; ``ranges`` and searches are values."""
+    """Dotted keys with their values, whether the keys are quoted or not; ``ranges`` and searches are values."""
     for name, value in table.items():
         if isinstance(value, Mapping) and not (ranges and ("from" in value or "bisect" in value)):
             yield from dotted(value, f"{prefix}{name}.", ranges=ranges)
@@ -102,7 +102,7 @@ def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) 
 
 
 def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
-    """Values of an input by dotted key, or by its last part where that is the only one of that name."""
+    """Values of an input by dotted key, or by its last part if that is unique."""
     values = dict(dotted({name: value for name, value in data.items() if name != "sweep"}))
 
     def value(name: str) -> Any:

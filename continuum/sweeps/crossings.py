@@ -1,4 +1,4 @@
-"""The searches of a sweep: each trial is a system like any other, and what was found follows from their files."""
+"""The searches of a sweep: each trial is an ordinary system, and results follow from their files."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,25 +21,25 @@ from continuum.sweeps.measured import COLUMNS, numbers_of
 from continuum.sweeps.sweep import SweepListing, SystemTask, read_trials, save_trials, solve_system
 
 Numbers = Callable[[str], Real | None]
-"""The table of numbers of a system, by its identity; None where there is none."""
+"""Function that returns the table of numbers of a system by its identity; None if there is none."""
 
 
 class TrialError(StickinessError):
-    """A system that a search has to know could not be done."""
+    """A trial of a search failed."""
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """What a search has found in one combination of the axes."""
+    """Result of a search in one combination of the axes."""
 
     name: str
     """Name of the search."""
     settings: Mapping[str, Any]
     """Key and value on each other axis."""
     bracket: Bracket
-    """Between which values of the key it lies, and the column there."""
+    """Bracket of the key, and the column at its ends."""
     status: str
-    """"found", "not done", or why there is none."""
+    """"found", "not done", or the reason why there is no crossing."""
 
     @property
     def found(self) -> bool:
@@ -48,12 +48,12 @@ class Crossing:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing is left to be tried."""
+        """Whether no trial is left."""
         return self.bracket.next is None
 
     @property
     def value(self) -> float:
-        """The value of the key at the crossing, read between the ends of the bracket; NaN if it was not found."""
+        """The value of the key at the crossing, interpolated in the bracket; NaN if it was not found."""
         return self.bracket.value
 
     @property
@@ -62,7 +62,7 @@ class Crossing:
 
 
 def solve_task(root: Path, task: SystemTask) -> None:
-    """A system, or a search with all the systems that it still has to try.
+    """Run a system, or a search with all its remaining trials.
 
     Raises LockedError if another process works on it, TrialError if a system of a search fails.
     """
@@ -83,7 +83,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
         if known.get(value) is None:
             try:
                 known[value] = _column(search, trials[value].key, _on_disk(folder))
-            except StoreError as error:  # says nothing about the search
+            except StoreError as error:  # not a fault of the search
                 raise OutputError(f"{error}; `continuum sweep verify --aside` moves it away") from error
         return known[value]
 
@@ -106,7 +106,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
 
 
 def done_before(root: Path) -> Callable[[Any], bool]:
-    """Whether a task was done, as far as the folder says now."""
+    """Whether a task is done, by the files in the folder."""
     folder = Folder(root)
     there = names(folder.points)
 
@@ -123,11 +123,11 @@ def done_before(root: Path) -> Callable[[Any], bool]:
 
 
 def crossings_of(root: Path, listing: SweepListing, numbers: Numbers | None = None) -> tuple[Crossing, ...]:
-    """What the searches of a sweep have found so far, in the order of its listing.
+    """Results of the searches of a sweep so far, in the order of its listing.
 
     Parameters
     ----------
-    numbers : where these were read already; else the files of the systems are.
+    numbers : tables that were read before; by default they are read from the files.
     """
     folder, found = Folder(root), []
     for each in listing.searches:
@@ -156,7 +156,7 @@ def _on_disk(folder: Folder) -> Numbers:
 
 
 def _bracket(search: Bisection, keys: Mapping[float, str], numbers: Numbers) -> Bracket:
-    """A search as far as it is known from systems of these identities."""
+    """The state of a search from systems of these identities."""
     return search.follow(lambda value: _column(search, keys[value], numbers) if value in keys else None)
 
 
@@ -167,7 +167,7 @@ def _column(search: Bisection, key: str, numbers: Numbers) -> float | None:
 
 def crossing_datasets(crossings: Sequence[Crossing], places: Sequence[tuple[int, ...]], dims: Mapping[str, int],
                       listing: SweepListing) -> dict[str, Dataset]:  # fmt: skip
-    """What the searches have found, with one dimension for each other axis.
+    """Results of the searches, with one dimension for each other axis.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The points of a sweep with one dimension for each axis of its input: what ``table.h5`` holds, and xarray opens."""
+"""The points of a sweep with one dimension for each axis of its input, as in ``table.h5``, which xarray opens."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def write_cube(found: PointTable, path: Path) -> None:
-    """Write the table as xarray has it."""
+    """Write the table for xarray."""
     datasets, said = cube_of(found)
     store.write(path, datasets, {**said, **provenance()})
 
@@ -29,8 +29,8 @@ def write_cube(found: PointTable, path: Path) -> None:
 def cube_of(found: PointTable) -> tuple[dict[str, Dataset], dict[str, Any]]:
     """The datasets with one dimension for each axis of the input, and ``step``; and the attributes of the whole.
 
-    Keys that change together are one dimension, named by the first.  What is not there is NaN.  Where a key is searched
-    for, its dimension is ``trial``, in the order of its values, which are a variable as the columns are.
+    Keys that change together are one dimension, named after the first.  Missing points are NaN.  A key that is
+    searched for has the dimension ``trial``, in the order of its values, which are a variable.
     """
     searches = found.listing.searches
     axes = [axis for axis in found.listing.axes[: -1 if searches else None] if axis.values]

@@ -1,7 +1,7 @@
-"""Many points: tasks with an identity and a file each, run by processes that may die.
+"""Run tasks, each with an identity and a file, in processes that may die.
 
-The disk is the only truth: a task is done when its file says so, and a second call does what is missing.  What a task
-computes, and what is in its file, this module does not know.
+A task is done when its file exists, and a second call runs what is missing.  This module does not depend on what a
+task computes.
 """
 
 import os
@@ -16,7 +16,7 @@ from continuum.arguments import ArgumentError, count
 from continuum.sweeps.workers import DIED, Job, Message, Task, TaskResult, Worker
 
 _MOST = 1024
-"""Processes, and threads of each."""
+"""Largest numbers of processes, and of threads of each."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -31,21 +31,21 @@ def run_tasks(
     devices: Sequence[str] = (),
     meanwhile: Callable[[Task, Message], None] = lambda task, said: None,
 ) -> Generator[TaskResult, None, None]:
-    """Do what is missing, several tasks at once; a task that fails does not stop the others.
+    """Run the missing tasks in parallel; a task that fails does not stop the others.
 
-    Yields the result of each task: those found done first, the others as they end.
+    Yields the result of each task: first those that were done before, then the others as they end.
 
     Parameters
     ----------
     tasks : in any order.
     work : writes the file of a task.
-    is_done : looks at the file of a task; asked once, before anything is begun.
+    is_done : checks the file of a task; called once, before anything starts.
     workers : processes of this machine, the libraries of each with one thread.
     scheduler_file : of a Dask cluster that does the work instead; its workers bring their own number and threads.
-    memory : in bytes; of the tasks that run at once, all but the first fit into it together.
-    devices : GPUs as CUDA_VISIBLE_DEVICES names them: each process of this machine sees one, and none sees another's.
-    meanwhile : called with all that is heard of a task of this machine: that more of it is done, how it ended, and that
-        its process has died; then it is done again when all others have ended, alone.
+    memory : memory in bytes; tasks run in parallel as long as they fit into it together.
+    devices : GPUs as in CUDA_VISIBLE_DEVICES: each process uses one of its own.
+    meanwhile : called with each message of a task on this machine: progress, result, or death of its process, after
+        which the task is run again, alone, when all others have ended.
     """
     check_workers(workers, 1, devices)
     todo = []
@@ -64,14 +64,14 @@ def run_tasks(
     own = [{"CUDA_VISIBLE_DEVICES": device} for device in devices] or [{}] * workers
     environments = [{**shared, **each} for each in own[:workers]]
     died = yield from _in_parallel(todo, work, environments, memory, meanwhile)
-    # Beside others the memory may not have sufficed: alone it may.
+    # Memory may not have sufficed in parallel, but may suffice alone.
     for task in died:
         if (yield from _in_parallel([task], work, environments[:1], memory, meanwhile)):
             yield TaskResult(task, 0.0, DIED)
 
 
 def check_workers(workers: int, threads: int, devices: Sequence[str] = ()) -> None:
-    """Refuse numbers of processes and threads that are none, and more processes than there are GPUs.
+    """Check the numbers of processes and threads, and that there are not more processes than GPUs.
 
     Raises ArgumentError that names the one that is at fault.
     """
@@ -120,7 +120,7 @@ def _in_parallel(
                 else:
                     yield TaskResult(task, said.seconds)
     except BaseException:
-        for worker in workers:  # all at once: each stores what it has of its path
+        for worker in workers:  # all in parallel: each stores the finished points of its path
             worker.stop()
         for worker in workers:
             worker.end(now=True)

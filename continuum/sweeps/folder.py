@@ -1,4 +1,4 @@
-"""The folder of a sweep: where its files are, and that nothing of the user's takes their place or loses its own.
+"""The folder of a sweep: its files, and checks that no file of the user is overwritten.
 
 It holds ``sweep.toml`` (the input), ``systems.json`` (what it amounts to), ``points/KEY.h5`` (the systems that are
 done, never changed again), ``work/`` (those that are running), ``failed/KEY.json`` (why one could not be done),
@@ -21,11 +21,11 @@ TABLE_SCHEMA = "stickiness/sweep-table"
 
 
 class SweepError(InputError, OSError):
-    """A folder is no sweep, or is damaged."""
+    """A folder is not a sweep, or is damaged."""
 
 
 class Folder:
-    """Names of the files of a sweep, in its folder."""
+    """Paths of the files of a sweep."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -46,14 +46,14 @@ class Folder:
         return self.failed / f"{key[:_DIGITS]}.json"
 
     def death(self, key: str) -> Path:
-        """Says that a process died at a system that is not done yet."""
+        """File that records the death of a process at an unfinished system."""
         return self.work / f"{key[:_DIGITS]}.died"
 
     def search(self, name: str) -> Path:
         return self.searches / f"{name[:_DIGITS]}.json"
 
     def failure_reason(self, key: str) -> str:
-        """The first line of why a system, or a search, could not be done; empty where no record says so."""
+        """The first line of the reason why a system or a search failed; empty if there is no record."""
         path = self.failure(key)
         if not path.is_file():
             return ""
@@ -63,17 +63,17 @@ class Folder:
             return "its record cannot be read"
 
     def make(self) -> None:
-        """Make its folders on disk; raises OutputError if they cannot be made or written to."""
+        """Make its folders; raises OutputError if they cannot be made or written to."""
         for path in (self.root, *self.folders):
             output.folder(path)
 
     @property
     def begun(self) -> bool:
-        """Whether results are there, or processes may be working on some."""
+        """Whether there are results, or processes may be running."""
         return bool(names(self.points) or names(self.work))
 
     def require_free_of_others(self) -> None:
-        """Refuse a place that holds files of the names that a sweep writes, but which no sweep has written.
+        """Check that the folder has no files with names of a sweep that no sweep has written.
 
         Raises OutputError that names the first of them.
         """
@@ -86,7 +86,7 @@ class Folder:
             raise _of_another(there[0])
 
     def require_tables_of_ours(self) -> None:
-        """Refuse a place that holds a ``table.csv``, ``table.h5`` or ``crossings.csv`` which is no table of a sweep.
+        """Check that existing ``table.csv``, ``table.h5`` and ``crossings.csv`` are tables of a sweep.
 
         Raises OutputError that names it.
         """
@@ -99,7 +99,7 @@ class Folder:
             raise _of_another(self.crossings)
 
     def keep_earlier(self) -> None:
-        """Keep input and listing, which are about to be replaced by others, under names made of their content."""
+        """Keep input and listing, before they are replaced, under names made from their content."""
         for path in (self.description, self.listing):
             if path.is_file():
                 content = path.read_bytes()
@@ -110,7 +110,7 @@ class Folder:
 
 
 def names(path: Path) -> frozenset[str]:
-    """Stems of the files of a folder, but for hidden ones; none if there is no such folder."""
+    """Stems of the files of a folder, without hidden ones; empty if there is no such folder."""
     try:
         with os.scandir(path) as entries:
             return frozenset(entry.name.rpartition(".")[0] for entry in entries if not entry.name.startswith("."))

@@ -1,4 +1,4 @@
-"""The numbers of a finished system, one row for each point of its path: what tables and figures are made of."""
+"""The numbers of a finished system, one row for each point of its path, for tables and figures."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ from continuum.runs.result import Result
 from continuum.solve.tangent import tangent_stiffness
 
 _SYSTEM = {
-    "rms_height": ("a0", "h_rms of the surface as it was"),
-    "rms_slope": ("1", "h'_rms of the surface as it was"),
-    "rms_curvature": ("1/a0", "h''_rms of the surface as it was"),
+    "rms_height": ("a0", "h_rms of the realised surface"),
+    "rms_slope": ("1", "h'_rms of the realised surface"),
+    "rms_curvature": ("1/a0", "h''_rms of the realised surface"),
     "range": ("a0", "range of the attraction, Δr"),
     "effective_range": ("a0", "effective range of the attraction, Eq. (S-5)"),
 }
@@ -40,7 +40,7 @@ _ADDED = {
     "width": ("a0", "d_att: where the mean gap above zero_gap reaches the range; of runs that store fields"),
 }
 COLUMNS: Mapping[str, tuple[str, str]] = {**_ADDED, **_POINT, **MEASURED, **_SYSTEM}
-"""Columns of the table of a system: unit, and what it is."""
+"""Columns of the table of a system: unit and description."""
 _NAME = "measured"
 
 
@@ -58,7 +58,7 @@ def add_measurements(path: Path) -> None:
 
 @dataclass(frozen=True, eq=False)
 class SystemTable:
-    """The table of a system, with what it was made by."""
+    """The table of a system, with its time and version."""
 
     table: Real
     """One row for each point, one column for each of :data:`COLUMNS`."""

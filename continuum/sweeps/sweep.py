@@ -1,6 +1,6 @@
-"""A sweep on disk: one file for each system, named by its identity; what is there is not done again.
+"""A sweep on disk: one file for each system, named by its identity; finished systems are not run again.
 
-Nothing is known anywhere but in the folder of the sweep: processes may die, and several may work on one folder.
+All state is in the folder of the sweep: processes may die, and several may work on one folder.
 """
 
 import hashlib
@@ -27,12 +27,12 @@ from continuum.sweeps.measured import add_measurements
 from continuum.sweeps.workers import Death, Task, TaskResult, say
 
 _EVERY = 20.0
-"""Seconds of a path that a killed process may lose; what is done of a short one is not worth writing."""
+"""Largest time of a path that a killed process loses; shorter pieces are not stored."""
 
 
 @dataclass(frozen=True)
 class System:
-    """A system of a sweep, as its listing knows it."""
+    """A system in the listing of a sweep."""
 
     key: str
     settings: Mapping[str, Any]
@@ -50,22 +50,22 @@ class SweepSearch:
     """A search of a sweep, in one combination of its axes."""
 
     name: str
-    """Name of its files; made of what it searches for, and between which systems."""
+    """Name of its files, made from the search and the systems at its ends."""
     systems: tuple[System, ...]
-    """Its ends and what it has tried between them, in the order of the key that is searched for."""
+    """Its ends and the trials between them, in the order of the key."""
 
 
 @dataclass(frozen=True)
 class SweepListing:
-    """What a sweep amounts to."""
+    """The systems of a sweep."""
 
     name: str
     axes: tuple[Axis, ...]
-    """The key that is searched for is the last, if there is one, with the values that were tried."""
+    """The axes; the key of a search is the last, with the values tried."""
     common: Mapping[str, Any]
     """Values of all other keys of the input, defaults included."""
     systems: tuple[System, ...]
-    """Those of searches are known as they are tried."""
+    """All systems; trials of searches are added as they are run."""
     bisection: Bisection | None = None
     """What is searched for, if anything is."""
     searches: tuple[SweepSearch, ...] = ()
@@ -73,12 +73,12 @@ class SweepListing:
 
 @dataclass(frozen=True)
 class SystemTask(Task):
-    """What the engine is given: a system, or a whole search, whose file says which systems it has tried."""
+    """A task of the engine: a system, or a whole search, whose file lists its trials."""
 
     plan: SystemPlan = field(kw_only=True)
-    """The plan of the system; that at the lower end of a search."""
+    """The plan of the system, or of that at the lower end of a search."""
     growth: Growth | None = field(default=None, kw_only=True)
-    """A stored path of the same contact, which an earlier input of the sweep has left."""
+    """A stored path of the same contact, from an earlier input of the sweep."""
     bisection: Bisection | None = field(default=None, kw_only=True)
     """What is searched for, if anything is."""
     upper: str = field(default="", kw_only=True)
@@ -94,17 +94,17 @@ def begin(
     threads: int = 1,
     warn: Callable[[Sequence[str]], None] | None = None,
 ) -> list[SystemTask]:
-    """Make the folder of a sweep and list its systems; returns those to do, done or not.
+    """Make the folder of a sweep and list its systems; returns the tasks, done or not.
 
     Parameters
     ----------
-    retry : try what failed again, too.
-    shard : which part of how many; the parts take about equally long.
-    threads : of the solver of each system.
-    warn : called with what is other than in the sweep that the folder has, if anything is.
+    retry : also run failed systems again.
+    shard : (i, n) takes the i-th of n parts, which take about equally long.
+    threads : threads of the solver of each system.
+    warn : called with differences from the sweep in the folder.
 
-    Raises ConfigError if a system is no input of a run; OutputError if the folder cannot be written to, or holds
-    another sweep or files of the user's own.
+    Raises ConfigError if a system is not a valid input of a run; OutputError if the folder cannot be written to, or
+    has another sweep or files of the user.
     """
     folder = Folder(Path(root))
     listing, tasks = _listed(sweep, folder)
@@ -132,8 +132,8 @@ def begin(
 
 
 def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -> list[SystemTask]:
-    """Tasks with the stored paths that those which are not done go on with, at what is left of their cost."""
-    # Only what no system of this sweep is: a sweep that was stopped need not look through its files.
+    """Tasks with the stored paths that unfinished ones continue, and their remaining cost."""
+    # Only files that are not a system of this sweep, so that an interrupted sweep is not searched.
     listed = {folder.point(system.key).stem for system in listing.systems}
     others = [folder.points / f"{name}.h5" for name in names(folder.points) - listed]
     if not others or listing.bisection is not None:
@@ -149,7 +149,7 @@ def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -
 
 
 def _growth_in_words(tasks: Sequence[SystemTask]) -> list[str]:
-    """What new systems use of stored paths."""
+    """The use of stored paths by new systems, as text."""
     found = [task for task in tasks if task.growth is not None]
     points = sum(task.plan.config.loading.points for task in found)
     kept, refined = (sum(getattr(task.growth, name) for task in found) for name in ("kept", "refined"))
@@ -158,11 +158,11 @@ def _growth_in_words(tasks: Sequence[SystemTask]) -> list[str]:
     how = f"{kept} of their {points} points are kept"
     if refined:
         how += f", {refined} are solved more closely from their stored states"
-    return [f"of the new systems {len(found)} go on with stored paths: {how}"]
+    return [f"{len(found)} of the new systems continue stored paths: {how}"]
 
 
 def solve_system(root: Path, task: SystemTask) -> None:
-    """One system: its path, its numbers, and its place among those that are done.
+    """Run one system: compute its path and its numbers, and move its file to the finished ones.
 
     Raises LockedError if another process works on it.
     """
@@ -172,7 +172,7 @@ def solve_system(root: Path, task: SystemTask) -> None:
         if task.path.is_file():  # done meanwhile by another process
             return
         if working.exists() and store.schema_of(working) != RunConfig.result_schema:
-            working.unlink()  # what was left here by a machine that went down
+            working.unlink()  # remains of an interrupted machine
         follow_run(
             task.plan.config,
             working,
@@ -187,7 +187,7 @@ def solve_system(root: Path, task: SystemTask) -> None:
 
 
 def systems_of(root: str | Path) -> SweepListing:
-    """What the sweep in a folder amounts to; raises SweepError if there is none."""
+    """The systems of the sweep in a folder; raises SweepError if there is none."""
     path = Folder(Path(root)).listing
     try:
         data = json.loads(path.read_text())
@@ -210,7 +210,7 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
     common: dict[str, Any] = {}
     for plan, config in sweep.systems():
         values = dict(dotted(config.plain()))
-        # A key that follows from one on an axis, as the period from the points, is common to none.
+        # Keys that follow from one on an axis, as the period from the points, are not common.
         common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
         cost = cost_of(config)
         nx, ny = config.grid.n
@@ -238,18 +238,18 @@ def _search_task(folder: Folder, search: Bisection, lower: SystemTask, upper: Sy
 
 
 def _name_of(search: Bisection, lower: str, upper: str) -> str:
-    """Name of a search between two systems; to another tolerance it is the same one, continued."""
+    """Name of a search between two systems; with another tolerance it is continued under the same name."""
     content = json.dumps([lower, upper, search.column, search.target, search.crosses, search.scale])
     return hashlib.sha256(content.encode()).hexdigest()[:24]
 
 
 def save_trials(path: Path, trials: Mapping[float, str]) -> None:
-    """Write which systems a search has tried between its ends, by the value of its key."""
+    """Write the trials of a search between its ends, by the value of its key."""
     _save_once(path, json.dumps({"schema": "stickiness/search", "trials": list(trials.items())}) + "\n")
 
 
 def read_trials(path: Path) -> dict[float, str]:
-    """What :func:`save_trials` has written; nothing where that cannot be read, as the search writes it again."""
+    """Read the file of :func:`save_trials`; empty if it cannot be read, as the search writes it again."""
     try:
         return {float(value): str(key) for value, key in json.loads(path.read_text())["trials"]}
     except (OSError, ValueError, KeyError, TypeError):
@@ -257,7 +257,7 @@ def read_trials(path: Path) -> dict[float, str]:
 
 
 def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
-    """A listing of the ends of searches, with what was tried between them."""
+    """A listing of the ends of searches, with the trials between them."""
     if (search := listing.bisection) is None:
         return listing
     searches = []
@@ -276,10 +276,10 @@ def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
 
 
 def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[str]) -> list[str]:
-    """Refuse a folder that holds results of another sweep; what is known of systems that are dropped is kept.
+    """Check that a folder has no results of another sweep; files of systems that are no longer listed are kept.
 
-    Two sweeps are one that has changed if they have a system in common, or if systems go on with stored paths, as the
-    words ``grown`` say.  Returns what is other than before, in words.
+    Two sweeps count as versions of one if they have a system in common, or if systems continue stored paths
+    (``grown``).  Returns the differences as text.
     """
     try:
         earlier = systems_of(folder.root)
@@ -294,13 +294,13 @@ def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[s
     if before - now:
         folder.keep_earlier()
     changes = _changes(earlier, listing, grown)
-    return [f"{folder.root}: is another sweep than it was: {changes[0]}", *changes[1:]] if changes else []
+    return [f"{folder.root}: the sweep has changed: {changes[0]}", *changes[1:]] if changes else []
 
 
 def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
-    """What a run of an input would change in a folder, in words; nothing where the sweep there is the same.
+    """Changes that running an input would make in a folder, as text; empty if the sweep is the same.
 
-    Raises SweepError if there is no sweep, ConfigError if a system is no input of a run.
+    Raises SweepError if there is no sweep, ConfigError if a system is not a valid input of a run.
     """
     folder = Folder(Path(root))
     listing, tasks = _listed(sweep, folder)
@@ -320,7 +320,7 @@ def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str])
 
 
 def _differences(before: SweepListing, now: SweepListing) -> list[str]:
-    """Each key whose values are other than before."""
+    """Keys whose values have changed."""
     values = [
         {
             **one.common,
@@ -335,20 +335,20 @@ def _differences(before: SweepListing, now: SweepListing) -> list[str]:
 
 def _json(listing: SweepListing) -> str:
     axes, systems, searched = listing.axes, listing.systems, dict[str, Any]()
-    if listing.bisection is not None:  # only what no search changes
+    if listing.bisection is not None:  # without keys that searches change
         systems = tuple(end for each in listing.searches for end in (each.systems[0], each.systems[-1]))
         ends = tuple((system.settings[listing.bisection.key],) for system in systems[:2])
         axes, searched = (*axes[:-1], replace(axes[-1], values=ends)), {"bisection": vars(listing.bisection)}
     named = [{"keys": axis.keys, "values": axis.values} for axis in axes]
     head = {"schema": "stickiness/sweep", "schema_version": 1, "name": listing.name, "axes": named, **searched}
-    # One line for each system, so that a long list is still a text.
+    # One line for each system, so that a long list remains readable.
     rows = [json.dumps([s.key, list(s.settings.values()), s.cost, s.memory]) for s in systems]
     start = json.dumps({**head, "common": listing.common})
     return start[:-1] + ', "systems": [\n' + ",\n".join(rows) + "\n]}\n"
 
 
 def _save_once(path: Path, text: str) -> None:
-    """Write a file unless it is there as it should be: several processes may begin at once."""
+    """Write a file unless it exists with the same content, as several processes may start together."""
     with suppress(OSError, ValueError):
         if path.read_text() == text:
             return
@@ -356,14 +356,14 @@ def _save_once(path: Path, text: str) -> None:
 
 
 def record_death(root: Path, task: Task, death: Death) -> None:
-    """Say on disk that a process died at a system, until that is done."""
+    """Record the death of a process at a system until the system is done."""
     with suppress(OutputError):
         output.save(Folder(root).death(task.path.stem), f"{death}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n", own=True)
 
 
 def record(root: Path, ended: TaskResult) -> None:
-    """Say on disk why a system failed; where that cannot be written either, the caller is told anyway."""
-    # A full disk, or the lock of another process, says nothing about the system.
+    """Record why a system failed; errors of writing are ignored, as the caller also gets the reason."""
+    # A full disk, or the lock of another process, is not a fault of the system.
     if ended.ok or isinstance(ended.error, OutputError):
         return
     journalled = {name.removeprefix("journal/"): value for name, value in journal().items()}

@@ -1,7 +1,7 @@
-"""Processes that do tasks for this one.
+"""Worker processes.
 
-Each is a fresh interpreter that gets its tasks through a pipe, and never reads the script that started the work: a
-script needs no ``if __name__ == "__main__"``.  It ends when the pipe is closed, whatever became of its parent.
+Each is a new interpreter that gets its tasks through a pipe and never imports the main script, which needs no ``if
+__name__ == "__main__"``.  It ends when the pipe is closed, even if its parent was killed.
 """
 
 from __future__ import annotations
@@ -27,31 +27,31 @@ from continuum.errors import StickinessError
 
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from continuum.sweeps.workers import serve; serve(int(sys.argv[1]))"
 _TERMINAL = (signal.SIGINT, signal.SIGHUP)
-"""What a terminal sends to all that it runs: the process that started the work hears it, and ends the others."""
+"""Signals that a terminal sends to all its processes: the parent handles them and ends the workers."""
 _PATIENCE = 60.0
-"""Seconds that a process has for storing what it has; a queue gives it half of that."""
+"""Seconds that a process has to store its points; queues give half of that."""
 
 
 class Worker:
-    """A process in an environment of these variables that does one task after another.
+    """A process with these environment variables that runs one task after another.
 
-    It is started with its first task, and again if it has died.
+    It starts with its first task, and again if it has died.
     """
 
     def __init__(self, environment: Mapping[str, str]) -> None:
         self._environment = environment
         self._process: subprocess.Popen[bytes] | None = None
         self.connection: Connection[Any, Any]
-        """Can be read when a task has ended, or the process has died."""
+        """Readable when a task has ended, or the process has died."""
 
     def give(self, work: Job, task: Task) -> None:
         if self._process is None:
             self._start()
-        with suppress(ConnectionError):  # it has died: the connection says so when it is read
+        with suppress(ConnectionError):  # it has died, which is found when the connection is read
             self.connection.send((work, task))
 
     def take(self) -> Message:
-        """Wait for what its process says of the task, or that it has died."""
+        """Wait for a message about the task, or the death of the process."""
         try:
             found: Message = self.connection.recv()
         except (EOFError, OSError):
@@ -63,12 +63,12 @@ class Worker:
         return found
 
     def stop(self) -> None:
-        """Tell the process to end, without waiting for it: it stores what it has of its path."""
+        """Ask the process to store its finished points and end, without waiting for it."""
         if self._process is not None:
             self._process.terminate()
 
     def end(self, *, now: bool = False) -> None:
-        """End the process when it has no task; or ``now``, whatever it does."""
+        """End the process after its task, or at once with ``now``."""
         if self._process is None:
             return
         if now:
@@ -97,7 +97,7 @@ class Worker:
 
 @contextmanager
 def _blocked(signals: tuple[signal.Signals, ...]) -> Iterator[None]:
-    """Processes that are started meanwhile hear these signals only when they are ready to ignore them."""
+    """Block these signals while processes start, until they are ready to ignore them."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:
         yield
@@ -106,12 +106,12 @@ def _blocked(signals: tuple[signal.Signals, ...]) -> Iterator[None]:
 
 
 def serve(descriptor: int) -> None:
-    """Do the tasks that come through a pipe, until it is closed: the work of a process that a worker starts."""
+    """Run the tasks that come through a pipe until it is closed; the main function of a worker process."""
     for each in _TERMINAL:
         signal.signal(each, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _stop)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL)
-    os.set_inheritable(descriptor, False)  # a program that a task starts would keep the pipe open
+    os.set_inheritable(descriptor, False)  # otherwise a program started by a task would keep the pipe open
     connection: Connection[Any, Any] = Connection(descriptor)
     tasks = queue.SimpleQueue[bytes]()
     threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
@@ -121,7 +121,7 @@ def serve(descriptor: int) -> None:
 
 
 def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -> None:
-    """Pass on what comes, also while a task is done: only so the end of the parent is seen at once."""
+    """Receive messages also while a task runs, so that the end of the parent is noticed at once."""
     with suppress(EOFError, OSError):
         while True:
             tasks.put(connection.recv_bytes())
@@ -131,13 +131,13 @@ def _listen(connection: Connection[Any, Any], tasks: queue.SimpleQueue[bytes]) -
 
 
 def _stop(number: int, frame: object) -> None:
-    """End the process in order: what is done of a path is stored first, which a second signal does not stop."""
+    """End the process cleanly: it stores the finished points of a path, even after a second signal."""
     signal.signal(number, signal.SIG_IGN)
     raise SystemExit(128 + number)
 
 
 def _answer(message: bytes) -> Message | None:
-    """Do a task: how it ended; None where there is no more."""
+    """Run a task and return its result; None if there are no more tasks."""
     try:
         task: tuple[Job, Task] | None = pickle.loads(message)  # its modules are imported now
     except Exception as error:
@@ -149,19 +149,19 @@ def _answer(message: bytes) -> Message | None:
 
 
 DIED = "its process died: killed, out of memory, or by a fault of a library"
-"""Why a task failed whose process did not live to say it."""
+"""Reason of failure of a task whose process died."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One piece of work, and the file that it writes.
+    """A task and its file.
 
     Parameters
     ----------
-    path : the file that it writes, whole or not at all.
-    label : of it, for people.
-    cost : in any unit; the longest are begun first.
-    memory : that it needs, in bytes.
+    path : the file that it writes, completely or not at all.
+    label : its description.
+    cost : cost in any unit; the longest tasks start first.
+    memory : memory in bytes.
     """
 
     path: Path
@@ -178,7 +178,7 @@ class TaskResult:
     seconds: float
     """0 where its file was there already."""
     reason: str = ""
-    """Why it failed; empty where it did not."""
+    """Why it failed; empty if it did not."""
     error: Exception | None = None
     """What it raised, if it raised."""
 
@@ -194,29 +194,29 @@ class TaskResult:
 
 
 Job = Callable[[Any], None]
-"""What a task does: a function of a module, or a partial one, since it travels to another process."""
+"""Function that runs a task; it must be importable, or partial, to be sent to another process."""
 
 
 @dataclass(frozen=True)
 class Death:
-    """The end of a process that did not live to say how its task ended."""
+    """The death of a process before it reported the result of its task."""
 
     process: int
     signal: str
     """Signal that killed it, as ``SIGKILL``; empty if it ended by itself."""
 
     def __str__(self) -> str:
-        return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a word'}"
+        return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a message'}"
 
 
 @dataclass(frozen=True)
 class Message:
-    """What is heard of a task from its process: one of these."""
+    """A message about a task from its process; one of these is set."""
 
     share: float | None = None
-    """How much of it is done, from 0 to 1; it goes on."""
+    """Finished share, from 0 to 1, of a running task."""
     seconds: float = 0.0
-    """Time that it took, where it is done."""
+    """Time that a finished task took."""
     error: Exception | None = None
     """What it raised."""
     death: Death | None = None
@@ -228,7 +228,7 @@ _listener: ContextVar[Callable[[Message], None] | None] = ContextVar("listener",
 
 @contextmanager
 def heard(listener: Callable[[Message], None]) -> Iterator[None]:
-    """What the tasks of this process say of their progress goes to a listener."""
+    """Send progress of the tasks in this process to a listener."""
     before = _listener.set(listener)
     try:
         yield
@@ -237,20 +237,20 @@ def heard(listener: Callable[[Message], None]) -> Iterator[None]:
 
 
 def say(done: float) -> None:
-    """Say how much of the task at hand is done, from 0 to 1, to whoever listens."""
+    """Report the finished share of the current task, from 0 to 1, to the listener."""
     if (listener := _listener.get()) is not None:
         listener(Message(share=done))
 
 
 def timed(work: Job, task: Task) -> float:
-    """Do a task; returns the seconds that it took."""
+    """Run a task; returns the seconds that it took."""
     began = time.perf_counter()
     try:
         work(task)
     except Exception as error:
         try:
             pickle.loads(pickle.dumps(error))
-        except Exception:  # one that another process cannot read would break the pool
+        except Exception:  # an exception that cannot be sent to another process would break the pool
             raise StickinessError(f"{type(error).__name__}: {error}") from None
         raise
     return time.perf_counter() - began

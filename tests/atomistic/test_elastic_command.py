@@ -64,7 +64,7 @@ def test_other_tables_of_an_input_do_not_matter(capsys, tmp_path):
         ('kind = "eam"', "interatomic.file is not given"),
         ('kind = "eam"\nfile = "Cu_mishin.eam.alloy"', "did you mean Cu_mishin1.eam.alloy"),
         ('kind = "eam"\nfile = 3', "the name of a potential file"),
-        ('kind = "eam"\nfile = "SiC.tersoff"', "is no potential of pair_style eam"),
+        ('kind = "eam"\nfile = "SiC.tersoff"', "is not a potential of pair_style eam"),
         (
             'kind = "eam"\nfile = "Ni_u3.eam"\nelement = "Cu"',
             "holds the elements Ni: the element 'Cu' is not among them",

@@ -12,9 +12,12 @@ import numpy as np
 from continuum.model.fourier import Real, rows_forward, rows_inverse
 from continuum.model.grid import Grid
 from continuum.solve.backend import SPREAD, most_work
-from continuum.solve.cpu.compiled import Marks, Mask
+from continuum.solve.cpu.compiled import TILE, Marks, Mask
 from continuum.solve.cpu.engine import CpuEngine
 from continuum.solve.cpu.extending import Nodes
+from continuum.solve.cpu.near_field import SIDE
+from continuum.solve.cpu.tiles import BOX, MOST, SMALLEST, CpuTileEngine, Split
+from continuum.solve.solution import Work
 
 
 class CpuBoundEngine(CpuEngine):
@@ -168,6 +171,51 @@ class CpuBoundEngine(CpuEngine):
 
     def comply(self, *, inverse: bool = False) -> float:
         return float(self.spectral("compliance", forward=True, inverse=inverse)[0])
+
+    # --- tiles ---------------------------------------------------------------------------------------------
+
+    @cached_property
+    def split(self) -> Split | None:
+        """The response as tiles have it; None on a grid that has none."""
+        half = self.grid.coarser
+        coarse = half.coarser if half is not None else None
+        if coarse is None or min(self.grid.shape) < SMALLEST or any(n % BOX for n in self.grid.shape):
+            return None
+        return Split(self, coarse)
+
+    def tiles(self, p: Real, z: Real, below: float) -> CpuTileEngine | None:
+        split = self.split if np.isinf(self.most) else None
+        if split is None or not split.even:
+            return None
+        nx, ny = self.grid.shape
+        marked: Mask = np.zeros((nx // SIDE, ny // SIDE), dtype=np.bool_)
+        self.sweep("mark_tiles", p=p, z=z, below=below, out=marked)
+        if not 0 < marked.mean() <= MOST:
+            return None
+        split.G_far[0, 0] = self.G[0, 0]
+        return CpuTileEngine(self, split, marked)
+
+    def take(self, tiles: CpuTileEngine, values: Real, field: Real) -> None:
+        tiles.scatter(values, field)
+        self.touched[...] = 0
+        for a, b in tiles.places * SIDE:
+            self.touched[a : a + SIDE, b // TILE] = 2
+
+    @property
+    def work(self) -> Work:
+        own = super().work
+        if "split" not in vars(self) or self.split is None:
+            return own
+        far = self.split.far
+        return own._replace(
+            fft_pairs=own.fft_pairs + far.transforms / 2 * far.size / self.size,
+            fft_seconds=own.fft_seconds + far.fft_seconds,
+        )
+
+    def forget_work(self) -> None:
+        super().forget_work()
+        if "split" in vars(self) and self.split is not None:
+            self.split.far.forget_work()
 
     # --- what is asked at once -----------------------------------------------------------------------------
 

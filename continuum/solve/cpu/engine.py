@@ -32,7 +32,7 @@ from continuum.model.fourier import (
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import reused
-from continuum.solve.cpu import extending, points, pressing, sweeps, tractions
+from continuum.solve.cpu import extending, near_field, points, pressing, sweeps, tractions
 from continuum.solve.cpu.compiled import SUMS, TILE
 from continuum.solve.solution import Work
 
@@ -40,7 +40,7 @@ NEAR = 0.5
 """Points within this distance of the range of the law are near the wall, in a0: the line search asks these alone."""
 KERNELS: dict[str, tuple[Callable[..., None], tuple[str, ...]]] = {
     name.removeprefix("_"): (kernel, names)
-    for module in (sweeps, points, tractions, pressing, extending)
+    for module in (sweeps, points, tractions, pressing, extending, near_field)
     for name, kernel in vars(module).items()
     if hasattr(kernel, "py_func") and "sums" in (names := tuple(inspect.signature(kernel.py_func).parameters))
 }

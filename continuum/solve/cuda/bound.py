@@ -33,6 +33,12 @@ class CudaBoundEngine(CudaEngine):
     def set_largest_pressure(self, most: float) -> None:
         self._own["most"] = most
 
+    def tiles(self, p: Array, z: Array, below: float) -> None:
+        """None: a device keeps to the whole grid."""
+
+    def take(self, tiles: object, values: Array, field: Array) -> None:
+        """Nothing: there are no tiles."""
+
     # --- arrays --------------------------------------------------------------------------------------------
 
     def field(self) -> Array:

@@ -63,7 +63,7 @@ def test_a_missing_file_names_the_one_probably_meant():
 
 @pytest.mark.parametrize("name", ["Cu.meam", "SiC.tersoff", "FeCr.cdeam", "PdHHe.eam.he", "README"])
 def test_a_file_of_another_kind_is_refused(name):
-    with pytest.raises(PotentialError, match="no potential of pair_style eam, eam/alloy or eam/fs"):
+    with pytest.raises(PotentialError, match="not a potential of pair_style eam, eam/alloy or eam/fs"):
         EmbeddedAtom.read(find_potential(name))
 
 

@@ -202,7 +202,7 @@ def test_the_law_of_a_run_is_read_back(tmp_path, name):
 @pytest.mark.parametrize(
     ("wall", "message"),
     [
-        ({"law": "Morse", "depth": 1.0}, "'Morse' is not one that this version reads"),
+        ({"law": "Morse", "depth": 1.0}, "'Morse' is not known to this version"),
         ({"law": "LennardJonesSpline", "depth": 1.0}, "depth"),
         ({"law": "LennardJonesSpline", "range": -1.0}, "range = -1.0"),
         ({}, "law"),

@@ -45,7 +45,7 @@ def test_reading_what_is_no_run_is_one_message(deck, tmp_path, capsys):
     for path, message in (
         (tmp_path / "nothing", "is not there"),
         (tmp_path / "file", "is a file"),
-        (tmp_path / "empty", "holds no deck"),
+        (tmp_path / "empty", "has no deck"),
         (deck, "has not been run"),
     ):
         assert main(["read", str(path)]) == 2

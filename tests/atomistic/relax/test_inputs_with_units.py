@@ -120,7 +120,7 @@ def test_text_that_is_no_quantity_is_told_with_its_key(tmp_path: Path, values: d
 
 def test_a_crystal_of_no_size_has_no_units() -> None:
     contact = c.Contact(c.sine(c.Grid.square(8), 0.05, (1, 0)), wall=c.LennardJonesSpline(adhesion_length=0.005))
-    with pytest.raises(ConfigError, match="no size, and so no unit"):
+    with pytest.raises(ConfigError, match="no length scale, and so no units"):
         a.deck(contact, separation="3Å", depth=4)
 
 

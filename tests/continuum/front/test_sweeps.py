@@ -173,7 +173,7 @@ def test_a_folder_says_what_was_run_in_it_and_what_is_other_than_before(
     assert main(["sweep", "run", "-q", str(many), *out]) == 0
     root = next((tmp_path / "out").iterdir())
     assert (root / "sweep.toml").read_text() == many.read_text()
-    assert "another sweep than it was" not in capsys.readouterr().err
+    assert "the sweep has changed" not in capsys.readouterr().err
     seeds = c.sweep_status(root).listing.axes[0].values
     given = f"surface.seed=[{seeds[0][0]}, 17]"
     asked = ["sweep", "status", str(root), "--why", str(many)]

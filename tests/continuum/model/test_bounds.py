@@ -9,13 +9,18 @@ import numpy as np
 import pytest
 
 from continuum.arguments import ArgumentError
+from continuum.model.counterface import CounterfaceTable
 from continuum.model.cubic import CubicConstants
-from continuum.model.grid import Grid
+from continuum.model.grid import Grid, GridTable
 from continuum.model.substrates import CubicLayer, LayeredHalfSpace, TabulatedSubstrate
-from continuum.model.substrates.layer import Layer
+from continuum.model.substrates.layer import Layer, LayerTable
+from continuum.model.substrates.layered_half_space import FilmTable
 from continuum.model.surface import SelfAffine
-from continuum.model.surfaces import cylinder, punch, sine, sphere
+from continuum.model.surfaces import SelfAffineSurface, SineSurface, cylinder, punch, sine, sphere
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline
+from continuum.model.walls.inverse_powers import InversePowersWall
+from continuum.model.walls.spline import SplineWall
+from continuum.tables import LARGEST_N
 
 LEAST = 1e-300  # of a positive number
 GRID = Grid((6, 8), (6.0, 8.0))
@@ -85,3 +90,71 @@ def test_what_is_left_out_is_what_the_paper_has() -> None:
     along_y = cylinder(GRID, 5.0)
     assert np.ptp(along_y, axis=1).max() == 0 < np.ptp(along_y, axis=0).min()
     assert (along_y == cylinder(GRID, 5.0, 1)).all()
+
+
+SPLINE: dict[str, Any] = {"law": "lennard-jones-spline", "range": 0.3}
+SELF_AFFINE: dict[str, Any] = {
+    "kind": "self-affine", "hurst": 0.8, "rms_slope": 0.1, "lambda_s": 4.0, "lambda_L": 8.0, "seed": 1
+}  # fmt: skip
+LAYER: dict[str, Any] = {"response": "layer", "depth": 1.0, "poisson": 0.3, "mean": "clamped"}
+FILM: dict[str, Any] = {"thickness": 1.0, "contact_modulus": 1.0, "poisson": 0.3}
+SINE: dict[str, Any] = {"kind": "sine", "amplitude": 0.1, "waves": (1, 2)}
+TABLES: list[tuple[type[Any], dict[str, Any], str, list[Any], list[Any]]] = [
+    (SplineWall, SPLINE, "range", [0.0, 3.0], [-LEAST, 3.0001]),
+    (SplineWall, SPLINE, "core", [LEAST, 1 - 1e-15], [0.0, 1.0]),
+    (SplineWall, {"law": SPLINE["law"]}, "adhesion_length", [0.0, 9 / 24], [-LEAST, 9.001 / 24]),
+    (InversePowersWall, {"law": "lennard-jones-9-3"}, "adhesion_length", [LEAST, 9 / 24], [0.0, 9.001 / 24]),
+    (LayerTable, LAYER, "poisson", [-1 + 1e-15, 0.5], [-1.0, 0.5 + 1e-15]),
+    (FilmTable, FILM, "thickness", [LEAST, 1e30], [0.0, 1.001e30]),
+    (FilmTable, FILM, "contact_modulus", [1e-12, 1e12], [0.999e-12, 1.001e12]),
+    (FilmTable, FILM, "poisson", [-1 + 1e-15, 0.5], [-1.0, 0.5 + 1e-15]),
+    (SelfAffineSurface, SELF_AFFINE, "rms_slope", [1e-100, 10.0], [0.9e-100, 10.001]),
+    (SelfAffineSurface, SELF_AFFINE, "seed", [0, 2**63 - 1], [-1, 2**63]),
+    (SelfAffineSurface, SELF_AFFINE, "lambda_s", [LEAST, 7.999], [0.0, 8.0]),
+    (SineSurface, SINE, "waves", [(0, 1), (1, 0), 3, (0, LARGEST_N)], [(0, 0), (-1, 0), (0, LARGEST_N + 1), (1, 2, 3)]),
+    (CounterfaceTable, {"surface": SINE}, "shift", [(0.0, 0.0), (-1e6, 1e6)], [(-1.001e6, 0.0), (0.0, 1.001e6)]),
+    (CounterfaceTable, {"surface": SINE}, "shift_seed", [0, 2**63 - 1], [-1, 2**63]),
+    (CounterfaceTable, {"surface": SINE}, "angle", [0.0, 90.0, -270.0], [1.0, 89.0, 91.0]),
+    (GridTable, {}, "n", [2, LARGEST_N, (1, 2), (1, LARGEST_N)], [1, 0, (2, 1), (0, 2), (1, 1), LARGEST_N + 1]),
+    (GridTable, {"n": (4, 8)}, "period", [(4, 8), (2, 4), (1, 1), 4], [(0, 8), (4, 0), (3, 8), (4, 3), (0.5, 8)]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "given", "key", "allowed", "beyond"), TABLES)
+def test_a_key_of_an_input_goes_to_its_bounds_and_no_further(
+    kind: type[Any], given: dict[str, Any], key: str, allowed: list[Any], beyond: list[Any]
+) -> None:
+    for value in allowed:
+        kind(**given | {key: value})
+    for value in beyond:
+        with pytest.raises(ValueError, match=key):
+            kind(**given | {key: value})
+
+
+def test_waves_fit_a_grid_and_its_period_on_both_sides_of_their_bounds() -> None:
+    rough = SelfAffineSurface(**SELF_AFFINE)
+    # Two spacings of the wider step are 4 a0; the period that is shorter holds 8 a0.
+    assert not [*rough.too_short((8, 4), (8.0, 8.0)), *rough.too_short((1, 4), (0.5, 8.0))]
+    assert [fault.key for fault in rough.too_short((8, 4), (8.0, 8.1))] == [("surface", "lambda_s")]
+    assert not [*rough.too_long((8, 8), (8.0, 9.0)), *rough.too_long((8, 8), (9.0, 8.0))]
+    for n, lengths in (((8, 8), (7.9, 9.0)), ((8, 8), (9.0, 7.9)), ((1, 8), (9.0, 7.9))):
+        assert [fault.key for fault in rough.too_long(n, lengths)] == [("surface", "lambda_L")]
+    assert not [*rough.too_long((1, 8), (1.0, 8.0))]  # a line has no period across
+    wave = SineSurface(**SINE | {"waves": (3, 4)})
+    assert not [*wave.too_short((6, 8), (6.0, 8.0)), *wave.too_short((7, 9), (7.0, 9.0))]
+    for n in ((5, 8), (6, 7)):
+        assert [fault.key for fault in wave.too_short(n, (6.0, 8.0))] == [("surface", "waves")]
+
+
+def test_a_second_body_turns_by_quarters_on_a_square_and_by_halves_on_any_period() -> None:
+    for angle, n, lengths, fits in (
+        (90.0, (8, 8), (8.0, 8.0), True),
+        (90.0, (8, 16), (8.0, 8.0), False),
+        (90.0, (8, 8), (8.0, 16.0), False),
+        (180.0, (8, 16), (8.0, 16.0), True),
+        (270.0, (8, 16), (8.0, 16.0), False),
+    ):
+        found = [*CounterfaceTable(surface=SINE, angle=angle).unfit(n, lengths)]
+        assert [fault.key for fault in found] == ([] if fits else [("counterface", "angle")])
+    found = [*CounterfaceTable(surface=SINE | {"waves": (5, 0)}).unfit((8, 8), (8.0, 8.0))]
+    assert [fault.key for fault in found] == [("counterface", "surface", "waves")]

@@ -451,7 +451,7 @@ def test_ctrl_c_in_the_middle_of_a_search_leaves_what_is_finished(tmp_path: Path
         process.send_signal(signal.SIGINT)
         _, error = process.communicate(timeout=120)
         assert process.returncode == 1
-        assert "the same command goes on from there" in error
+        assert "the same command continues from there" in error
         assert _points(result) == points
         assert not list(result.parent.glob(".*.tmp"))
     assert main(["run", str(config), "-o", str(result.parent)]) == 1

@@ -140,7 +140,7 @@ def test_a_sweep_grows_and_says_so_before(tmp_path: Path, capsys: pytest.Capture
     root = c.sweep(file, tmp_path).folder
     file.write_text(LONGER + axes.replace("[1, 2]", "[1, 2, 3]"))
     said = sweep_status(root, why=file).changes
-    assert "of the new systems 2 go on with stored paths: 6 of their 10 points are kept" in said
+    assert "2 of the new systems continue stored paths: 6 of their 10 points are kept" in said
     assert main(["sweep", "run", str(file), "-o", str(tmp_path), "-q"]) == 0
     assert "6 of their 10 points are kept" in capsys.readouterr().err
     alone = tmp_path / "alone.h5"

@@ -279,6 +279,9 @@ class PlainBoundGrid(Grid_):
     def clear(self):
         self.t, self.change = np.zeros(self.grid.shape), np.zeros(self.grid.shape)
 
+    def tiles(self, *_):
+        return None
+
     def level(self):
         m = self.m * (self.p > 0) * (self.p < self.most)
         return float((m * self.z).sum()), float(m.sum())

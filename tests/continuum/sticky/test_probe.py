@@ -116,8 +116,8 @@ def test_a_radius_that_is_none_is_refused(radius: float) -> None:
     [
         # U is 0.0055 J/m².
         (0.05, False, "with an apparent work of adhesion between w - U"),
-        (1.5e-3, False, "no more than the"),
-        (1e-4, True, "not sticky; that of the bare rough surface is below"),
+        (1.5e-3, False, "at most"),
+        (1e-4, True, "not sticky; the force of the bare rough surface is below"),
         (1e-4, False, "no lower bound"),
     ],
 )

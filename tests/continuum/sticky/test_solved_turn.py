@@ -97,7 +97,7 @@ def test_what_was_solved_comes_first_with_its_factors(gaussian: SolvedTurn) -> N
     far = told(gaussian, 4 * gaussian.work)
     assert far[0].startswith("Sticky, solved on the map: w = ")
     assert "is 4 times the" in far[0]
-    assert far[1].startswith("It would not be with w below")
+    assert far[1].startswith("It would not be sticky with w below")
     assert "E* above 4 GPa, or with heights about 2 times as large" in far[1]
     assert far[2].startswith("Theories: ")
     below = told(gaussian, gaussian.work / 4)
@@ -159,7 +159,7 @@ def test_a_turn_that_nobody_asked_for_is_given_up_after_ten_times_what_is_expect
     found = prediction_of([in_nanometres()], Interface(1e9, 0.02, NANO, None))
     said = list[str]()
     assert "its turn: it was not found within 15 pairs" in solved(found, None, 1, said.append).unsolved
-    assert said[0].endswith("given up after 0.05 times that, --solve goes on")
+    assert said[0].endswith("given up after 0.05 times that unless --solve is given")
     assert said[1].startswith("not solved: its turn: ")
     assert not solved(found, True, 1).unsolved
 

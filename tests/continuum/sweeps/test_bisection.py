@@ -208,7 +208,7 @@ def test_all_faults_of_a_search_are_named_at_once(tmp_path: Path) -> None:
     [
         ('[sweep.axes]\n"wall.adhesion_length" = A\n"surface.rms_slope" = A\n', "", "one search: "),
         ('[[sweep.zipped]]\n"wall.adhesion_length" = A\n"surface.seed" = [1]\n', "",
-         "it stands in [sweep.axes], not among"),
+         "which belongs in [sweep.axes], not among"),
         ('[sweep.axes]\n"wall.adhesion_length" = A\n[[sweep.zipped]]\n"wall.adhesion_length" = [1.0]\n', "",
          "wall.adhesion_length is on several"),
         ('[sweep.axes]\n"wall.adhesion_length" = A\n"wall" = [{law = "hard"}]\n', "",

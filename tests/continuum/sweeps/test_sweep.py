@@ -550,7 +550,7 @@ def test_what_stops_a_sweep_stops_its_workers(how: str, tmp_path: Path) -> None:
         os.killpg(process.pid, signal.SIGINT if how == "Ctrl-C" else signal.SIGHUP)
     said = process.communicate(timeout=120)[0].decode()
     assert process.returncode == 1
-    assert "the same command goes on from there" in said
+    assert "the same command continues from there" in said
     assert "Traceback" not in said
     assert "Warning" not in said
     assert not any(psutil.pid_exists(worker) for worker in workers)

@@ -1,0 +1,187 @@
+"""The model of the response on tiles, and states under a hard wall that are found with it and without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.substrates import HalfSpace, Layer
+from continuum.model.surface import SelfAffine
+from continuum.solve.cpu import bound
+from continuum.solve.cpu.bound import CpuBoundEngine
+from continuum.solve.cpu.near_field import SIDE
+from continuum.solve.cpu.tiles import CpuTileEngine
+from continuum.solve.solution import Settings, Solution
+from continuum.solve.solver import Solver
+
+Spots = tuple[Grid, Real, CpuTileEngine, NDArray[np.bool_]]
+
+N = 512
+SETTINGS = Settings(1e-7)
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tiles on grids on which they would not pay."""
+    monkeypatch.setattr(bound, "SMALLEST", 256)
+
+
+def heights(grid: Grid, seed: int = 1) -> Real:
+    return SelfAffine(0.8, 0.1, 16.0, min(grid.lengths) / 2).synthesise(grid, np.random.default_rng(seed))
+
+
+def tiles(K: Real, grid: Grid, marked: Real) -> CpuTileEngine:
+    """An engine of the marked tiles under a given load."""
+    whole = CpuBoundEngine(grid, K.copy(), 1)
+    whole.set_mean_stiffness(0.0, held=False)
+    z, p = whole.rows(), whole.rows()
+    p[:, : grid.shape[1]] = np.kron(marked, np.ones((SIDE, SIDE)))
+    found = whole.tiles(p, z, -1.0)
+    assert found is not None
+    return found
+
+
+@pytest.fixture
+def spots(small: None) -> Spots:
+    """Round contacts on a grid of its own numbers of points along x and y, on five tiles that do not all touch."""
+    grid = Grid((256, 512), (256.0, 512.0))
+    K = HalfSpace("free").stiffness(grid)
+    x, y = grid.positions
+    spots = (np.hypot(x - 40, y - 60) < 13) | (np.hypot(x - 20, y - 500) < 9) | (np.hypot(x - 200, y - 300) < 5)
+    marked = spots.reshape(8, SIDE, 16, SIDE).any(axis=(1, 3)).astype(float)
+    return grid, K, tiles(K, grid, marked), spots
+
+
+def test_the_model_misses_the_response_by_a_part_of_a_hundred(spots: Spots) -> None:
+    grid, K, engine, contact = spots
+    rng = np.random.default_rng(2)
+    pressures: list[Real] = [contact.astype(np.float64), contact * rng.standard_normal(grid.shape)]
+    for p in pressures:
+        p_q = np.fft.rfft2(p)
+        p_q[0, 0] = 0.0
+        exact = engine.gather(np.fft.irfft2(p_q / np.where(K > 0, K, 1.0), s=grid.shape))
+        found = engine.comply_with(engine.gather(p), np.empty(engine.shape, np.float32))
+        on = engine.gather(contact.astype(np.float64)) > 0
+        missed = found[on] - exact[on]
+        assert np.ptp(missed) < 0.01 * np.ptp(exact[on])
+
+
+def test_a_response_that_is_not_even_has_no_tiles(small: None) -> None:
+    grid = Grid.square(256)
+    m, n = grid.mode_numbers
+    whole = CpuBoundEngine(grid, np.hypot(m + 0.3 * n, n) * np.pi / 256, 1)
+    whole.set_mean_stiffness(0.0, held=False)
+    p = whole.rows()
+    p[:9, :9] = 1.0
+    assert whole.split is not None
+    assert not whole.split.even
+    assert whole.tiles(p, whole.rows(), -1.0) is None
+
+
+def test_what_preconditions_is_symmetric_and_nearly_inverts(spots: Spots) -> None:
+    _, K, engine, contact = spots
+    on = engine.gather(contact.astype(np.float64)) > 0
+    M, G = np.zeros((2, on.sum(), on.sum()))
+    softest = float(K.ravel()[1:].min())
+    for k, at in enumerate(np.flatnonzero(on)):
+        one = engine.field()
+        one.flat[at] = 1.0
+        out = engine.field()
+        engine.stiffen(on, out, softest, one)
+        M[k] = out[on]
+        assert not out[~on].any()
+        G[k] = engine.comply_with(one, np.empty(engine.shape, np.float32))[on]
+    assert np.abs(M - M.T).max() < 1e-6 * M.max()
+    assert np.abs(G - G.T).max() < 1e-6 * G.max()
+    # The mean is apart: it has another way.
+    assert np.linalg.eigvalsh(M)[0] > 0
+    product = np.sort(np.linalg.eigvals(M @ G).real)
+    assert product[-1] < 4 * product[len(product) // 100 + 1]
+
+
+def both(monkeypatch: pytest.MonkeyPatch, solve: Callable[[], Solution]) -> tuple[Solution, Solution]:
+    """A state with tiles and without."""
+    monkeypatch.setattr(bound, "SMALLEST", 256)
+    tiled = solve()
+    monkeypatch.setattr(bound, "SMALLEST", 2**20)
+    whole = solve()
+    assert tiled.status.ok
+    assert whole.status.ok
+    return tiled, whole
+
+
+def assert_same(tiled: Solution, whole: Solution) -> None:
+    """The same contact to the point, gaps to what both may miss; and it was the tiles that found it."""
+    assert np.array_equal(tiled.traction > 0, whole.traction > 0)
+    assert tiled.gap == pytest.approx(whole.gap, rel=0, abs=2e-8)
+    assert tiled.gap_error < 1e-8
+    assert tiled.iterations < 0.7 * whole.iterations
+    assert tiled.fft_pairs < 0.7 * whole.fft_pairs
+
+
+@pytest.mark.parametrize("substrate", ["half-space", "layer"])
+@pytest.mark.parametrize("shape", [(N, N), (N // 2, N)])
+def test_a_given_pressure_has_the_same_state(
+    shape: tuple[int, int], substrate: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grid = Grid(shape, (float(shape[0]), float(shape[1])))
+    elastic = HalfSpace("free") if substrate == "half-space" else Layer(40.0, 0.3, "free")
+    K, h = elastic.stiffness(grid), heights(grid)
+    assert_same(
+        *both(
+            monkeypatch,
+            lambda: Solver(grid, K).constrain(h, None, SETTINGS, pressure=6e-4, mean_stiffness=0.0),
+        )
+    )
+
+
+@pytest.mark.parametrize("mean_stiffness", [np.inf, 1e-3])
+def test_a_given_mean_gap_or_separation_has_the_same_state(
+    mean_stiffness: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grid = Grid.square(N)
+    K, h = HalfSpace("free").stiffness(grid), heights(grid)
+    lift = float(-h.min()) * 0.75
+    assert_same(
+        *both(
+            monkeypatch,
+            lambda: Solver(grid, K).constrain(h, None, SETTINGS, lift=lift, mean_stiffness=mean_stiffness),
+        )
+    )
+
+
+def test_a_start_has_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = Grid.square(N)
+    K, h = HalfSpace("free").stiffness(grid), heights(grid)
+    start = Solver(grid, K).constrain(h, None, SETTINGS, pressure=5e-4).gap
+    tiled, whole = both(monkeypatch, lambda: Solver(grid, K).constrain(h, start, SETTINGS, pressure=6e-4))
+    assert np.array_equal(tiled.traction > 0, whole.traction > 0)
+    assert tiled.gap == pytest.approx(whole.gap, rel=0, abs=2e-8)
+
+
+def test_threads_change_no_bit(small: None) -> None:
+    grid = Grid.square(N)
+    K, h = HalfSpace("free").stiffness(grid), heights(grid)
+    one, two = (Solver(grid, K, threads).constrain(h, None, SETTINGS, pressure=6e-4) for threads in (1, 2))
+    assert np.array_equal(one.gap, two.gap)
+    assert np.array_equal(one.traction, two.traction)
+
+
+def test_a_contact_on_most_tiles_is_left_to_the_whole_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = Grid.square(N)
+    K, h = HalfSpace("free").stiffness(grid), heights(grid)
+    tiled, whole = both(monkeypatch, lambda: Solver(grid, K).constrain(h, None, SETTINGS, pressure=0.02))
+    assert np.array_equal(tiled.gap, whole.gap)
+    assert tiled.fft_pairs == whole.fft_pairs
+
+
+def test_a_wall_that_gives_way_is_left_to_the_whole_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = Grid.square(256)
+    K, h = HalfSpace("free").stiffness(grid), heights(grid)
+    tiled, whole = both(monkeypatch, lambda: Solver(grid, K).constrain(h, None, SETTINGS, pressure=6e-4, most=0.1))
+    assert np.array_equal(tiled.gap, whole.gap)
