@@ -1,7 +1,7 @@
-"""A run of a deck certified: are its states equilibria, by other means than LAMMPS found them by?
+"""Check whether the states of a deck run are equilibria, independently of the run.
 
-The wall takes part as the law of :mod:`continuum` and the heights of the deck, not as formulas or a plugin of LAMMPS;
-the crystal as the forces that a new LAMMPS without wall finds where the atoms were left; all sums are NumPy's.
+The wall is the law of :mod:`continuum` at the heights of the deck, not formulas or a plugin of LAMMPS; the forces of
+the crystal come from a new LAMMPS without wall at the final positions; all sums are NumPy's.
 """
 
 import re
@@ -21,17 +21,17 @@ from continuum.model.walls import Wall
 from continuum.show.sheet import Column, Sheet
 
 ENOUGH = 1.5
-"""The largest force may exceed tolerance and rounding by so much: another order of sums."""
+"""Factor by which the largest force may exceed tolerance and rounding, as sums have another order."""
 STEP = 1e-5
-"""Root-mean-square of the random displacements along which the energy is looked at, in a0."""
+"""Root-mean-square of the random displacements along which the energy is tested, in a0."""
 DIRECTIONS = 4
 _STIFFEST = 10.0
-"""By how much a force changes with a displacement, at most, in E* a0: an error where positions are rounded."""
+"""Largest derivative of a force by a displacement, in E* a0, which gives the error by rounded positions."""
 
 
 @dataclass(frozen=True)
 class StepCertificate:
-    """An equilibrium of a deck, and what its atoms say."""
+    """An equilibrium of a deck with its independent evaluation."""
 
     stored: DeckResult
     load: float
@@ -41,9 +41,9 @@ class StepCertificate:
     residual: float
     """Largest force on a mobile atom, in E* a0²."""
     law_error: float
-    """By how much the deck's formulas may differ from the law, in E*."""
+    """Largest difference of the deck's formulas from the law, in E*."""
     rounding: float
-    """Force that the rounding of positions makes, in E* a0²."""
+    """Force due to the rounding of positions, in E* a0²."""
     curvature: float
     """Smallest second derivative of the energy along random displacements, in E* a0."""
 
@@ -54,12 +54,12 @@ class StepCertificate:
 
     @property
     def stored_load(self) -> float:
-        """N/A0 as LAMMPS has it, in E*."""
+        """N/A0 stored by LAMMPS, in E*."""
         return self.stored.force / self.stored.gap.size
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What does not agree, in words; none for a sound state."""
+        """Disagreements, in words; empty if all numbers agree."""
         found, faults = self.stored, []
         if not self.residual <= self.allowed:
             faults.append(f"the largest force is {self.residual:.2e} E* a0², above {self.allowed:.2e} E* a0²")
@@ -70,14 +70,14 @@ class StepCertificate:
         if not abs(self.load - self.stored_load) <= self.allowed:
             faults.append(f"N/A0 is {self.load:.6e} E*, and {self.stored_load:.6e} E* is stored")
         if not self.curvature > 0:
-            faults.append("the energy falls along a displacement: a saddle")
+            faults.append("the energy decreases along a displacement, so that this is a saddle point")
         return tuple(faults)
 
 
 def certify_deck(run: DeckRun) -> Iterator[StepCertificate]:
-    """Certify each equilibrium that a run of a deck has found, one after the other.
+    """Check each equilibrium of a deck run.
 
-    Raises DeckError if its windows are of a motion, or its wall is no function of the lattice site; LammpsError if
+    Raises DeckError if it has windows of a motion, or its wall is not a function of the lattice site; LammpsError if
     LAMMPS cannot be loaded, or cannot read the slab.
     """
     directory, law_error = run.directory, _error_of_formulas(run.directory)
@@ -85,10 +85,12 @@ def certify_deck(run: DeckRun) -> Iterator[StepCertificate]:
         for step in finished_steps(directory):
             found = read_result(directory, step)
             if found.averages:
-                raise DeckError(f"{directory}: holds windows of a motion, which are no equilibria: none is certified")
+                raise DeckError(
+                    f"{directory}: has windows of a motion, which are not equilibria and cannot be certified"
+                )
             if not np.allclose(found.heights, run.heights, rtol=0, atol=1e-12):
                 raise DeckError(
-                    f"{directory}: its wall acts where the atoms are; only one of lattice sites is certified"
+                    f"{directory}: its wall follows the atoms; only walls of lattice sites can be certified"
                 )
             if found.status.ok:
                 yield _certified(crystal, run.wall, found, law_error, seed=step)
@@ -96,15 +98,15 @@ def certify_deck(run: DeckRun) -> Iterator[StepCertificate]:
 
 @dataclass(frozen=True)
 class DeckCertificate:
-    """What was certified of a run of a deck."""
+    """Result of checking a deck run."""
 
     directory: Path
     steps: tuple[StepCertificate, ...]
-    """Its equilibria; steps that are none are left out."""
+    """Its equilibria; other steps are left out."""
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What does not agree, with its step; none if all is sound."""
+        """Disagreements with their steps; empty if all agree."""
         return tuple(f"{self.directory}, step {one.stored.step}: {fault}" for one in self.steps for fault in one.faults)
 
     @property
@@ -127,7 +129,7 @@ class DeckCertificate:
              one.load - one.stored_load, one.residual, one.allowed, one.curvature, "; ".join(one.faults) or "sound")
             for one in self.steps
         ]  # fmt: skip
-        return Sheet.of(f"{len(rows)} equilibria of atoms, evaluated by other means", columns, rows)
+        return Sheet.of(f"{len(rows)} equilibria of atoms, checked independently of the run", columns, rows)
 
 
 def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float, seed: int) -> StepCertificate:
@@ -158,7 +160,7 @@ def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float
 
 
 def _gap(found: DeckResult, displacements: Real) -> Real:
-    """Height of the wall above each surface atom, in a0: the wall of a site moves with nothing but the separation."""
+    """Height of the wall above each surface atom, in a0, for a wall of lattice sites."""
     return np.asarray(found.separation + found.heights - displacements[0, ..., 2])
 
 
@@ -177,7 +179,7 @@ def _directions(found: DeckResult, seed: int) -> Iterator[Real]:
 
 
 def _error_of_formulas(directory: Path) -> float:
-    """By how much the formulas of a deck differ from its law at most, in E*, as its table of the law says."""
+    """Largest difference of the formulas of a deck from its law, in E*, from its table of the law."""
     said = re.search(
         r"differ from the law by at most (\S+) E\*", (directory / "wall.table").read_text(encoding="utf-8")
     )

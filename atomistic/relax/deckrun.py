@@ -1,4 +1,4 @@
-"""A run of a deck as a whole: its steps as numbers, their storage, and the continuum of the same wall beside them."""
+"""A whole run of a deck: the numbers of its steps, their storage, and the comparison with the continuum."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ SCHEMA, VERSION = "stickiness/deck-run", 2
 class DeckStep:
     """One equilibrium of a run, or the means of one time window of a motion, with their standard errors.
 
-    Names and units are those of a continuum run.  The total energy is without that of motion; an equilibrium has no
+    Names and units are those of a continuum run.  The total energy excludes kinetic energy; an equilibrium has no
     temperature, and its standard errors are zero.
     """
 
@@ -105,20 +105,20 @@ class DeckStep:
 
 @dataclass(frozen=True)
 class ContinuumStep:
-    """The continuum at the mean gap of a step: the same wall on the slab's own linear response at rest."""
+    """The continuum at the mean gap of a step: the same wall on the linear response of the slab at rest."""
 
     load: float
     """N/A0, in E*."""
     area_rep: float
     area_att: float
     same: float
-    """Part of the points whose contact, repulsive, attracted or none, is that of the atoms."""
+    """Part of the points with the same contact (repulsive, attracted or none) as the atoms."""
     converged: bool
 
 
 @dataclass(frozen=True, eq=False)
 class DeckRun:
-    """What a run of a deck has left: every finished step, and the last state of the atoms."""
+    """Results of a deck run: every finished step, and the last state of the atoms."""
 
     directory: Path
     description: DeckDescription = field(repr=False)
@@ -133,7 +133,7 @@ class DeckRun:
     slips: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0, 0), np.int64), repr=False)
     """Atoms below each site, its own included, with other nearest neighbours than before, shape (steps, nx, ny)."""
     stiffness: Real | None = field(default=None, repr=False)
-    """K_q of the slab at rest, in E*/a0, of the continuum beside it; an isotropic half-space of nu = 1/2 if None."""
+    """K_q of the slab at rest, in E*/a0, for the continuum; an isotropic half-space of nu = 1/2 if None."""
 
     @property
     def expected(self) -> int:
@@ -142,12 +142,12 @@ class DeckRun:
 
     @property
     def finished(self) -> bool:
-        """Whether no step is missing."""
+        """Whether all steps are finished."""
         return len(self.steps) == self.expected
 
     @property
     def averaged(self) -> tuple[DeckStep, ...]:
-        """Windows of one state of a motion: those in which the wall slides, else those in which it rests after hold."""
+        """Windows to average in a motion: those in which the wall slides, else those in which it rests after hold."""
         hold, dwell = self.description.hold, self.description.dwell
         if self.slides:
             return self.steps[hold + dwell :]
@@ -174,14 +174,14 @@ class DeckRun:
         names = [column.name.removesuffix("_error") for column in fields(DeckStep) if column.name.endswith("_error")]
         choice("name", name, names)
         if not self.averaged:
-            raise DeckError(f"{self.directory}: no window of a wall that rests (dwell) or slides is finished")
+            raise DeckError(f"{self.directory}: no window with a resting (dwell) or sliding wall is finished")
         return WindowMean.of(*(np.array([getattr(step, n) for step in self.averaged]) for n in (name, f"{name}_error")))
 
     @property
     def friction(self) -> WindowMean | None:
         """Friction coefficient and its standard error: mean friction over mean load while the wall slides.
 
-        None if the wall does not slide, or no load pushes by more than three standard errors.
+        None if the wall does not slide, or the load is not above zero by more than three standard errors.
         See :meth:`WindowMean.of_ratio`.
         """
         if not (self.slides and self.averaged and (load := self.mean("load")).mean > 3 * load.error):
@@ -191,18 +191,18 @@ class DeckRun:
 
     @property
     def converged(self) -> bool:
-        """Whether each step that is there is an equilibrium, or a window of a motion that was averaged."""
+        """Whether each finished step is an equilibrium, or an averaged window of a motion."""
         return all(DeckStatus[step.status].ok for step in self.steps)
 
     @property
     def incomparable(self) -> str:
-        """Why no continuum can be put beside it, in a sentence; empty if one can."""
+        """Why it cannot be compared with the continuum, in a sentence; empty if it can."""
         if self.slides:
-            return "The wall slides, which the continuum does not: there is nothing to put beside it."
+            return "The wall slides, which the continuum cannot model: there is no comparison."
         return ""
 
     def compare(self) -> tuple[ContinuumStep, ...]:
-        """The continuum at the mean gap of each step, followed as a path: branch by branch as the atoms were.
+        """The continuum at the mean gap of each step, along the same path as the atoms.
 
         Raises
         ------
@@ -214,23 +214,22 @@ class DeckRun:
         return self._continuum
 
     def sheets(self, *, compare: bool = False) -> list[Sheet]:
-        """Its steps, the last in detail, and the continuum of the same wall beside them, or why there is none."""
+        """Its steps, the last in detail, and the comparison with the continuum, or why there is none."""
         from atomistic.show.decks import deck_run_sheets
 
         beside = self._continuum if flag("compare", compare) and not self.incomparable else ()
         return deck_run_sheets(self, beside, self.incomparable if compare else "")
 
     def certify(self) -> DeckCertificate:
-        """Its equilibria evaluated by other means than LAMMPS found them by: are they, and are their numbers right?
+        """Check its equilibria and their numbers independently of the run.
 
-        The wall takes part as the law and the heights of the deck, not as formulas of LAMMPS; the crystal as the forces
-        that a new LAMMPS without wall finds where the atoms were left.  The energy is looked at along random
-        displacements.
+        The wall is the law at the heights of the deck, not formulas of LAMMPS; the forces of the crystal come from a
+        new LAMMPS without wall at the final positions.  The energy is tested along random displacements.
 
         Raises
         ------
         DeckError
-            If it holds windows of a motion, which are no equilibria, or its wall acts where the atoms are.
+            If it has windows of a motion, which are not equilibria, or its wall depends on the positions of atoms.
         LammpsError
             If LAMMPS cannot be loaded.
         """
@@ -244,7 +243,7 @@ class DeckRun:
         Raises
         ------
         ArgumentError, OutputError
-            If that is no name of a folder, or they cannot be written there.
+            If it is not the name of a folder, or they cannot be written there.
         """
         from atomistic.show.decks import write_run
 
@@ -276,7 +275,7 @@ class DeckRun:
         Raises
         ------
         OutputError
-            If a file that is no run of a deck is in the way, or it cannot be written.
+            If another file has that name, or it cannot be written.
         """
         folder(path.parent)
         store.earlier(path, SCHEMA, VERSION, self.description.identity, force=True)
@@ -330,11 +329,11 @@ def read_run(directory: Path) -> DeckRun:
         steps.append(DeckStep.of(result))
         gaps.append(result.gap)
         slips.append(np.count_nonzero(result.slipped, axis=0))
-    last = result or read_result(directory)  # which says why there is none
+    last = result or read_result(directory)  # which raises the reason
     try:
         wall, heights = read_wall(directory), read_heights(directory / "slab.data")
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise DeckError(f"the wall of {directory} cannot be read: {error}; write the deck anew") from error
+        raise DeckError(f"the wall of {directory} cannot be read: {error}; write the deck again") from error
     stiffness = _stiffness(directory, last.slab)
     return DeckRun(
         directory, description, wall, heights, tuple(steps), np.array(gaps), last, np.array(slips), stiffness
@@ -342,11 +341,11 @@ def read_run(directory: Path) -> DeckRun:
 
 
 def _stiffness(directory: Path, slab: Slab) -> Real | None:
-    """K_q that a deck has brought, if it has.  Raises DeckError if the file is damaged."""
+    """K_q stored with a deck, if any.  Raises DeckError if the file is damaged."""
     path = directory / "stiffness.npy"
     if not path.is_file():
         return None
     try:
         return map_of("stiffness", np.load(path), slab.grid.shape_q)
     except (OSError, ValueError, EOFError) as error:
-        raise DeckError(f"{path} is damaged ({error}): write the deck anew") from error
+        raise DeckError(f"{path} is damaged ({error}): write the deck again") from error

@@ -1,4 +1,4 @@
-"""Decks of inputs and of contacts: checked as a whole, then started from the lattice solution of their first step."""
+"""Build decks from inputs and from contacts: check them, and start from the lattice solution of the first step."""
 
 import hashlib
 import warnings
@@ -50,7 +50,7 @@ from continuum.units import parse
 
 
 class DeckParts(NamedTuple):
-    """What an input of a deck describes, before anything is solved."""
+    """Slab, model, wall and heights of the input of a deck."""
 
     slab: Slab
     model: Model
@@ -58,15 +58,14 @@ class DeckParts(NamedTuple):
     heights: Real
     """Shape (nx, ny), in a0."""
     notes: tuple[str, ...]
-    """Lines that say where the heights come from."""
+    """Lines about the origin of the heights."""
 
 
 def parts_of(config: DeckConfig) -> DeckParts:
-    """What an input describes, its crystal measured.
+    """Read the parts of an input, and measure its crystal.
 
-    Raises ConfigError if its parts do not fit one another, a file does not hold what it should, or its numbers are not
-    those of a crystal under a wall; PotentialError if the crystal of the potential is not a stable fcc one; LammpsError
-    if LAMMPS fails.
+    Raises ConfigError if its parts do not fit together, a file is invalid, or its numbers are beyond a crystal under a
+    wall; PotentialError if the crystal of the potential is not a stable fcc one; LammpsError if LAMMPS fails.
     """
     model, faults = model_of(config.interatomic.potential()), list[Fault]()
     slab = slab_of(config, model)
@@ -80,7 +79,7 @@ def parts_of(config: DeckConfig) -> DeckParts:
         faults.append(Fault(("wall",), f"a law whose energies and tractions are finite ({error})", cause))
     try:
         heights, notes = _heights(config.surface, config, slab, model)
-        if (slope := moments(slab.grid, heights).rms_slope) > 0:  # a flat wall is one, too
+        if (slope := moments(slab.grid, heights).rms_slope) > 0:  # a flat wall is allowed
             check_slope(slope)
     except ConfigError:
         raise
@@ -112,7 +111,7 @@ def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
 
 
 def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights: Real) -> tuple[str, ...]:
-    """Lines of a README: what of an input makes its deck, with sizes in real units where the crystal has a size."""
+    """Lines for the README of a deck: its settings, with real units if the crystal has a length scale."""
     real = model.real_units
 
     def nanometres(value: float) -> str:
@@ -151,13 +150,13 @@ def _in_si(windows: TimeWindows, model: Model) -> Iterator[str]:
 
 
 def _values(table: Table) -> str:
-    """Keys and values of a table of an input, without those that were left out."""
+    """The given keys and values of a table of an input."""
     given = table.model_dump(exclude_unset=True, mode="json")
     return ", ".join(f"{key} = {value}" for key, value in given.items())
 
 
 def _acting(deck: Deck, wall_force: WallForce) -> Deck:
-    """The deck with its wall acting by this; of atoms, from where the slab is at rest and these do not overlap it."""
+    """The deck with another kind of wall force; a wall of atoms starts with the slab at rest and without overlap."""
     if wall_force != "atoms" or deck.shape is None:
         return replace(deck, wall_force=wall_force)
     touch = first_touch(crystal_wall(deck.wall, deck.shape, deck.slab.shape))
@@ -179,9 +178,9 @@ def _acting(deck: Deck, wall_force: WallForce) -> Deck:
 
 
 def _wall(config: DeckConfig) -> Wall:
-    """The law, whose tractions are numbers from where it pushes to where it is no longer felt."""
+    """The law, checked to have finite tractions over its whole range."""
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # of what overflows, and of integrals that do not converge
+        warnings.simplefilter("error")  # warnings about overflow and integrals that do not converge
         wall = config.wall.build()
         native_law(wall)
         gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 10.0), 101)
@@ -193,7 +192,7 @@ def _wall(config: DeckConfig) -> Wall:
 
 @singledispatch
 def _heights(surface: SurfaceTable, config: DeckConfig, slab: Slab, model: Model) -> tuple[Real, tuple[str, ...]]:
-    """Heights of the wall, in a0, and where they come from."""
+    """Heights of the wall, in a0, and notes about their origin."""
     return surface.build(slab.grid), ()
 
 
@@ -205,7 +204,11 @@ def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) 
     elif real is not None and surface.spacing is None:
         a0 = real.a0
     else:
-        allowed = 'a0, as "0.3nm": this crystal has no size' if real is None else "left out: the crystal has its own a0"
+        allowed = (
+            'a0, as "0.3nm": this crystal has no length scale'
+            if real is None
+            else "left out: the crystal has its own a0"
+        )
         raise refuse(config, Fault(("surface", "spacing"), allowed))
     wall = surface.read(config.slab.n, a0)
     return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
@@ -266,7 +269,7 @@ def _thermal_energy(windows: TimeWindows, model: Model) -> float:
 def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
     """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
 
-    A crystal of springs, whose bonds are harmonic, is left as it is at rest.
+    A crystal of harmonic springs remains as at rest.
     """
     model, slab = specimen.model, specimen.slab
     temperature = _thermal_energy(windows, model)
@@ -289,7 +292,7 @@ def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -
 
 
 def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
-    """How long the slab is damped before its means are taken, beside its slowest vibration."""
+    """Notes about the time for which the slab is damped before averaging, compared with its slowest vibration."""
     time, period = sum(motion.durations[: motion.hold]), 2 * np.pi / swing(model, slab.depth)
     said = (
         f"In {motion.hold} windows of hold the thermostat holds all layers, for {time:.3g} a0 (m/(E* a0³))^(1/2), "
@@ -301,12 +304,12 @@ def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
 
 
 def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
-    """The motion of atoms of a model, which at rest is another."""
+    """The motion of the atoms, at the lattice constant of its temperature."""
     temperature, table = _thermal_energy(windows, rest) * rest.energy / model.energy, windows.table
     return Motion(
         windows.separations, windows.offsets, windows.duration, temperature, table.thermostat_layers, table.damping,
         table.seed, largest_timestep(model, wall), windows.along, table.hold,
-        max(table.damping, 1 / (2 * swing(model, slab.depth))),  # no other damps the slab's swing more
+        max(table.damping, 1 / (2 * swing(model, slab.depth))),  # critical damping of the slab's slowest vibration
         windows.pressure,
     )  # fmt: skip
 
@@ -320,21 +323,23 @@ def deck_under(
     progress: Progress | None = None,
     wall_force: WallForce = "formulas",
 ) -> Deck:
-    """The deck of a contact: its wall and heights over atoms, starting from the lattice solution.
+    """The deck of a contact, starting from the lattice solution.
 
-    The arguments are those of :func:`atomistic.deck`, checked; ``shape`` is the wall as a function of the position,
-    or None if it is one of the site.
+    The arguments are those of :func:`atomistic.deck`, checked; ``shape`` is the wall as a function of the position, or
+    None for lattice sites.
 
-    Raises ArgumentError, ConfigError or TypeError if the grid has not one point for each atom, the deck has no formula
-    for the law, or the steps are not those of a crystal under this wall; NotConvergedError, PotentialError or
-    LammpsError as :func:`deck_of`.
+    Raises ArgumentError, ConfigError or TypeError if the grid does not have one point for each atom, LAMMPS has no
+    formula for the law, or the steps do not fit the crystal or wall; NotConvergedError, PotentialError or LammpsError
+    as :func:`deck_of`.
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
-    native_law(wall)  # refused before anything is measured
+    native_law(wall)  # checked before anything is measured
     if shape is not None and (apart := misfit(shape, heights)):
         raise ArgumentError("follows", shape, f"a shape of the heights of the contact, not of others by {apart:.2g} a0")
     if shape is None and wall_force == "atoms":
-        raise ArgumentError("wall_force", wall_force, 'follows="atom" with it: atoms act where they are')
+        raise ArgumentError(
+            "wall_force", wall_force, 'follows="atom": atoms of the wall act at the positions of the atoms'
+        )
     if shape is None and steps.windows is not None and any(steps.windows.offsets):
         raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
     measured = model_of(model or Springs())
@@ -346,10 +351,10 @@ def deck_under(
 
 
 def deck_input(path: str | Path) -> DeckConfig:
-    """Read the input of a deck, in reduced units where it has others.
+    """Read the input of a deck, and convert its units to reduced ones.
 
     Raises ConfigError with all faults of the file; PotentialError or LammpsError if a number has a unit, and the
-    crystal is no stable fcc one, or LAMMPS fails.
+    crystal is not a stable fcc one, or LAMMPS fails.
     """
     source = Source.read(find(path))
     if not with_units(source.data):
@@ -357,7 +362,7 @@ def deck_input(path: str | Path) -> DeckConfig:
     try:
         potential = parsed(source, ElasticConfig).interatomic.potential()
     except ConfigError:
-        return parsed(source, DeckConfig)  # which has this fault, and finds the others
+        return parsed(source, DeckConfig)  # which reports this fault together with the others
     values, faults = in_reduced(source.data, model_of(potential).real_units)
     try:
         return parsed(source, DeckConfig, values)
@@ -368,7 +373,7 @@ def deck_input(path: str | Path) -> DeckConfig:
 
 
 def steps_in_units(given: Mapping[str, Any], model: Potential) -> Mapping[str, Any]:
-    """The separations, pressures or protocol of a call, those with a unit converted to a0 and E*.
+    """The separations, pressures or protocol of a call, with units converted to a0 and E*.
 
     Raises ConfigError, PotentialError or LammpsError as :func:`deck_input`.
     """

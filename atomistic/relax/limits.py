@@ -1,4 +1,4 @@
-"""Whether the numbers of a deck are those of a crystal under a wall: asked before anything is solved."""
+"""Checks of the numbers of a deck against crystal and wall, before anything is solved."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -25,19 +25,19 @@ from continuum.tables import Fault
 from continuum.units import readable
 
 FARTHEST = 100.0
-"""Largest distance of the wall's lowest point from the surface, in a0: no law attracts from there."""
+"""Largest distance of the wall's lowest point from the surface, in a0, beyond the range of any law."""
 _MOST_TIMESTEPS = 2**31 - 1
-"""Most time steps of a window: LAMMPS counts the samples of an average with 32 bits."""
+"""Largest number of time steps of a window: LAMMPS counts the samples of an average with 32 bits."""
 
 
 def require_steps(
     steps: Steps, slab: Slab, model: Model, wall: Wall, heights: Real, config: DeckConfig | None = None
 ) -> None:
-    """Refuse steps that do not fit the slab, its crystal and its wall.
+    """Check that steps fit the slab, its crystal and its wall.
 
     Parameters
     ----------
-    config : that the steps are of; None if they are arguments of a call.
+    config : input of the steps; None for arguments of a call.
 
     Raises ConfigError with all faults.
     """
@@ -55,9 +55,9 @@ def require_steps(
 
 
 def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, slab: Slab) -> None:
-    """Refuse an input whose wall of atoms overlaps the surface at rest at its first separation.
+    """Check that a wall of atoms does not overlap the surface at rest at the first separation.
 
-    Raises ConfigError if it does, with the smallest separation to begin at; or if the law has no work of adhesion.
+    Raises ConfigError, with the smallest allowed separation, if it does; or if the law has no work of adhesion.
     """
     try:
         touch = first_touch(crystal_wall(wall, shape, slab.shape))
@@ -71,27 +71,27 @@ def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, sl
 
 
 def _separation_key(steps: Steps) -> str:
-    """Key of an input that has the separations."""
+    """Key of the separations in an input."""
     one = steps.single or (steps.windows is not None and any(steps.windows.offsets))
     return "separation" if one else "separations"
 
 
 def require_strength(problem: ContactProblem, states: Sequence[PathState], settings: Settings, model: Model) -> None:
-    """Refuse mean tensions that the contact does not hold, and say which it does.
+    """Check that the contact holds the mean tensions asked for.
 
     Parameters
     ----------
-    states : on the lattice, at one mean pressure after the other.
-    settings : of their minimisation.
+    states : states on the lattice at successive mean pressures.
+    settings : settings of their minimisation.
 
-    Raises NotConvergedError with the largest tension that is held from the state before on, to a hundredth of it.
+    Raises NotConvergedError with the largest tension that is held, to 1 %.
     """
     lost = next((i for i, state in enumerate(states) if state.outcome is Outcome.PULLED_OFF), None)
     if lost is None:
         return
     held = states[lost - 1] if lost else loading.solve(problem, "mean-pressure", 0.0, settings)
     asked, gap = states[lost].target, held.require().solution.gap
-    # No mean tension is larger than the largest of the law.
+    # The mean tension is at most the largest tension of the law.
     low, high = held.target, max(asked, -problem.wall.largest_tension)
     while low - high > 0.01 * max(abs(low), 1e-3 * abs(high)):
         middle = (low + high) / 2
@@ -109,7 +109,7 @@ def require_strength(problem: ContactProblem, states: Sequence[PathState], setti
 
 
 def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
-    """What of a motion the atoms do not stand, or LAMMPS does not count."""
+    """Faults of a motion beyond the atoms, or beyond the counters of LAMMPS."""
     yield from beyond_physics(windows.table.temperature, windows.table.velocity, model.real_units)
     if not windows.table.thermostat_layers < slab.mobile:
         yield Fault(("thermostat_layers",), f"fewer than the layers that move, {slab.mobile} at this depth")
@@ -120,7 +120,7 @@ def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wa
 
 
 def _beside_the_slab(steps: Steps, slab: Slab, heights: Real) -> Iterator[Fault]:
-    """Faults of a wall that is far above the slab, or below it."""
+    """Faults of a wall that is too far above the slab, or below it."""
     if steps.control != "separation":
         return
     lowest = float(heights.min())

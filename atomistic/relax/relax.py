@@ -1,10 +1,10 @@
 """Equilibrium of the slab under the wall.
 
-LAMMPS minimises what the deck says, from the start that the deck holds.  Where the linear response of the
-slab is known, that start can first be brought to equilibrium with few evaluations of the forces: each
-iteration puts the difference of the atoms from the linear lattice, measured by LAMMPS, into the lattice problem and
-solves the contact anew.  The deck is then written with this start, and its own run, with its own wall, certifies the
-equilibrium, or finishes it with LAMMPS' minimisers where the iteration has stalled.
+LAMMPS minimises the energy of a deck from its start.  If the linear response of the slab is known, that start can
+first be brought to equilibrium with few force evaluations: each iteration adds the difference of the atoms from the
+linear lattice, measured by LAMMPS, to the lattice problem and solves the contact again.  The deck is then written with
+this start, and its run, with its own wall, confirms the equilibrium, or finishes it with LAMMPS' minimisers if the
+iteration stalls.
 """
 
 from collections.abc import Callable
@@ -26,9 +26,9 @@ from continuum.path import loading
 from continuum.solve.solution import Settings
 
 _DEPTH = 8
-"""Number of states that are mixed."""
+"""Number of mixed states."""
 _PATIENCE = 10
-"""Evaluations in which the largest force must have halved."""
+"""Number of evaluations within which the largest force must halve."""
 
 
 def lattice_start(response: LatticeResponse, wall: Wall, gap: Real) -> Real:
@@ -42,14 +42,15 @@ def relax(
     response: LatticeResponse | None = None,
     run: Callable[[Path], DeckResult] = run_in_process,
 ) -> DeckResult:
-    """Equilibrium of a deck, written to a directory and run there: the last state, whose ``require()`` is to be asked.
+    """Write a deck to a directory and run it there; returns the last state, for which ``require()`` should be called.
 
     Parameters
     ----------
-    deck : what to relax; ``deck.displacements`` is where to start.
-    directory : of the deck; see :func:`atomistic.lammps.directory.write_deck`.
-    response : of the slab: brings the start to equilibrium first (:func:`iterate`).  None leaves all to the deck.
-    run : how to run it: :func:`~atomistic.lammps.engine.run_in_process`, or
+    deck : the deck, which starts from ``deck.displacements``.
+    directory : directory of the deck; see :func:`atomistic.lammps.directory.write_deck`.
+    response : response of the slab, with which the start is first brought to equilibrium (:func:`iterate`); None
+        leaves all to the deck.
+    run : function that runs the deck: :func:`~atomistic.lammps.engine.run_in_process`, or
         ``lambda directory: run_command(directory, ranks=4)``.
 
     Raises LammpsError if LAMMPS fails.
@@ -71,9 +72,10 @@ class RelaxationResult:
     displacements: Real = field(repr=False)
     """The best state, shape (layers, nx, ny, 3), in a0."""
     largest_forces: tuple[float, ...]
-    """Largest force on a mobile atom before each iteration, in E* a0²; the displacements are those of the smallest."""
+    """Largest force on a mobile atom before each iteration, in E* a0²; the displacements are those with the
+    smallest."""
     converged: bool
-    """Whether the smallest is below half the tolerance of the deck."""
+    """Whether the smallest force is below half the tolerance of the deck."""
 
     @property
     def evaluations(self) -> int:
@@ -81,7 +83,7 @@ class RelaxationResult:
 
 
 def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int = 120) -> RelaxationResult:
-    """Equilibrium by the Green's-function-preconditioned iteration.
+    """Find the equilibrium by an iteration preconditioned by the Green's function.
 
     With F(u) the forces between the atoms, f(u) the force of the wall and K the stiffness of the linear slab, an
     equilibrium is a fixed point of::
@@ -89,23 +91,23 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         u = w + K^-1 f(u),      w <- w + r,      r = K^-1 (F(u) + f(u))
 
     The first equation, with its wall, is a contact problem with the linear response, for the wall shifted by the
-    displacement of w at the surface: what is stiff and one-sided is solved exactly.  What is left in the second is
-    smooth: the difference of the atoms from their linear lattice.  It is sped up by mixing the last w: the next one is
-    the mean Σ a_i (w_i + r_i), Σ a_i = 1, that minimises the elastic energy of Σ a_i r_i (Pulay, Chem. Phys. Lett. 73,
-    393 (1980); Walker and Ni, SIAM J. Numer. Anal. 49, 1715 (2011)).
+    displacement of w at the surface, so that the stiff and one-sided part is solved exactly.  The rest in the second
+    equation is smooth: the difference of the atoms from their linear lattice.  It is accelerated by mixing the last w:
+    the next one is the mean Σ a_i (w_i + r_i), Σ a_i = 1, that minimises the elastic energy of Σ a_i r_i (Pulay, Chem.
+    Phys. Lett. 73, 393 (1980); Walker and Ni, SIAM J. Numer. Anal. 49, 1715 (2011)).
 
-    Ends when converged, when forces no longer fall, or at the limit.  Each contact problem is minimised from the last
-    gap, so that a path keeps to its branch; an equilibrium that only the atoms, not their linear lattice, make unstable
-    is not told from a stable one.
+    It ends when converged, when forces no longer fall, or at the limit.  Each contact problem is minimised from the
+    last gap, so that a path keeps to its branch; an equilibrium that is unstable for the atoms but not for their
+    linear lattice is not distinguished from a stable one.
 
-    Under ``mpiexec`` all processes call this alike, for a deck written before: LAMMPS shares the atoms among them.
+    Under ``mpiexec`` all processes call this together, for a deck written before: LAMMPS distributes the atoms.
 
     Parameters
     ----------
     deck : the wall, where it stands, and the start.
     session : LAMMPS on the atoms of the deck.
     response : of the slab.
-    limit : evaluations of the forces at most.
+    limit : largest number of force evaluations.
     """
     wall, separation, mobile = deck.wall, deck.separation, deck.slab.mobile
     settings = Settings(tolerance=deck.tolerance / 1000)
@@ -120,7 +122,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
         except LammpsError:
             if not largest:
                 raise
-            break  # an iterate so wrong that LAMMPS loses atoms: the best one stands
+            break  # LAMMPS lost atoms in a bad iterate: the best one is kept
         gap = separation + deck.heights - u[0, ..., 2]
         total = forces[:mobile]
         total[0, ..., 2] -= wall.evaluate(gap).traction
@@ -131,7 +133,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
             break
         w = mixed.next(w, response.displacements(total)[:mobile], total)
         problem = ContactProblem(deck.slab.grid, wall, deck.heights - w[0, ..., 2], response)
-        # An unconverged contact only makes a worse iterate: the forces judge it.
+        # An unconverged contact only gives a worse iterate, which the forces show.
         gap = loading.solve(problem, "separation", separation, settings, start=gap).gap
         if not np.isfinite(gap).all():
             break
@@ -141,7 +143,7 @@ def iterate(deck: Deck, session: Session, response: LatticeResponse, limit: int 
 
 
 def _falling(largest: list[float]) -> bool:
-    """Whether the largest force, after each evaluation so far, is still on its way down."""
+    """Whether the largest force is still decreasing."""
     recent = largest[-_PATIENCE:]
     return bool(np.isfinite(largest[-1])) and (
         len(largest) <= _PATIENCE or min(recent) < 0.5 * min(largest[:-_PATIENCE])
@@ -149,7 +151,7 @@ def _falling(largest: list[float]) -> bool:
 
 
 class _Mixed:
-    """The last states w and their corrections r = K^-1 t, and their mean of least elastic energy."""
+    """The last states w with their corrections r = K^-1 t, and their mean with the smallest elastic energy."""
 
     def __init__(self) -> None:
         self._next: list[Real] = []  # w + r
@@ -157,7 +159,7 @@ class _Mixed:
         self._energies = np.zeros((0, 0))  # r_i . K r_j = r_i . t_j
 
     def next(self, w: Real, correction: Real, force: Real) -> Real:
-        """The next state, after one more with its correction r and force t = K r."""
+        """The next state, after adding one with its correction r and force t = K r."""
         self._next.append(w + correction)
         self._corrections.append(correction)
         row = np.array([np.vdot(r, force) for r in self._corrections])

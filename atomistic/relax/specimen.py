@@ -1,4 +1,4 @@
-"""The substrate that an input names: its atoms, what holds them together, and their linear response."""
+"""The substrate of an input: its atoms, their interatomic model and linear response."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -18,7 +18,7 @@ from continuum.runs.cost import physical_memory
 from continuum.tables import Fault
 
 BYTES, BYTES_PER_ATOM = 2.5e8, 1600
-"""Memory of a process: what the libraries take, and about what each atom takes."""
+"""Memory of a process: that of the libraries, and roughly that of each atom."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Specimen:
     @classmethod
     def of_slab(cls, slab: Slab, model: Model) -> Self:
         """A slab that was checked (:func:`slab_under`); a response that must be measured is kept on disk."""
-        # Nothing has to be measured of springs, so that nothing is kept of them.
+        # Springs need no measurement, so that nothing is stored for them.
         if model.harmonic:
             return cls(model, LatticeResponse.of_model(slab, model))
         return cls(model, stored_response(slab, model, default_folder()))
@@ -46,11 +46,11 @@ class Specimen:
         return cls.of_slab(slab_under(model, grid, depth), model)
 
     def springs(self) -> Self:
-        """The same slab of springs, which answer to nothing but geometry."""
+        """The same slab of springs, whose only nonlinearity is geometric."""
         return self.of_model(Springs(), self.slab.grid, self.slab.depth)
 
     def about(self) -> dict[str, Attribute]:
-        """What it is, for storage beside results: lengths and energies in LAMMPS' units of the model."""
+        """Description stored with results; lengths and energies in LAMMPS' units of the model."""
         model, constants = self.model, self.response.force_constants
         checks = {} if constants.checks is None else vars(constants.checks)
         return {
@@ -70,7 +70,7 @@ class Specimen:
 
 
 def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
-    """The slab under a grid, on a base as thick as forces reach.
+    """The slab under a grid, on a base as thick as the range of forces.
 
     Raises ArgumentError if the spacing of the grid is not a0, forces reach further than the slab, or it does not fit
     into memory.
@@ -87,7 +87,7 @@ def slab_under(model: Model, grid: Grid, depth: float) -> Slab:
 def slab_of(config: ValidateConfig | DeckConfig, model: Model) -> Slab:
     """The slab of an input, of a crystal that has been measured.
 
-    Raises ConfigError if it is not one, as :func:`slab_under` says.
+    Raises ConfigError in the cases of :func:`slab_under`.
     """
     try:
         return slab_under(model, Grid.square(config.slab.n), config.slab.depth)

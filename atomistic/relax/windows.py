@@ -1,4 +1,4 @@
-"""Means over the time windows of a motion, and whether these are of one state: their drift and their scatter."""
+"""Means over the time windows of a motion, and tests of drift and scatter."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -10,7 +10,7 @@ from atomistic.lammps.motion import BLOCKS
 from continuum.model.fourier import Real
 
 RARE = 0.01
-"""Probability below which windows of one state do not differ as much as they do."""
+"""Probability below which drift or scatter is significant."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,13 @@ class WindowMean:
     count: int
     """Number of windows."""
     drift: float
-    """From the first window to the last, of the straight line through them; zero of fewer than three."""
+    """Change of the fitted straight line from the first window to the last; zero for fewer than three."""
     drifts: bool
-    """Whether windows of one state drift as far with a probability below :data:`RARE`."""
+    """Whether windows of a steady state drift as much with a probability below :data:`RARE`."""
     scatter: float
     """Scatter of the windows about their mean, over their own standard errors; 1 is expected."""
     scatters: bool
-    """Whether windows of one state scatter as much with a probability below :data:`RARE`."""
+    """Whether windows of a steady state scatter as much with a probability below :data:`RARE`."""
 
     @classmethod
     def of(cls, values: Real, errors: Real) -> Self:
@@ -62,14 +62,14 @@ class WindowMean:
         To first order, the error of r is that of the mean of over - r under, divided by the mean of under: by the
         standard errors of the windows, propagated as independent ones (JCGM 100:2008, 5.1.2), or by the scatter of
         over - r under among the windows (W. G. Cochran, Sampling Techniques, 3rd ed., section 2.11), whichever is
-        larger.  Drift and scatter are those of over - r under, too.
+        larger.  Drift and scatter are also those of over - r under.
 
         Parameters
         ----------
         over, over_errors, under, under_errors : mean of each window and its standard error, shape (windows,).
 
-        Raises ValueError if the mean of ``under`` is within three standard errors of zero: the first order says nothing
-        there.
+        Raises ValueError if the mean of ``under`` is within three standard errors of zero: the first order is not
+        valid there.
         """
         below = cls.of(under, under_errors)
         if not abs(below.mean) > 3 * below.error:
@@ -83,7 +83,7 @@ class WindowMean:
 
     @property
     def doubts(self) -> str:
-        """What speaks against one state, in sentences; empty if nothing does."""
+        """Warnings about drift and scatter, in sentences; empty if there are none."""
         found = []
         if self.drifts:
             found.append(f"It drifts by {self.drift:.2g} from the first window to the last: not yet at rest.")

@@ -1,4 +1,4 @@
-"""How a slab answers: its force constants, measured in LAMMPS or exact, and the Green's function of its surface.
+"""Linear response of a slab: its force constants, measured in LAMMPS or exact, and the Green's function of its surface.
 
-What is measured once is kept on disk and found again by what it depends on.
+Measurements are stored on disk under a hash of all that they depend on.
 """

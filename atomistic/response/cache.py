@@ -1,7 +1,7 @@
-"""Measured lattice responses on disk: one file each, found again by what they depend on.
+"""Measured lattice responses on disk, one file each.
 
-The name of a file is a hash of the model, by the content of its potential, and of the slab.  What is stored is the
-table of K_q, the force constants that it comes from, the relaxation of the surface, and where all this comes from.
+The name of a file is a hash of the model, by the content of its potential, and of the slab.  It contains the table of
+K_q, the force constants, the relaxation of the surface, and their provenance.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ from continuum.files.store import Dataset
 from continuum.model.grid import Grid
 
 SCHEMA, VERSION = "stickiness/lattice-response", 1
-"""The version is raised whenever what is measured, or its layout, changes."""
+"""The version is increased whenever the measurement or the layout changes."""
 
 
 def default_folder() -> Path:
@@ -34,7 +34,7 @@ def default_folder() -> Path:
 
 
 def response_key(slab: Slab, model: Model) -> str:
-    """Hash of all that a response depends on: content of the potential, atoms, layers, version of the measurement."""
+    """Hash of all that determines a response: content of the potential, atoms, layers, version."""
     content = {
         "schema": SCHEMA,
         "version": VERSION,
@@ -50,15 +50,15 @@ def response_path(slab: Slab, model: Model, folder: Path) -> Path:
 
 
 def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
-    """The response of a slab: read if a folder holds it whole, else measured and stored there.
+    """The response of a slab: read from a folder if it is there, else measured and stored.
 
     Parameters
     ----------
     slab, model : the atoms.
-    folder : of the files; made if needed, done without if it cannot be.
+    folder : folder of the files, made if needed; nothing is stored if that fails.
 
-    Raises ValueError if forces reach further than the slab, or what is measured is no harmonic crystal; LammpsError if
-    LAMMPS fails.
+    Raises ValueError if forces reach further than the slab, or the crystal is not harmonic; LammpsError if LAMMPS
+    fails.
     """
     key = response_key(slab, model)
     path = response_path(slab, model, folder)
@@ -66,7 +66,7 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
     with contextlib.suppress(StoreError):
         return _read(path, slab, key)
     response = LatticeResponse.of_model(slab, model)
-    # Nor does a folder that cannot be written change a result: the next run measures again.
+    # If the folder cannot be written, the next run measures again.
     with contextlib.suppress(OutputError):
         output.folder(path.parent)
         output.remove_stale(path)
@@ -75,7 +75,7 @@ def stored_response(slab: Slab, model: Model, folder: Path) -> LatticeResponse:
 
 
 def slab_response(model: Model, n: int) -> LatticeResponse:
-    """The response of a slab of n x n surface atoms, n a0 deep, from the folder of this user or measured.
+    """The response of a slab of n x n surface atoms, n a0 deep, from the cache of this user or measured.
 
     Raises ValueError or LammpsError: see :func:`stored_response`.
     """

@@ -1,4 +1,4 @@
-"""How the lattice tends to the continuum: its surface stiffness against that of the cubic layer with its constants."""
+"""Convergence of the lattice to the continuum: its surface stiffness and that of the cubic layer of its constants."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from continuum.model.substrates import CubicLayer
 _LONG = 12.0
 """Wavelengths, in a0, from which the first order in q is read: its neighbours are then below a tenth of it."""
 _ALIKE = 0.03
-"""Waves count to a wavelength that they differ from by at most this part."""
+"""Relative width of a bin of wavelengths."""
 
 
 @dataclass(frozen=True, eq=False)

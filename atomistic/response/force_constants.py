@@ -1,4 +1,4 @@
-"""Force constants of the relaxed slab: how the force on an atom answers to the displacement of another.
+"""Force constants of the relaxed slab: the force on an atom per displacement of another.
 
 Φ(l, d, r) is minus the force on an atom of layer l per displacement of the atom of layer l + d that lies at r from it
 in the plane, a 3 x 3 matrix.  All layers below the first ``depth`` ones are those of the bulk.  Springs are known
@@ -20,11 +20,11 @@ from atomistic.response.material import STEP
 from continuum.model.fourier import Complex, Real
 
 _SETTLED = 1e-9
-"""Layers whose distance has relaxed by less, in a0, count as bulk: their stiffness differs by some 1e-8."""
+"""Layers that relax by less, in a0, count as bulk: their stiffness differs by some 1e-8."""
 _NEGLIGIBLE = 1e-10
-"""Force constants smaller than this part of the largest are no more than rounding."""
+"""Force constants smaller than this part of the largest are rounding errors."""
 _RELAXING = 64
-"""Layers that relax at most.  Relaxation decays by a factor of three or more per layer."""
+"""Largest number of layers that relax.  Relaxation decays by a factor of three or more per layer."""
 _SOUND = 1e-4
 """Largest violation of a sum rule, relative to the largest force constant.
 
@@ -37,18 +37,18 @@ derivative of LAMMPS' spline jumps there, by up to 1e-5 for the tables that come
 class SymmetryErrors:
     """Violation of each symmetry by the measured force constants, relative to the largest of them.
 
-    All are mended afterwards: forces beyond the reach dropped, matrices symmetrised, and the force of an atom on itself
-    set so that a displacement of all atoms together gives none.
+    All are corrected afterwards: forces beyond the range are dropped, matrices symmetrised, and the force of an atom
+    on itself set so that a common displacement of all atoms gives no force.
     """
 
     beyond_reach: float
-    """Largest force constant farther than forces should reach."""
+    """Largest force constant beyond the range of forces."""
     translation: float
     """Σ_j Φ_ij = 0: the acoustic sum rule."""
     symmetry: float
     """Φ_ij = Φ_ji^T: forces have an energy."""
     rotation: float
-    """Σ_j Φ_ij x (r_j - r_i) = 0: turning the whole costs nothing, if it is at rest and without pressure."""
+    """Σ_j Φ_ij x (r_j - r_i) = 0: a rotation of the crystal costs no energy, if it is at rest and without pressure."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -66,8 +66,8 @@ class ForceConstants:
     surface : of the first layers, shape (depth, reach + 1, 2h + 1, 2h + 1, 3, 3): layer, layers further down, and the
         place in the plane, x = i - h for an even number of layers down and i - h + 1/2 for an odd one.
     bulk : of any other layer, shape (reach + 1, 2h + 1, 2h + 1, 3, 3).
-    relaxation : by how much each layer of the surface rises when it relaxes, shape (depth,), in a0.
-    checks : of the measurement; None if they are exact.
+    relaxation : rise of each layer of the surface when it relaxes, shape (depth,), in a0.
+    checks : errors of the measurement; None if the constants are exact.
     """
 
     surface: Real = field(repr=False)
@@ -89,7 +89,7 @@ class ForceConstants:
 
     @property
     def depth(self) -> int:
-        """Layers that are not as in the bulk."""
+        """Number of layers that differ from the bulk."""
         return len(self.surface)
 
     def between(self, layer: int, down: int) -> Real:
@@ -135,7 +135,7 @@ def relaxation(model: Model, mobile: int) -> Real:
     if model.harmonic:
         return np.zeros(mobile)
     slab = Slab((3, 3), layers, max(model.coupled_layers, 1))
-    sites = slab.positions[:, 0, 0]  # one atom of each layer: layers move as a whole
+    sites = slab.positions[:, 0, 0]  # one atom of each layer, as layers move as a whole
     with Cell(model, sites * model.length, np.ones(2) * model.length, surface=True) as cell:
 
         def forces(rise: Real) -> Real:
@@ -156,7 +156,7 @@ def relaxation(model: Model, mobile: int) -> Real:
 def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
     """Force constants of a relaxed slab of so many mobile layers, from forces in LAMMPS, by central differences.
 
-    Raises PotentialError if the surface does not relax, or what is measured is no harmonic crystal.
+    Raises PotentialError if the surface relaxation does not converge, or the crystal is not harmonic.
     """
     reach = model.coupled_layers
     rise = relaxation(model, mobile)
@@ -189,7 +189,7 @@ def measure_force_constants(model: Model, mobile: int) -> ForceConstants:
         symmetry=max(asymmetries) / scale,
         rotation=max(torques) / scale,
     )
-    # Layers that only the nominal range reaches: less than the error of the differences.
+    # Layers within the nominal range only: less than the error of the differences.
     sizes = [max(float(np.abs(table[down]).max()) for table in tables) for down in range(reach + 1)]
     reach = max(down for down in range(reach + 1) if sizes[down] > _NEGLIGIBLE * scale or down == 1)
     tables = [table[: reach + 1] for table in tables]

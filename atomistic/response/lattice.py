@@ -14,8 +14,8 @@ Phases are those of the true positions, u_l(r) = u_l exp(iq.r): then U is the sa
 although every other layer is shifted by (a0/2, a0/2).
 
 A wave decays over a depth of the order of its length, so that S_l of all but the longest waves soon stops changing on
-the way up: from then on it is kept once, not for each block.  Of the 128 x 65 waves of a slab of 181 layers of springs
-this leaves one matrix in nine.
+the way up: from then on it is stored once, not for each block.  Of the 128 x 65 waves of a slab of 181 layers of
+springs this leaves one matrix in nine.
 """
 
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ from continuum.model.grid import Grid
 from continuum.model.substrates import TabulatedSubstrate
 
 _STEADY = 1e-14
-"""Relative change of S_l^-1 from block to block below which it is taken to be that of all blocks above."""
+"""Relative change of S_l^-1 from block to block below which it is used for all blocks above."""
 
 
 class _Chain(NamedTuple):
@@ -48,7 +48,7 @@ class _Chain(NamedTuple):
     bulk: tuple[Complex, ...]
     """Blocks below these, from the top: for their first waves only."""
     steady: Complex
-    """The limit deep in the bulk, for all waves that a block of the bulk does not list."""
+    """The limit deep in the bulk, for all waves that a block does not list."""
     couplings: dict[int, Complex]
     """U_l by block; those of the bulk that are missing are that of the next one listed."""
 
@@ -74,7 +74,7 @@ class LatticeResponse:
     ----------
     slab : the atoms.
     force_constants : between them.
-    table : :attr:`stiffness_q` if it is known already, from a file.
+    table : :attr:`stiffness_q`, if it is known from a file.
 
     Raises
     ------
@@ -111,7 +111,7 @@ class LatticeResponse:
         Raises
         ------
         ValueError
-            If forces reach further than the slab, or what is measured is no harmonic crystal.
+            If forces reach further than the slab, or the crystal is not harmonic.
         LammpsError
             If LAMMPS fails.
         """
@@ -180,7 +180,7 @@ class LatticeResponse:
             down, below = down[:moving], inverse[:moving]
             above = _inverse(home[:moving] - down @ below @ _adjoint(down))
             change = np.abs(above - below).max(axis=(1, 2)) / np.abs(above).max(axis=(1, 2))
-            # Once steady, a wave has the same matrix in this block and in all above.
+            # A converged wave has the same matrix in this block and in all above.
             inverse = np.concatenate([above, inverse[moving:]])
             moving = 1 + int(np.flatnonzero(change > _STEADY).max(initial=0))
             bulk.append(inverse[:moving].copy())
@@ -229,13 +229,13 @@ class LatticeResponse:
         return np.array(self.stiffness_q)
 
     def tabulated(self, source: str) -> TabulatedSubstrate:
-        """K_q as a table for :mod:`continuum`, which asks not where it comes from."""
+        """K_q as a table for :mod:`continuum`."""
         instance("source", source, str, "where the table comes from, a text")
         return TabulatedSubstrate(self.stiffness_q, self.slab.grid.lengths, source)
 
     @property
     def kept(self) -> float:
-        """Part of the matrices S_l^-1 of all blocks and waves that had to be kept."""
+        """Part of the matrices S_l^-1 of all blocks and waves that had to be stored."""
         chain = self._chain
         held = sum(map(len, (*chain.surface, *chain.bulk))) + len(chain.steady)
         return held / (self._blocks * len(chain.steady))
@@ -257,12 +257,11 @@ class LatticeResponse:
         return self.displacements(forces)
 
     def displacements(self, forces: Real) -> Real:
-        """Displacements of all atoms under given forces: the inverse of the Hessian of the slab.
+        """Displacements of all atoms under given forces, by the inverse of the Hessian of the slab.
 
         Parameters
         ----------
-        forces : shape (n, nx, ny, 3) for the uppermost n layers, in E* a0²; those on frozen atoms do not
-            count.
+        forces : shape (n, nx, ny, 3) for the uppermost n layers, in E* a0²; those on frozen atoms are ignored.
 
         Returns
         -------
@@ -341,9 +340,9 @@ class LatticeResponse:
 
 
 def require_room(slab: Slab, model: Model) -> None:
-    """Refuse a slab that the forces of a model reach across.
+    """Check that the slab is larger than the range of forces of a model.
 
-    Raises ArgumentError if its base is thinner than forces reach, or an atom would feel its own image.
+    Raises ArgumentError if its base is thinner than the range of forces, or an atom would interact with its own image.
     """
     width, layers = int(2 * model.force_range / model.length) + 1, model.coupled_layers
     if slab.frozen < layers or slab.mobile < layers:

@@ -28,7 +28,7 @@ STEP = 1e-5
 
 Central differences err by STEP² times the ratio of third-order stiffnesses to the first, some hundred: 1e-8.  Rounding
 errs by 1e-15/STEP = 1e-10.  A larger step would meet the knots of tabulated potentials, at which LAMMPS' splines have
-jumps in their second derivative: at 1e-5 a crystal sits between knots but for one case in a hundred.
+jumps in their second derivative: with 1e-5 a crystal lies between knots except in one case in a hundred.
 """
 
 _SQUARE = np.array([1.0, 1.0, np.sqrt(2)])
@@ -45,7 +45,7 @@ _OTHERS: dict[str, tuple[Real, Real]] = {
     "diamond": (np.ones(3), np.concatenate([_CUBE, _CUBE + 1 / 4])),
 }
 _PREFERRED = 2e-3
-"""Part of the cohesive energy by which another structure must lie lower to count as the crystal.
+"""Part of the cohesive energy by which another structure must be lower to be taken as the crystal.
 
 Stackings of the same planes may differ by less: Lennard-Jones cut at 2.5 σ (smooth/linear) is 7e-4 lower as hcp.
 """
@@ -65,7 +65,7 @@ class Crystal:
 
 
 def _of_potential(name: str) -> Any:
-    """A member of a model that its potential has."""
+    """A member of a model that is that of its potential."""
     return property(attrgetter(f"potential.{name}"))
 
 
@@ -131,12 +131,12 @@ class CrystalModel:
 
     @property
     def real_units(self) -> Units | None:
-        """Size of a0 and E*; None for Lennard-Jones, which is of no size."""
+        """Size of a0 and E*; None for Lennard-Jones, which has no length scale."""
         return Units.metal(self.length, self.contact_modulus, self.mass) if self.units == "metal" else None
 
 
 def model_of(potential: Potential) -> Model:
-    """Any potential as a model; springs, and what was measured before, are one by themselves.
+    """Any potential as a model; springs and measured models are returned unchanged.
 
     Raises PotentialError if its crystal is not a stable fcc one; LammpsError if LAMMPS fails.
     """
@@ -144,15 +144,15 @@ def model_of(potential: Potential) -> Model:
 
 
 def measured(model: Model) -> CrystalModel | None:
-    """A model with the crystal that was measured of it; None for springs, whose constants are exact lattice sums."""
+    """The measured crystal of a model; None for springs, whose constants are exact lattice sums."""
     return model if isinstance(model, CrystalModel) else None
 
 
 def measure_crystal(potential: Potential) -> Crystal:
-    """The fcc crystal of a potential of pairs or embedded atoms.
+    """Measure the fcc crystal of a potential.
 
-    Raises PotentialError if there is no fcc crystal at zero pressure, it is not stable, or another structure lies
-    lower; LammpsError if LAMMPS fails.
+    Raises PotentialError if there is no fcc crystal at zero pressure, it is not stable, or another structure has a
+    lower energy; LammpsError if LAMMPS fails.
     """
     if potential.atom_style != "atomic":
         raise ValueError(f"only crystals without fixed bonds are measured on two atoms, not {potential.reference}")
@@ -197,11 +197,11 @@ def _require_fcc(potential: Potential, crystal: Crystal) -> None:
 
 
 def _preferred(potential: Potential, volume: float) -> str:
-    """Which other structure a potential without an fcc crystal has, in words; empty if it is bound in none."""
+    """Another structure of a potential without an fcc crystal, as text; empty if there is none."""
     energies = {}
     for name, (box, atoms) in _OTHERS.items():
         with _Strained(potential, box, atoms) as other:
-            # A lattice constant that is meant for diamond, of eight atoms, gives twice its volume per atom.
+            # A lattice constant meant for diamond, of eight atoms, gives twice its volume per atom.
             energies[name] = min(other.lowest(volume), other.lowest(volume / 2))
     best = min(energies, key=lambda name: energies[name])
     if not energies[best] < 0:

@@ -1,7 +1,7 @@
-"""A crystal that is warm: its lattice constant at zero pressure, and where the layers of its surface then are.
+"""A crystal at a temperature: its lattice constant at zero pressure, and the positions of its surface layers.
 
 Both are means over time of atoms that LAMMPS moves in this process, under a Langevin thermostat.  Potential and
-elastic constants stay those of the crystal at rest; what changes is where the atoms are.
+elastic constants remain those of the crystal at rest; only the positions of the atoms change.
 """
 
 import hashlib
@@ -22,25 +22,25 @@ from continuum.files import output
 from continuum.model.fourier import Real
 
 VERSION = 1
-"""Raised whenever what is measured changes."""
+"""Increased whenever the measurement changes."""
 _CELLS = 4
 """Cubic cells along each side of the bulk: 256 atoms."""
 _BLOCKS, _BULK_STEPS, _SURFACE_STEPS = 10, 1500, 2000
-"""Blocks of a mean, from whose scatter its error comes, and time steps of each."""
+"""Number of blocks of a mean, whose scatter gives its error, and time steps of each."""
 _SETTLING = 2000
-"""Time steps before a mean: the thermostat has then forgotten the start."""
+"""Time steps before averaging, in which the start is forgotten."""
 _DAMPING = 40
 """Time constant of the thermostat, in time steps: little more than the period of the fastest vibration."""
 _LAYERS = 16
-"""Layers of the slab that move, at most; in a deeper one those between surface and base are as those in the middle."""
+"""Largest number of mobile layers; in a deeper slab the additional layers are those of the middle."""
 _WIDTH = 8
-"""Surface atoms of the slab along x and y, at least."""
+"""Smallest number of surface atoms of the slab along x and y."""
 _SEED = 12345
 
 
 @dataclass(frozen=True)
 class WarmCrystal:
-    """Where the atoms of a crystal are at a temperature, in a0 of that temperature where no other unit is said."""
+    """Positions of the atoms of a crystal at a temperature, in a0 of that temperature unless noted."""
 
     temperature: float
     """k_B T, in E* a0³ of the crystal at rest."""
@@ -49,14 +49,14 @@ class WarmCrystal:
     stretch_error: float
     """Its standard error."""
     pressure: float
-    """What the last run found left, in E*, positive in compression; the stretch has been corrected for it."""
+    """Remaining pressure of the last run, in E*, positive in compression; the stretch is corrected for it."""
     rise: tuple[float, ...]
     """Rise of each layer of a slab above its lattice site, from the surface down to the frozen base."""
     rise_error: float
-    """Standard error of that of the surface."""
+    """Standard error of the rise of the surface."""
 
     def of(self, model: CrystalModel) -> CrystalModel:
-        """The model with the lattice constant of this temperature; its elastic constants stay those at rest."""
+        """The model with the lattice constant of this temperature and the elastic constants at rest."""
         return _stretched(model, self.stretch)
 
     def rise_of(self, slab: Slab) -> Real:
@@ -69,15 +69,15 @@ class WarmCrystal:
 def warm_crystal(
     model: CrystalModel, temperature: float, mobile: int, folder: Path, progress: Progress | None = None
 ) -> WarmCrystal:
-    """A crystal at a temperature: read if a folder holds it, else measured and stored there.
+    """A crystal at a temperature: read from a folder if it is there, else measured and stored.
 
     Parameters
     ----------
     model : the crystal at rest.
     temperature : k_B T, in its E* a0³.
-    mobile : number of layers that move of the slab at hand.
-    folder : of the files; made if needed, done without if it cannot be.
-    progress : called after each run of a measurement with how many are done and how many there are.
+    mobile : number of mobile layers of the slab.
+    folder : folder of the files, made if needed; nothing is stored if that fails.
+    progress : called after each run of a measurement with the number of finished runs and of all.
 
     Raises LammpsError if LAMMPS fails.
     """
@@ -94,7 +94,7 @@ def warm_crystal(
         found = json.loads(path.read_text(encoding="utf-8"))
         return WarmCrystal(**(found | {"rise": tuple(found["rise"])}))
     except (OSError, ValueError, TypeError, KeyError):
-        pass  # missing, or damaged: measured anew
+        pass  # missing or damaged: measured again
     warm = measure_warm_crystal(model, temperature, layers, progress)
     try:
         output.folder(path.parent)
@@ -107,9 +107,9 @@ def warm_crystal(
 def measure_warm_crystal(
     model: CrystalModel, temperature: float, layers: int = _LAYERS, progress: Progress | None = None
 ) -> WarmCrystal:
-    """Lattice constant of a periodic crystal under no pressure, then the layers of a slab of it on a frozen base.
+    """Measure the lattice constant of a periodic crystal at zero pressure, then the layers of a slab on a frozen base.
 
-    The lattice constant is found by three runs, the secant of the first two, and what pressure the last one has left.
+    The lattice constant follows from three runs: two with their secant, and a third whose pressure is corrected for.
     The pressure is that of the virial and of an ideal gas, N k_B T/V, whose mean is exact.  The arguments are those of
     :func:`warm_crystal`; ``layers`` of the slab move.
     """
@@ -123,7 +123,7 @@ def measure_warm_crystal(
         stretch *= 1 + step
         pressure, error = _pressure(model, temperature, stretch, blocks)
         tell(done, 4)
-        # Warm, it is softer, and the more so the more it is stretched; where the step was a small one noise decides.
+        # A warm crystal is softer; after a small step the difference is dominated by noise.
         if before > 10 * error:
             stiffness = (before - pressure) / step
     stretch *= 1 + pressure / stiffness

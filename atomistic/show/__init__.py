@@ -1,1 +1,1 @@
-"""Figures and pages of a validation and of a crystal, on the means of :mod:`continuum.show`."""
+"""Figures and pages of validations, crystals and decks, based on :mod:`continuum.show`."""

@@ -1,4 +1,4 @@
-"""A crystal, measured: its constants, and how its lattice tends to the continuum, as sheets."""
+"""Sheets of a measured crystal: its constants, and the convergence of its lattice to the continuum."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A run of a deck, for people: tables, figures, and the wall of each step as a mesh."""
+"""Tables and figures of a deck run, and the wall of each step as a mesh."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,11 +20,11 @@ from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import readable
 
 _JUMP = 0.25
-"""Change of the contact, repulsive and attracted, from one step to the next that is drawn as a jump."""
+"""Change of the contact area from one step to the next that is drawn as a jump."""
 
 
 def deck_run_sheets(run: DeckRun, beside: tuple[ContinuumStep, ...] = (), remark: str = "") -> list[Sheet]:
-    """The last step in detail, with a remark; with a protocol all steps; the continuum beside them."""
+    """The last step in detail, all steps of a protocol, and the comparison with the continuum."""
     sheets = [replace(_last(run), note=remark)]
     if run.description.steps:
         sheets.insert(0, _steps(run))
@@ -71,7 +71,7 @@ def _steps(run: DeckRun) -> Sheet:
 
 
 def _friction_columns(run: DeckRun) -> dict[str, list[float | None]]:
-    """Load in real units, of a wall that slides also friction, and friction over load where the load pushes."""
+    """Load in real units; for a sliding wall also friction, and friction over a compressive load."""
     real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, list[float | None]]()
     named = {"N": "load"} | ({"friction": f"lateral_{run.slides}"} if run.slides else {})
     if run.slides:
@@ -89,7 +89,7 @@ def _friction_columns(run: DeckRun) -> dict[str, list[float | None]]:
 
 
 def _yield(run: DeckRun) -> list[str]:
-    """Where the crystal begins to yield, and under which load."""
+    """The first step in which the crystal has yielded, with its load."""
     i = run.yielded
     if i is None:
         return []
@@ -104,7 +104,7 @@ def _yield(run: DeckRun) -> list[str]:
 
 
 def _means(run: DeckRun) -> list[str]:
-    """Means over the windows in which the wall slides or rests, a line each, and what speaks against them."""
+    """Means over the windows in which the wall slides or rests, a line each, with warnings."""
     if not run.averaged:
         return []
     real, atoms = run.description.real_units, run.last.gap.size
@@ -124,7 +124,7 @@ def _means(run: DeckRun) -> list[str]:
 
 
 def _kept(run: DeckRun) -> list[str]:
-    """The mean pressure that the wall was to keep, and whether it did."""
+    """The prescribed mean pressure of the wall, and whether it was kept."""
     asked = run.description.pressure
     if asked is None:
         return []
@@ -140,7 +140,7 @@ def _kept(run: DeckRun) -> list[str]:
 
 
 def _temperatures(run: DeckRun) -> str:
-    """At which temperature the atoms are, beside a continuum that is at rest."""
+    """Note about the temperature of the atoms and of the continuum."""
     description = run.description
     if not description.temperature:
         return "Atoms and continuum are at rest, at 0 K."
@@ -208,7 +208,7 @@ def write_run(run: DeckRun, folder: Path, beside: tuple[ContinuumStep, ...] = ()
 
 @styled
 def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figure:
-    """Load and areas against separation, in the order of the steps, and the contact where A_rep is largest."""
+    """Load and areas against separation, in the order of the steps, and the contact with the largest A_rep."""
     figure, (load, area, contact) = new_axes(PAGE, 2.9, 1, 3)
     along = run.slides
     x = np.array([getattr(step, f"offset_{along}" if along else "separation") for step in run.steps])
@@ -225,7 +225,7 @@ def draw_deck_run(run: DeckRun, beside: tuple[ContinuumStep, ...] = ()) -> Figur
             if values[some].size:
                 axes.errorbar(x[some], values[some], errors[some] if errors.any() else None, fmt="o", color=colour,
                               markerfacecolor=fill, label=way, zorder=3)  # fmt: skip
-        # What happens between two steps on either side of a jump was not looked at.
+        # No line is drawn across a jump.
         for i, jump in enumerate(jumped):
             axes.plot(x[i : i + 2], values[i : i + 2], ":" if jump else "-", color="0.6" if jump else colour, lw=0.9)
 

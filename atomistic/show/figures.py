@@ -1,4 +1,4 @@
-"""Figures of a validation, from its stored file only; and of a crystal."""
+"""Figures of a validation, from its stored file only, and of a crystal."""
 
 from itertools import cycle
 from pathlib import Path
@@ -18,7 +18,7 @@ from continuum.show import plot
 
 LABELS = WORDS | {"half-space": "half-space, ν = 1/2", "layer": "layer, ν = 1/2", "atoms": "atoms (LAMMPS)"}
 _WIDE = 3
-"""Panels beside one another up to which a title has room for wall and slope in one line."""
+"""Largest number of panels in a row for which a title with wall and slope fits into one line."""
 _COLOURS = dict(zip(RUNGS, plot.SERIES, strict=False))
 _LINES = (("-", 3.0), ("--", 1.2), ("-.", 1.2), ("-", 1.2))
 """Style and width of the lines of the continuum rungs: the first lies below the second, which it nearly equals."""
@@ -75,10 +75,11 @@ def _shown_states(archive: Archive, case: str) -> tuple[NDArray[np.intp], int]:
 
 @plot.styled
 def curves(archive: Archive) -> Figure | None:
-    """Repulsive area and load against mean gap along the approach, on the lattice; what other rungs add to its load.
+    """Repulsive area and load against mean gap on the lattice along the approach, and the load differences of other
+    rungs.
 
-    The rungs lie within a line's width of one another: area and load are drawn of one, the others as differences.
-    Atoms are points, at the areas that the input asks for.
+    The rungs would lie within a line's width: area and load are drawn for one, the others as differences.
+    Atoms are points, at the areas of the input.
     """
     columns = archive.columns
     if "curve_case" not in columns:

@@ -1,4 +1,4 @@
-"""What a validation shows: sheets, and all of it on one page of HTML; from its stored file only."""
+"""Sheets of a validation, and its page of HTML, from its stored file only."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,14 +19,14 @@ from continuum.units import GPA_PER_EV_PER_A3
 
 
 def validation_sheets(validation: Validation) -> list[Sheet]:
-    """The tables of a validation that hold something: its error budget, how this closes, scaling, jumps, verdicts."""
+    """The tables of a validation that are not empty: error budget, its closure, scaling, jumps, verdicts."""
     stored = validation.stored
     sheets = (budget_sheet(stored), _closed_sheet(stored), _scaling(stored), _jumps(stored), _tolerances(validation))
     return [sheet for sheet in sheets if sheet.rows]
 
 
 def budget_sheet(archive: Archive) -> Sheet:
-    """What each step of the ladder costs, by case and slope."""
+    """Errors of the steps of the ladder, by case and slope."""
     columns = archive.columns
     measured = [step for step in (STEPS | GEOMETRY) if f"{step}_load" in columns]
     costs = list(budget.costs(columns, tuple(measured)))
@@ -68,7 +68,7 @@ def budget_sheet(archive: Archive) -> Sheet:
 
 
 def _closed_sheet(archive: Archive) -> Sheet:
-    """How the budget closes: signed parts at one area, their sum, and what they leave."""
+    """Closure of the budget: signed parts at one area, their sum, and the remainder."""
 
     def text(mean: float, error: float) -> str:
         if not np.isfinite(mean):

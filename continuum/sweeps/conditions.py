@@ -109,6 +109,6 @@ def _known(data: Mapping[str, Any]) -> Callable[[str], Any]:
         found = [key for key in values if key == name or key.endswith(f".{name}")]
         if name in values or len(found) == 1:
             return values[name if name in values else found[0]]
-        raise ValueError(f"{name} is {'the name of several keys' if found else 'no key'} of this input")
+        raise ValueError(f"{name} is {'the name of several keys' if found else 'not a key'} of this input")
 
     return value

@@ -149,8 +149,8 @@ def read_all(
     if flag("join", join) and len(maps) < 2:
         raise TopographyError(f"`join`: several measurements of one surface are joined, got {len(maps)}")
     if not join and not 1 <= len(maps) <= 2:
-        msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}"
-        raise TopographyError(f"{msg}; are they measurements of one surface? Then `join` them" if maps else msg)
+        msg = f"maps: a contact has one or two rough surfaces, got {len(maps)}; `join` measurements of one surface"
+        raise TopographyError(msg if maps else "maps: give a height map, or two for two rough bodies")
     given = texts_of(len(maps), size=size, unit=unit, dataset=dataset, part=part)
     corners, limit = corners_of(crop), share(fill)
     always, override = flag("periodic", periodic), flag("override_size", override_size)

@@ -115,7 +115,7 @@ def test_an_element_that_is_not_there_is_refused():
 def test_any_bytes_are_a_potential_or_refused(tmp_path_factory, content):
     path = tmp_path_factory.mktemp("fuzz") / "potential"
     path.write_bytes(content)
-    with pytest.raises(PotentialError, match=r"is no potential|holds the elements"):
+    with pytest.raises(PotentialError, match=r"is not a potential|holds the elements"):
         EmbeddedAtom.read(path)
 
 

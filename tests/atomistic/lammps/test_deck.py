@@ -153,7 +153,7 @@ MOVED_BASE = np.ones((4, 4, 5, 3))
         ({"tolerance": float("nan")}, ValueError, "tolerance"),
         ({"evaluations": 0}, ValueError, "evaluations"),
         ({"evaluations": 1.5}, ValueError, "evaluations = 1.5"),
-        ({"wall": HardWall()}, TypeError, "no function of the gap"),
+        ({"wall": HardWall()}, TypeError, "not a function of the gap"),
         ({"wall_tolerance": 0.0}, ValueError, "wall_tolerance = 0.0"),
         ({"wall_force": "atoms"}, ValueError, "a function of the lattice site"),
         ({"wall_force": "springs"}, ValueError, "wall_force"),

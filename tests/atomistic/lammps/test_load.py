@@ -139,7 +139,7 @@ def test_the_error_of_a_ratio_is_its_scatter(rng: np.random.Generator) -> None:
         ({"pressure": 5.0}, "from -1 to 1 E.*, the strength of crystals"),
         ({"separation": 1.0}, "exactly one of separation and pressure"),
         ({"pressure": None}, "neither is given"),
-        ({"pressure": "1GPa"}, "this crystal has no size"),
+        ({"pressure": "1GPa"}, "this crystal has no length scale"),
         ({"pressure": -0.5}, r"does not hold a mean tension of 0\.5 E\*: the largest that it holds is"),
     ],
 )

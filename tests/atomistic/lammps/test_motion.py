@@ -253,7 +253,7 @@ def test_an_array_slides(tmp_path):
     ("changes", "message"),
     [
         ({"temperature": "300C"}, "not a unit of temperature"),
-        ({"temperature": "300K"}, "this crystal has no size"),
+        ({"temperature": "300K"}, "this crystal has no length scale"),
         ({"temperature": -1.0}, "zero or more"),
         ({"separations": [1.0, 1.0]}, "another one each time"),
         ({"window": 1e-7}, "greater than or equal to 1"),

@@ -103,7 +103,7 @@ def test_what_cannot_be_certified_is_refused_with_the_reason(tmp_path: Path) -> 
     flat = c.Contact(c.sine(c.Grid.square(4), 0.01, (1, 0)), LAW)
     follows = a.deck(flat, separation=1.2, depth=3, follows="atom").write(tmp_path / "atom")
     a.run_deck(follows)
-    with pytest.raises(DeckError, match="acts where the atoms are"):
+    with pytest.raises(DeckError, match="follows the atoms"):
         a.read(follows).certify()
     moving = {"kind": "velocity", "separations": [1.3, 1.25], "velocity": 0.01, "temperature": 1e-5, "window": 5.0}
     motion = a.deck(flat, depth=3, protocol=moving).write(tmp_path / "motion")

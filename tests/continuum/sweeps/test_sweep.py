@@ -288,7 +288,7 @@ def test_a_range_of_steps_ends_where_it_says(first: int, step: int, count: int) 
         (f'{SEEDS}[[sweep.zipped]]\n"surface.seed" = [1, 2]\n', "each key on one axis only"),
         (f"[sweep]\nkeep = [\"__import__('os')\"]\n{SEEDS}", "no Call"),
         (f'[sweep]\nkeep = ["seed <"]\n{SEEDS}', "it cannot be read"),
-        (f'[sweep]\nkeep = ["sed < 3"]\n{SEEDS}', "sed is no key"),
+        (f'[sweep]\nkeep = ["sed < 3"]\n{SEEDS}', "sed is not a key"),
         (f'[sweep]\nkeep = ["seed / 0 < 3"]\n{SEEDS}', "a condition that holds or not"),
         (f'[sweep]\nkeep = ["9**9**9 > 1"]\n{SEEDS}', "a number is larger than 1e308"),
         (f'[sweep]\nkeep = ["(10**300)**(10**300) > 1"]\n{SEEDS}', "a condition that holds or not"),

@@ -187,7 +187,7 @@ def test_files_of_one_surface_are_joined(tmp_path: Path, capsys: pytest.CaptureF
     alone = [read_all([file], size=size, unit="nm")[0] for file, size in zip(files, sizes["size"], strict=True)]
     slopes = [roughness_of(one).moments.rms_slope for one in alone]
     assert roughness_of(found[0]).moments.rms_slope > slopes[0]
-    with pytest.raises(TopographyError, match="are they measurements of one surface"):
+    with pytest.raises(TopographyError, match="`join` measurements of one surface"):
         read_all(files, **sizes)
     with pytest.raises(TopographyError, match="`join`: several measurements"):
         read_all(files[:1], size="640nm", unit="nm", join=True)
