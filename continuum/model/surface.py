@@ -103,8 +103,8 @@ class SelfAffine:
     def slope_scatter(self, grid: Grid) -> float:
         """Relative standard deviation of the rms slope of a realisation that is not rescaled."""
         # An independent mode is a pair (q, -q); its share of the squared slope is w times a Gaussian squared.
-        m, n = grid.mode_numbers
-        w = (self.power_q(grid) * grid.wavenumber**2)[(n > 0) | (m > 0)]
+        power, (m, n) = self.power_q(grid), grid.mode_numbers
+        w = (power * grid.wavenumber**2)[(n > 0) | (m > 0)]
         return float(np.sqrt(np.sum(w**2) / 2) / np.sum(w))
 
     def synthesise(self, grid: Grid, rng: np.random.Generator) -> Real:
