@@ -108,7 +108,7 @@ def test_the_limit_of_many_contacts_is_that_of_a_line_in_their_inverse() -> None
 
 
 def test_a_period_is_judged_by_the_bounds_of_the_page() -> None:
-    """The stored turns at 16, 4 and 2 λ_L keep them; turns that scatter or lie off do not, few surfaces tell nothing."""
+    """The stored turns at 16, 4 and 2 λ_L keep them; turns that scatter or lie off do not, few tell nothing."""
     text = "\n".join(periods.lines(read_csv(judgement.MEASURED / periods.FILE)))
     assert text.count("**held**") == 3
     assert text.count("**refuted**") == 1

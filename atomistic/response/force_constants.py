@@ -209,6 +209,11 @@ force_constants = singledispatch(measure_force_constants)
 force_constants.register(Springs, lambda springs, mobile: spring_force_constants(springs))
 
 
+def least_width(model: Model) -> int:
+    """Atoms of a layer along x and y, so many that the forces on an atom and on its next image do not overlap."""
+    return int(2 * model.force_range / model.length) + 1
+
+
 def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | None) -> tuple[list[Real], float]:
     """Force constants of an atom in each of some layers with all atoms around it, and the largest beyond reach.
 
@@ -221,8 +226,7 @@ def _rows(model: Model, layers: int, displaced: Iterable[int], raised: Real | No
     raised : rise of each layer when the surface has relaxed; None for the bulk.
     """
     reach, radius = model.coupled_layers, model.force_range / model.length
-    # Forces on an atom and on its next image do not overlap.
-    width = max(3, int(2 * radius) + 1)
+    width = max(3, least_width(model))
     half = int(np.ceil(radius))
     slab = Slab((width, width), layers - 1)
     sites = slab.positions.copy()

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Springs, check_model
 from atomistic.crystal.potentials import PotentialError
-from atomistic.response.force_constants import ForceConstants, force_constants, spring_force_constants
+from atomistic.response.force_constants import ForceConstants, force_constants, least_width, spring_force_constants
 from continuum.arguments import ArgumentError, array, instance
 from continuum.arguments import field as map_of
 from continuum.model.fourier import Complex, Real
@@ -344,7 +344,7 @@ def require_room(slab: Slab, model: Model) -> None:
 
     Raises ArgumentError if its base is thinner than the range of forces, or an atom would interact with its own image.
     """
-    width, layers = int(2 * model.force_range / model.length) + 1, model.coupled_layers
+    width, layers = least_width(model), model.coupled_layers
     if slab.frozen < layers or slab.mobile < layers:
         allowed = (
             f"at least {layers} mobile and as many frozen layers, which forces reach in this crystal, not "

@@ -16,6 +16,7 @@ from atomistic.crystal.interatomic import Model
 from atomistic.lammps.cell import Cell
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.motion import BOLTZMANN, time_unit, vibration_timestep
+from atomistic.response.force_constants import least_width
 from atomistic.response.material import CrystalModel
 from continuum.errors import OutputError
 from continuum.files import output
@@ -160,7 +161,7 @@ def _pressure(model: CrystalModel, temperature: float, stretch: float, blocks: i
 
 def _rise(model: CrystalModel, temperature: float, layers: int) -> tuple[tuple[float, ...], float]:
     """Mean rise of each mobile layer of a slab above its sites, in a0 of the model, and the error of the first."""
-    width = max(_WIDTH, int(2 * model.force_range / model.length) + 1)
+    width = max(_WIDTH, least_width(model))
     slab = Slab((width, width), layers, model.coupled_layers)
     per_layer = width * width
     sites = slab.positions.reshape(-1, 3)

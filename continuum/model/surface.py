@@ -123,7 +123,7 @@ class SelfAffine:
             allowed = f"at least {finest:g}; below two grid spacings the grid would alias the surface"
             raise ArgumentError("lambda_s", self.lambda_s, allowed)
         most = max(int(length / self.lambda_s + 1e-9) for length in grid.lengths)
-        m, n = (np.zeros(most, dtype=np.int64), np.arange(1, most + 1)) if grid.is_line else _shells(most)
+        m, n = (np.zeros(most, dtype=np.int64), np.arange(most) + 1) if grid.is_line else _shells(most)
         # Two streams, so that a smaller λ_s adds modes and leaves the others as they were.
         phases, gaussians = rng.spawn(2)
         amplitude = np.exp(2j * np.pi * phases.random(m.size)) * gaussians.standard_normal(m.size)

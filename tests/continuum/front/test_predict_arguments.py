@@ -139,7 +139,7 @@ def test_a_folder_and_an_impossible_name_are_no_maps(tmp_path: Path, capsys: pyt
         (([[1.0], [1.0, 2.0]],), {}, "maps = .*rows of one length"),
         (([["a.npy"]],), {}, "maps = .*not of text"),
         ((), {}, "maps: give a height map, or two for two"),
-        ((ROUGH,) * 3, {}, "maps: give a height map, or two for two"),
+        ((ROUGH,) * 3, {}, "maps: a contact has one or two"),
         ((ROUGH,), {"size": None}, "an array does not say the size of the map: give `size`"),
         ((ROUGH,), {"unit": None}, "an array does not say the unit of the map: give `unit`"),
         ((ROUGH,), {"size": 1e-8}, 'size = 1e-08: allowed: a text such as "10um"'),

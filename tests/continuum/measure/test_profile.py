@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from continuum.measure.contact import REPULSIVE, contact_map, totals_of
 from continuum.measure.outline import EDGE_SHARE, areas, outline
-from continuum.measure.profile import gap_distribution, gap_profile, pressure_distribution
+from continuum.measure.profile import EDGE_DEPTH, gap_distribution, gap_profile, pressure_distribution
 from continuum.model.grid import Grid
 from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
@@ -114,6 +114,22 @@ def test_stripes_have_exact_distances() -> None:
     np.testing.assert_allclose(profile.gap, 0.5 * (5 + 17.5))  # one row on each side of the gap between stripes
     # x = 5, 5.5, ... on the one side and 17.5, 17, ... on the other: two values, half of their difference apart.
     np.testing.assert_allclose(profile.spread, 0.5 * (17.5 - 5) - 0.5 * np.arange(6))
+
+
+@pytest.mark.parametrize("spacing", [2.28, 2.433, 2.685, 2.915, 0.288])
+def test_every_cell_up_to_the_farthest_is_counted_once_however_distances_round(spacing: float) -> None:
+    grid = Grid.square(12, spacing)
+    inside = np.zeros(grid.shape, dtype=bool)
+    inside[6, 6] = True
+    (dx, dy), places = grid.spacing, np.arange(12) - 6
+    r = np.hypot(places[:, None] * dx, places * dy)
+    depth = EDGE_DEPTH * (dx + dy) / 2
+    for cell in np.unique(r[(r > 0) & (r < 5 * dx)]):
+        # As far as a cell is: rounding may set it on either side of the last edge.
+        farthest = float(cell - depth)
+        profile = gap_profile(grid, r, inside, farthest, 0.0)
+        assert profile.cells.sum() == np.count_nonzero((r > 0) & (r < farthest + depth))
+        assert (np.diff(profile.distance) > 0).all()
 
 
 def test_no_contact_and_full_contact_have_no_profile() -> None:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.stats import norm
 
 import continuum as c
 from continuum.model.grid import Grid
@@ -70,6 +74,37 @@ def test_stretched_heights_and_range_turn_at_the_square_of_the_work(hurst: float
 
     assert turn(other, reach * factor) == pytest.approx(factor**2 * turn(one, reach), rel=1e-9)
     assert other.bearing_area_turn(reach * factor) == pytest.approx(factor**2 * one.bearing_area_turn(reach), rel=1e-4)
+
+
+@pytest.mark.parametrize("area", [0.003, 0.01, 0.1])
+@pytest.mark.parametrize("reach", [0.05, 1.0])
+def test_weak_adhesion_turns_where_the_attraction_of_all_gaps_is_the_pressure(area: float, reach: float) -> None:
+    one = surface(0.8)
+    pressure = one.pressure(area)
+    density = one.gaps(pressure)
+    laws: tuple[Callable[[Any], Any], ...] = (
+        lambda gap: np.ones_like(gap) / reach,
+        lambda gap: 2 * (1 - gap / reach) / reach,
+        lambda gap: 12 * gap / reach**2 * (1 - gap / reach) ** 2,
+    )
+    # The midpoint rule, in steps of a root: both functions vary most at small gaps.
+    s = (np.arange(4000) + 0.5) / 4000
+    gap, width = reach * s**2, 2 * reach * s / 4000
+    seen = density(gap) * width
+    for tension in laws:
+        assert one.weak_adhesion_turn(area, tension, reach) == pytest.approx(
+            pressure / np.sum(seen * tension(gap)), rel=1e-5
+        )
+
+
+@pytest.mark.parametrize("reach", [0.2, 1.0, 5.0])
+def test_the_bearing_area_turns_at_the_least_work_that_balances_any_pressure(reach: float) -> None:
+    one = surface(0.8)
+    pressures = np.geomspace(1e-9, 0.5, 4001) * one.pressure(0.5)
+    gaps = np.array([one.separation(p) for p in pressures])
+    # A constant tension w/ε on all that the undeformed surface brings nearer than ε.
+    nearer = norm.sf((gaps - reach) / one.rms_height) - norm.sf(gaps / one.rms_height)
+    assert one.bearing_area_turn(reach) == pytest.approx((pressures * reach / nearer).min(), rel=1e-3)
 
 
 def test_the_bearing_area_of_all_spectra_is_near_the_closed_one_where_long_waves_count() -> None:
