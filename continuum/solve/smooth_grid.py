@@ -185,7 +185,7 @@ class SmoothGrid(_Descending):
 
     @property
     def work(self) -> list[Work]:
-        """What was done for the problem at hand on this grid, each coarser one with its linear problems, and in boxes."""
+        """What was done for the problem at hand on this grid, on coarser ones, linear problems too, and in boxes."""
         linear = self.linear.chain if self.linear else []
         grids = [self.engine.work, *(_sum(one, other) for one, other in zip(self.chain[1:], linear, strict=True))]
         return grids + [Work(g.boxes.grid.shape, g.box_pairs, 0, 0.0) for g in self.chain if g.boxes is not None]
@@ -356,18 +356,15 @@ class SmoothGrid(_Descending):
             self.engine.fill(values, 0.0)
 
     def relax_boxes(self, descend: Callable[[SmoothGrid, Law, Real, Real], Solution]) -> float:
-        """After :meth:`gradient`: go down in boxes, and begin anew from there; returns the change of the energy.
-
-        ``descend`` finds the equilibrium of the grid of a box from law, offset and start.
-        """
-        assert self.boxes is not None  # the gradient goes where the direction was, which is forgotten
+        """After :meth:`gradient`: go down in boxes, and begin anew from there; returns the change of the energy."""
+        assert self.boxes is not None
+        # The gradient goes where the direction was, which is forgotten.
         self.engine.w[...] = self.g
         self.engine.transforms += 1
         self.engine.inverse(self.direction)
         z, traction, g = (self.engine.download(each) for each in (self.z, self.traction, self.direction))
         rise, pairs = self.boxes.relax(self.law, z, traction, g, partial(descend, self.box, self.law))
         self.box_pairs += pairs
-        self.clear()
         self.go_to_start()
         return rise
 
