@@ -177,6 +177,7 @@ def _descend(
     coarse = grid.linear is not None and levels > 1
     line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
     energy, moved = 0.0, len(history)
+    loose, finer = bound, False
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
         sums = grid.gradient(shift, step.length, line.beta, coarse=coarse, complete=known)
@@ -185,10 +186,13 @@ def _descend(
         if not np.isfinite(residual):
             grid.clear()
             return Status.NON_FINITE
+        if finer and residual > loose:
+            # It has snapped into another state, which has to be worth it, too.
+            bound, finer = loose, False
         if residual <= bound:
-            if closer is None or residual <= closer.tolerance or not closer.worth(grid.look()):
+            if finer or closer is None or residual <= closer.tolerance or not closer.worth(grid.look()):
                 return Status.CONVERGED
-            bound, closer = closer.tolerance, None
+            bound, finer = closer.tolerance, True
         if iteration == iterations:
             return Status.ITERATION_LIMIT
         if grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
