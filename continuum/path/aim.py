@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -107,21 +108,34 @@ class Aim:
     def adhesive(self) -> bool:
         return self.problem.wall.work_of_adhesion > 0
 
-    def trial(self, at: float, settings: Settings, start: Real | None, *, near: bool = False) -> PathState:
+    def trial(
+        self,
+        at: float,
+        settings: Settings,
+        start: Real | None,
+        *,
+        near: bool = False,
+        before: PathState | None = None,
+        jump: float = np.inf,
+    ) -> PathState:
         """Equilibrium at a mean gap; near its start it is looked for on the fine grid, and in that basin, only.
 
-        With the tolerance of trials it goes on to the one asked for if its area serves.
+        With the tolerance of trials it goes on to the one asked for if its area serves, or differs from that of
+        ``before`` by more than ``jump``.
         """
         if near:
             settings = replace(settings, warm_grids=0)
-        closer = Closer(self.settings.tolerance, self._worth) if self.rough_at(settings.tolerance) else None
+        worth = partial(self._worth, None if before is None else before.totals.area_rep, jump)
+        closer = Closer(self.settings.tolerance, worth) if self.rough_at(settings.tolerance) else None
         state = equilibrium(self.problem, nearness(self.problem), at, settings, start, self.branch, self.solver, closer)
         return self.work.add(state)
 
-    def _worth(self, gap: Real) -> bool:
-        """Whether the area of a trial meets the target or, on a branch, has not gone beyond it."""
-        over = np.count_nonzero(self.problem.wall.touches(gap)) / self.problem.grid.size - self.target
-        return bool((over * self.side if self.side else abs(over)) <= self.allowed)
+    def _worth(self, before: float | None, jump: float, gap: Real) -> bool:
+        """Whether the area of a trial meets the target, on a branch has not gone beyond it, or is that after a jump."""
+        area = np.count_nonzero(self.problem.wall.touches(gap)) / self.problem.grid.size
+        over = area - self.target
+        serves = (over * self.side if self.side else abs(over)) <= self.allowed
+        return bool(serves or (before is not None and abs(area - before) > jump))
 
     def rough_at(self, residual: float) -> bool:
         """Whether a state of this residual, or a tolerance, is not what is asked for."""

@@ -172,10 +172,12 @@ def _close_in(aim: Aim, known: list[PathState], bracket: _Bracket) -> PathState:
         else:
             # Without adhesion there is one state, however it is reached: coarser grids may help as they like.
             near = aim.adhesive and (misled or closed or bracket.trials > 1)
-            state = aim.trial(at, aim.settings if closed else now, before.gap, near=near)
+            jump = bracket.jump(before, at) if near and not (rough or closed) else np.inf
+            state = aim.trial(at, aim.settings if closed else now, before.gap, near=near, before=before, jump=jump)
+            over = state.status.ok and not (aim.met(state) or aim.short(state, before))
+            if over and (closed or bracket.is_jump(before, state, jump)):
+                return aim.done(before, Outcome.JUMPED_OVER, state)
             if closed:
-                if state.status.ok and not (aim.met(state) or aim.short(state, before)):
-                    return aim.done(before, Outcome.JUMPED_OVER, state)
                 # The end beyond was found by a looser trial, or one over coarser grids, or from another start.
                 bracket.after, misled = None, True
         if not state.status.ok:
@@ -220,6 +222,21 @@ class _Bracket:
             return self._onward(before), False
         return self._between(before, self.after)
 
+    def jump(self, before: PathState, at: float) -> float:
+        """Change of the area beyond which a trial within the bracket is the far end of a jump; infinite if too wide."""
+        if self.after is None or abs(height(self.aim.problem, before) - at) > self._resolution(before):
+            return np.inf
+        return max(0.75 * self.span, FEW_POINTS / self.aim.problem.grid.size)
+
+    def is_jump(self, before: PathState, state: PathState, jump: float) -> bool:
+        """Whether a trial is that far end, to the full tolerance."""
+        far = abs(state.totals.area_rep - before.totals.area_rep) > jump
+        return far and not self.aim.rough_at(state.solution.residual)
+
+    def _resolution(self, before: PathState) -> float:
+        """Close to the bound of a hard wall all that is left of the mean gap may be less than what is asked for."""
+        return self.aim.search.area_resolution * min(1.0, before.mean_gap - self.aim.problem.wall.bound)
+
     def _onward(self, before: PathState) -> float:
         """Next mean gap outside of the bracket; farther if the last step did not get halfway."""
         problem, target, resolution = self.aim.problem, self.aim.target, self.aim.search.area_resolution
@@ -237,12 +254,10 @@ class _Bracket:
         near, far = height(self.aim.problem, after), height(self.aim.problem, before)
         old, self.width = self.width, abs(far - near)
         wider, self.span = self.span, abs(before.totals.area_rep - after.totals.area_rep)
-        # Close to the bound of a hard wall all that is left of the mean gap may be less than the resolution.
-        resolution = self.aim.search.area_resolution * min(1.0, before.mean_gap - self.aim.problem.wall.bound)
         # As for all jumps: the change of the area no longer shrinks with the bracket.  That of a few points shrinks by
         # steps only.
         shrinks = self.span <= 0.75 * wider or self.span * self.aim.problem.grid.size < FEW_POINTS
-        closed = self.width <= resolution * (1 / 16 if shrinks else 1.0)
+        closed = self.width <= self._resolution(before) * (1 / 16 if shrinks else 1.0)
         self.slow += self.width > old / 2
         fraction = 1.0 if closed else 0.5
         if not closed and self.slow <= 1:

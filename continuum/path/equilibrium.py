@@ -132,10 +132,9 @@ def _pull(
 
 def _joined(first: Solution, second: Solution) -> Solution:
     """The second of two stretches, with the work of both."""
-    work = tuple(
-        Work(a.shape, a.fft_pairs + b.fft_pairs, a.sweeps + b.sweeps, a.fft_seconds + b.fft_seconds)
-        for a, b in zip(first.work, second.work, strict=True)
-    )
+    (a, *others), (b, *more) = first.work, second.work
+    finest = Work(a.shape, a.fft_pairs + b.fft_pairs, a.sweeps + b.sweeps, a.fft_seconds + b.fft_seconds)
+    work = (finest, *others, *more)  # coarser grids, and boxes, are not those of each stretch
     return replace(
         second,
         iterations=first.iterations + second.iterations,

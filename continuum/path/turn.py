@@ -26,6 +26,7 @@ from continuum.path.secant import area_logarithm, rough_slope, sample
 from continuum.path.state import Event, Outcome, PathState, Search, side_of
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
+from continuum.theory.paper import snap_in_wavelength
 
 WallOfWork = Callable[[float], Wall]
 """The law of a given work of adhesion, in E* a0."""
@@ -34,9 +35,12 @@ MOST_TOGETHER, MOST_SEARCHES = 12, 16
 COARSER = 3.0
 """Tolerances on the next coarser grid, in units of those on this one."""
 FARTHEST = float(np.log(30.0))
-"""Largest change of ln w, and distance of ln r from 0 that still tells something."""
-STEP = 2.0
-"""Largest change of ln A that a step of the mean gap may aim at."""
+"""Distance of ln r from 0 that still tells something."""
+STEP, STEP_OF_WORK = 2.0, 1.0
+"""Largest change of ln A that a step of the mean gap may aim at, and of ln w."""
+RESOLVED, LEAST_RESOLVED = 2.0, 0.5
+"""Points of the shortest wave that snaps.  Where it has fewer than the first, single points do, and a coarser grid
+tells nothing of w; by the second a law is so strong that the load hardly depends on w: there is no turn to be found."""
 AREA_BY_WORK = 0.5
 """d ln A/d ln w at a given mean gap, to begin with; d ln r/d ln w is 1."""
 JUMP = 0.5
@@ -76,6 +80,8 @@ class _Bracket:
     above: _Trial | None = None
     pairs: float = 0.0
     solves: int = 0
+    again: int = 0
+    """Trials after the first one on the side of the last."""
 
     def pay(self, state: PathState, searches: bool = False) -> None:
         """Count the work of a state."""
@@ -85,6 +91,9 @@ class _Bracket:
 
     def add(self, trial: _Trial) -> None:
         """Take a trial at the area that is asked for; the last one on a side is that whose area is closest."""
+        last = self.above if trial.ratio > 0 else self.below
+        other = self.below if trial.ratio > 0 else self.above
+        self.again = self.again + 1 if last is not None and other is None else 0
         if trial.ratio > 0:
             self.above = trial
             # Of two trials in the wrong order, as their areas differ, the older one goes.
@@ -92,6 +101,20 @@ class _Bracket:
         else:
             self.below = trial
             self.above = None if self.above is not None and self.above.work < trial.work else self.above
+
+    def between(self) -> float | None:
+        """Ln w of the next trial, by the secant of both ends, where it may close the bracket; None without both."""
+        if self.below is None or self.above is None:
+            return None
+        low, high, third = np.log(self.below.work), np.log(self.above.work), self.width / 3
+        rise = self.above.ratio - self.below.ratio
+        if rise - (high - low) > JUMP:
+            return float((low + high) / 2)
+        root = low - self.below.ratio / rise * (high - low)
+        # Never nearer to an end than a tenth of the way: a step that gains nothing is not made twice.
+        edge = (high - low) / 10
+        upward = root + third - low <= self.width
+        return float(np.clip(root + third if upward else root - third, low + edge, high - edge))
 
     @property
     def closed(self) -> bool:
@@ -101,8 +124,12 @@ class _Bracket:
         return bool(np.log(self.above.work / self.below.work) <= self.width)
 
     def aim(self, ratio: float) -> float:
-        """Ln r at which the trial after one of this ln r aims: on the other side, so that the bracket closes."""
-        return self.width / 3 if -self.width / 2 < ratio <= 0 else -self.width / 3
+        """Ln r at which the trial after one of this ln r aims: on the other side, so that the bracket closes.
+
+        Farther beyond after each trial that has not come there: the load may depend on the work by less than it seems.
+        """
+        aim = self.width / 3 if -self.width / 2 < ratio <= 0 or (ratio < 0 and self.again) else -self.width / 3
+        return aim * 2.0**self.again
 
 
 def first_work(problem: ContactProblem) -> float:
@@ -110,6 +137,13 @@ def first_work(problem: ContactProblem) -> float:
     energy = problem.elastic_energy(np.zeros(problem.grid.shape))
     height = float(problem.heights.std())
     return energy / 2 / (1 + problem.wall.effective_range / height)
+
+
+def _resolved(wall: Wall, problem: ContactProblem, points: float) -> float:
+    """Work of adhesion at which the shortest wave that snaps under a law of this kind has so many points of a grid."""
+    softening = wall.largest_softening
+    needed = points * problem.grid.widest_step
+    return wall.work_of_adhesion * snap_in_wavelength(softening) / needed if softening > 0 else np.inf
 
 
 def find_turn(
@@ -139,10 +173,14 @@ def find_turn(
     """
     solver = solver or solver_of(problem, settings)
     bracket = _Bracket(float(np.log1p(width)), problem.grid.size)
-    place = _Place(problem, wall_of, area, settings, search, solver, bracket)
-    together = place.together(*place.coarsely(first_work(problem)))
+    first = first_work(problem)
+    most = _resolved(wall_of(first), problem, LEAST_RESOLVED)
+    place = _Place(problem, wall_of, area, settings, search, solver, bracket, most)
+    together = place.together(*place.coarsely(first))
     if bracket.closed:
         return _found(bracket, area)
+    if bracket.below is not None and place.none_below(bracket.below):
+        return _none(bracket, area)
     # The searches begin where the trials ended.
     return _searched(replace(place, bracket=replace(bracket, below=None, above=None)), together[1])
 
@@ -158,6 +196,8 @@ class _Place:
     search: Search
     solver: Solver
     bracket: _Bracket = field(repr=False)
+    most: float = np.inf
+    """Work of adhesion up to which the grid tells something of the load."""
 
     def coarsely(self, work: float) -> tuple[float, float]:
         """Mean gap and work at the turn of the next coarser grid; a guess where there is none."""
@@ -173,6 +213,7 @@ class _Place:
         roughly = replace(
             self,
             problem=coarse,
+            most=_resolved(self.wall_of(work), coarse, RESOLVED),
             settings=replace(self.settings, tolerance=COARSER * self.settings.tolerance),
             search=replace(self.search, area_tolerance=min(COARSER * self.search.area_tolerance, 0.3)),
             solver=solver_of(coarse, self.settings),
@@ -183,8 +224,12 @@ class _Place:
         return found
 
     def together(self, mean_gap: float, work: float, *, bracketed: bool = True) -> tuple[float, float]:
-        """Trials of mean gap and work, until the turn is bracketed, or met; returns the last, or the next ones."""
-        here = np.array([mean_gap, np.log(work)])
+        """Trials of mean gap and work, until the turn is bracketed, or met; returns the last, or the next ones.
+
+        A work beyond :attr:`most` is left as it is, and only the mean gap is looked for.
+        """
+        apart = work > self.most
+        here = np.array([mean_gap, np.log(min(work, self.most))])
         slope = rough_slope(self.problem)
         slopes = np.array([[slope, AREA_BY_WORK], [0.0, 1.0]])
         before: tuple[Real, Real] | None = None
@@ -197,7 +242,9 @@ class _Place:
             trial = _Trial(problem, state)
             if self._at_area(state):
                 self.bracket.add(trial)
-                if self.bracket.closed or (not bracketed and abs(trial.ratio) <= self.bracket.width):
+                if self.bracket.closed or self.none_below(trial):
+                    break
+                if not bracketed and (apart or abs(trial.ratio) <= self.bracket.width):
                     break
             size = self.problem.grid.size
             left = area_logarithm(self.area, size) - area_logarithm(state.totals.area_rep, size)
@@ -212,9 +259,19 @@ class _Place:
                     slopes = _updated(slopes, here - before[0], now - before[1], slope)
                 before = here, now
                 step = -np.linalg.solve(slopes, off)
-            step[0] = np.clip(step[0], -STEP / abs(slope), STEP / abs(slope))
-            here = here + np.array([step[0], np.clip(step[1], -FARTHEST, FARTHEST)])
-        return float(here[0]), float(np.exp(here[1]))
+            between = self.bracket.between()
+            if between is not None or apart:
+                # The work is by the secant of both ends, which are at the area, and the mean gap by what is left of it.
+                step[1] = 0.0 if between is None or apart else between - here[1]
+                step[0] = -(off[0] + slopes[0, 1] * step[1]) / slopes[0, 0]
+            most = np.array([STEP / abs(slope), STEP_OF_WORK])
+            here = here + np.clip(step, -most, most)
+            here[1] = min(here[1], np.log(self.most))
+        return float(here[0]), work if apart else float(np.exp(here[1]))
+
+    def none_below(self, trial: _Trial) -> bool:
+        """Whether the surface does not pull yet at the largest work."""
+        return trial.ratio <= 0 and trial.work >= self.most * (1 - 1e-9)
 
     def _at_area(self, state: PathState) -> bool:
         allowed = max(self.search.area_tolerance * min(self.area, 1 - self.area), 0.5 / self.problem.grid.size)
@@ -237,39 +294,39 @@ def _searched(place: _Place, work: float) -> tuple[ContactProblem, PathState]:
     """The turn by a search for the area at each work."""
     bracket = place.bracket
     for guess in _works(bracket, work):
-        problem = replace(place.problem, wall=place.wall_of(guess))
+        problem = replace(place.problem, wall=place.wall_of(min(guess, place.most)))
         state = find_area(problem, place.area, place.settings, place.search, (), "start", place.solver)
         bracket.pay(state, searches=True)
         if not (state.status.ok or state.outcome is Outcome.JUMPED_OVER):
             return problem, _with_work(state, bracket)
-        bracket.add(_Trial(problem, state))
+        trial = _Trial(problem, state)
+        bracket.add(trial)
         if bracket.closed:
             return _found(bracket, place.area)
+        if place.none_below(trial):
+            break
+    return _none(bracket, place.area)
+
+
+def _none(bracket: _Bracket, area: float) -> tuple[ContactProblem, PathState]:
+    """The last state, and that there is no turn."""
     last = bracket.below or bracket.above
     assert last is not None
-    return last.problem, _with_work(replace(last.state, target=place.area, outcome=Outcome.NO_TURN), bracket)
+    found = replace(last.state, control="repulsive-area", target=area, outcome=Outcome.NO_TURN)
+    return last.problem, _with_work(found, bracket)
 
 
 def _works(bracket: _Bracket, work: float) -> Iterator[float]:
     """Works to be tried: by the last trial, of which ln r rises as ln w; then by the secant of both ends."""
     yield work
     for _ in range(MOST_SEARCHES - 1):
-        below, above, third = bracket.below, bracket.above, bracket.width / 3
-        if below is None or above is None:
-            one = below or above
+        between = bracket.between()
+        if between is None:
+            one = bracket.below or bracket.above
             assert one is not None
             yield float(np.exp(np.log(one.work) - one.ratio + bracket.aim(one.ratio)))
             continue
-        low, high = np.log(below.work), np.log(above.work)
-        rise = above.ratio - below.ratio
-        root = low - below.ratio / rise * (high - low)
-        if rise - (high - low) > JUMP:
-            root = (low + high) / 2
-        else:
-            root += third if root - low <= bracket.width / 2 else -third
-        # Never nearer to an end than a tenth of the way: a step that gains nothing is not made twice.
-        edge = (high - low) / 10
-        yield float(np.exp(np.clip(root, low + edge, high - edge)))
+        yield float(np.exp(between))
 
 
 def _with_work(state: PathState, bracket: _Bracket) -> PathState:

@@ -14,7 +14,8 @@ The preconditioned gradient is M g, M = 1/(K + c0), for short waves.  For waves 
 minus the step that this grid finds in the linear problem (K + φ'') x = -g, with φ'' at every second point and its part
 of g, by a few conjugate directions that the grid below it helps in the same way.  Stiff contacts and rims close to
 snapping, which make M g slow, are resolved there at a fraction of the cost.  The coarse step is a direction only: line
-search and gradient are those of the fine grid.
+search and gradient are those of the fine grid.  Where a rim snaps, from one row of points to the next, that does not
+help either: a solve that stalls goes down in small boxes there (:mod:`continuum.solve.boxes`), and on from that state.
 
 No contact mechanics here: K, the offset and a law of the gap are all that it knows.  No field either: those belong to
 the grids, whose operations (:class:`continuum.solve.smooth_grid.SmoothGrid`) return scalars.
@@ -45,6 +46,10 @@ COARSE_ITERATIONS, COARSE_REDUCTION = 4, 0.3
 SLOPE_REDUCTION, SLOPE_ACCEPTED = 0.1, 0.5
 """A Newton step made at once, or a line search near the wall, lowers the slope to the first part; over all points the
 second must hold after a line search."""
+PATIENCE, SLOW = 8, 0.2
+"""A solve stalls where its residual, over so many iterations, does not fall below this part."""
+BOX_TOLERANCE, BOX_ITERATIONS = 0.1, 400
+"""Tolerance in a box, in units of that of the surface if all of its residual were there; and iterations, at most."""
 LARGEST_RISE = 1e-12
 """A rise of the energy by this part of its size is rounding."""
 
@@ -125,6 +130,23 @@ def _solve(
     return _descend(grid, levels, settings.shift, tolerance, iterations, history, closer)
 
 
+def _stalls(history: list[Iteration], iterations: int) -> bool:
+    """Whether the residual has hardly fallen over the last of so many iterations."""
+    return iterations >= PATIENCE and history[-1].residual > SLOW * history[-1 - PATIENCE].residual
+
+
+def _relax_boxes(grid: SmoothGrid, shift: float, bound: float) -> float:
+    """Go down in boxes around the largest residuals; returns what that has changed the energy by, per point."""
+    assert grid.boxes is not None
+    settings = Settings(BOX_TOLERANCE * bound * (grid.size / grid.boxes.grid.size) ** 0.5, BOX_ITERATIONS, shift)
+    mean = float(grid.boxes.stiffness_q[0, 0])
+
+    def descend(box: SmoothGrid, law: Law, offset: Real, start: Real) -> Solution:
+        return minimise(box, 1, law, offset, start, settings, pressure=0.0, lift=0.0, mean_stiffness=mean)
+
+    return grid.relax_boxes(descend)
+
+
 class _Step(NamedTuple):
     """A step along the direction."""
 
@@ -154,7 +176,8 @@ def _descend(
     """Minimise on one level from its z and g, which is complete or lacks the traction of the wall."""
     coarse = grid.linear is not None and levels > 1
     line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
-    energy = 0.0
+    energy, moved = 0.0, len(history)
+    loose, finer = bound, False
     for iteration in range(iterations + 1):
         known = complete and iteration == 0
         sums = grid.gradient(shift, step.length, line.beta, coarse=coarse, complete=known)
@@ -163,12 +186,20 @@ def _descend(
         if not np.isfinite(residual):
             grid.clear()
             return Status.NON_FINITE
+        if finer and residual > loose:
+            # It has snapped into another state, which has to be worth it, too.
+            bound, finer = loose, False
         if residual <= bound:
-            if closer is None or residual <= closer.tolerance or not closer.worth(grid.look()):
+            if finer or closer is None or residual <= closer.tolerance or not closer.worth(grid.look()):
                 return Status.CONVERGED
-            bound, closer = closer.tolerance, None
+            bound, finer = closer.tolerance, True
         if iteration == iterations:
             return Status.ITERATION_LIMIT
+        if grid.boxes is not None and _stalls(history, len(history) - 1 - moved):
+            moved = len(history) - 1
+            energy += _relax_boxes(grid, shift, bound)
+            line, step = Line(0.0, 0.0, 0.0), _Step(0.0, 0.0, 0.0, 0.0, newton=True)
+            continue
         conjugate = True
         if coarse:
             sums, conjugate = _coarse_step(grid, levels, shift, sums)

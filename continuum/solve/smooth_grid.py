@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,8 @@ from continuum.model.fourier import Real, cut
 from continuum.model.grid import Grid
 from continuum.model.laws import Law
 from continuum.solve.backend import Array, BackEnd, Engine, LinearEngine, reused
-from continuum.solve.solution import Work
+from continuum.solve.boxes import Boxes
+from continuum.solve.solution import Solution, Work
 
 NO_LOW_PART: dict[str, Any] = {"low_rows": 0, "low_columns": 0}
 """The modes of the coarser grid where a sweep goes over all alike."""
@@ -138,6 +141,7 @@ class SmoothGrid(_Descending):
     held = False
     _energy = _energy_before = 0.0
     """Mean of φ at z, and where the steps along d began."""
+    law: Law
     offset: Array = None
     z: Array = None
     direction: Array = None
@@ -169,12 +173,22 @@ class SmoothGrid(_Descending):
             stiffness_below = cut(stiffness_q, below.shape_q)
             self.coarser = SmoothGrid(back_end, below, stiffness_below, threads, coarser - 1, self, sampled=sampled)
             self.linear = LinearGrid(back_end, stiffness_below, threads, self.coarser)
+        # The fields of a device are not at hand.
+        self.boxes = None if engine.KEEPS_FIELDS else Boxes.on(grid, stiffness_q)
+        self.box_pairs, self._back_end = 0.0, back_end
+
+    @cached_property
+    def box(self) -> SmoothGrid:
+        """The grid of one box, if there are :attr:`boxes`."""
+        assert self.boxes is not None
+        return SmoothGrid(self._back_end, self.boxes.grid, self.boxes.stiffness_q, 1, 0)
 
     @property
     def work(self) -> list[Work]:
-        """What was done for the problem at hand on this grid and each coarser one, with the linear problems there."""
+        """What was done for the problem at hand on this grid, on coarser ones, linear problems too, and in boxes."""
         linear = self.linear.chain if self.linear else []
-        return [self.engine.work, *(_sum(one, other) for one, other in zip(self.chain[1:], linear, strict=True))]
+        grids = [self.engine.work, *(_sum(one, other) for one, other in zip(self.chain[1:], linear, strict=True))]
+        return grids + [Work(g.boxes.grid.shape, g.box_pairs, 0, 0.0) for g in self.chain if g.boxes is not None]
 
     def set_problem(
         self, law: Law, offset: Real, start: Real | None, *, lift: float, pressure: float, mean_stiffness: float
@@ -189,6 +203,7 @@ class SmoothGrid(_Descending):
             return False
         for grid in self.chain:
             engine = grid.engine
+            grid.law, grid.box_pairs = law, 0.0
             grid.lift, grid.pressure, grid.held = lift, pressure, bool(np.isinf(mean_stiffness))
             engine.set_law(law)
             for each in (grid, grid.linear) if grid.linear else (grid,):
@@ -339,6 +354,19 @@ class SmoothGrid(_Descending):
         """Forget d, which may not be finite."""
         for values in (self.engine.w, self.d, self.direction):
             self.engine.fill(values, 0.0)
+
+    def relax_boxes(self, descend: Callable[[SmoothGrid, Law, Real, Real], Solution]) -> float:
+        """After :meth:`gradient`: go down in boxes, and begin anew from there; returns the change of the energy."""
+        assert self.boxes is not None
+        # The gradient goes where the direction was, which is forgotten.
+        self.engine.w[...] = self.g
+        self.engine.transforms += 1
+        self.engine.inverse(self.direction)
+        z, traction, g = (self.engine.download(each) for each in (self.z, self.traction, self.direction))
+        rise, pairs = self.boxes.relax(self.law, z, traction, g, partial(descend, self.box, self.law))
+        self.box_pairs += pairs
+        self.go_to_start()
+        return rise
 
     # --- the outcome ---------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,9 +15,10 @@ from continuum.model.problem import ContactProblem
 from continuum.model.substrates import HalfSpace
 from continuum.model.surface import SelfAffine
 from continuum.model.walls import Exponential, HardWall, InversePowers, LennardJonesSpline, Wall
+from continuum.path.equilibrium import equilibrium
 from continuum.path.full_contact import pressure_of_full_contact
 from continuum.path.loading import solve
-from continuum.path.state import Outcome, Search
+from continuum.path.state import Control, Outcome, PathState, Search
 from continuum.solve.solution import Settings
 from tests.problems import Rough
 
@@ -120,6 +122,32 @@ def test_a_jump_that_a_coarser_grid_has_seen_is_looked_for_where_it_was() -> Non
     assert 0 < state.mean_gap - state.beyond.mean_gap <= Search().area_resolution
     held = solve(problem, "mean-gap", state.mean_gap, replace(settings, warm_grids=0), state.gap).require()
     assert held.totals.area_rep == state.totals.area_rep
+
+
+@pytest.mark.parametrize(("seed", "target"), [(1, 0.02), (2, 0.006)])
+def test_the_far_end_of_a_jump_is_solved_once(seed: int, target: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The trial that makes the bracket narrow enough is its end, to the full tolerance, and not made again."""
+    grid, tried = Grid.square(256), list[float]()
+
+    def watched(problem: ContactProblem, control: Control, target: float, *given: Any) -> PathState:
+        tried.append(target)
+        return equilibrium(problem, control, target, *given)
+
+    heights = SelfAffine(0.5, 0.1, 4, 128).synthesise(grid, np.random.default_rng(seed))
+    problem = ContactProblem(grid, LennardJonesSpline(adhesion_length=0.05), heights, HalfSpace("clamped"))
+    settings = Settings(1e-7)
+    first = solve(problem, "mean-gap", 5.0, settings).require()
+    monkeypatch.setattr("continuum.path.aim.equilibrium", watched)
+    state = solve(problem, "repulsive-area", target, settings, first.gap, "approach")
+    assert state.outcome is Outcome.JUMPED_OVER
+    assert state.beyond is not None
+    for end in (state, state.beyond):
+        assert end.solution.status.ok
+        assert end.solution.residual <= 2 * settings.tolerance
+    assert state.totals.area_rep < target < state.beyond.totals.area_rep
+    assert 0 < state.mean_gap - state.beyond.mean_gap <= Search().area_resolution
+    assert state.beyond.mean_gap == pytest.approx(tried[-1], abs=1e-9)
+    assert abs(tried[-1] - tried[-2]) > 1e-9
 
 
 @pytest.mark.parametrize("target", [0.7, 0.9, 0.99, 0.999, 0.9999])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,9 +11,14 @@ from hypothesis import strategies as st
 
 import continuum as c
 from continuum.front.states import Turn
+from continuum.model.problem import ContactProblem
 from continuum.model.walls import Wall
 from continuum.path import turn
+from continuum.path.equilibrium import equilibrium
+from continuum.path.state import Outcome, PathState, Search
 from continuum.path.turn import WallOfWork
+from continuum.solve.solution import Settings
+from continuum.theory.paper import snap_in_wavelength
 from tests.problems import SMALL
 
 GRID = c.Grid((60, 72), (60.0, 72.0))
@@ -112,3 +119,74 @@ def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsy
     assert "stored before" not in capsys.readouterr().out
     assert main(["turn", "small.toml", "--set", 'wall={law="hard"}', "--output", "hard.h5"]) == 2
     assert "the work of adhesion is not a key of law 'hard'" in capsys.readouterr().err
+
+
+# --- ranges that a grid hardly resolves ----------------------------------------------------------------------
+
+
+def works_tried(reach: float, monkeypatch: pytest.MonkeyPatch) -> tuple[PathState, dict[int, list[float]]]:
+    """A turn at 1 % of 256² points, and the works of adhesion that were tried on each grid."""
+    grid, tried = c.Grid.square(256), dict[int, list[float]]()
+
+    def watched(problem: ContactProblem, *given: Any) -> PathState:
+        tried.setdefault(problem.grid.shape[0], []).append(problem.wall.work_of_adhesion)
+        return equilibrium(problem, *given)
+
+    monkeypatch.setattr(turn, "equilibrium", watched)
+    rough = c.SelfAffine(0.8, 0.1, 8.0, 128.0).synthesise(grid, np.random.default_rng(1))
+    wall = law(reach)
+    problem = ContactProblem(grid, wall(0.001), rough * (0.5 / rough.std()), c.HalfSpace())
+    _, state = turn.find_turn(problem, wall, 0.01, Settings(3e-6), Search(area_tolerance=0.05), 0.02)
+    return state, tried
+
+
+def test_a_coarser_grid_is_asked_only_for_works_that_it_resolves(monkeypatch: pytest.MonkeyPatch) -> None:
+    state, tried = works_tried(0.08, monkeypatch)
+    bracket = state.require().turn
+    assert bracket is not None
+    # Two points of it to a wave that snaps, π E* over the softening.
+    assert snap_in_wavelength(law(0.08)(max(tried[128])).largest_softening) >= 2 * 2.0 * (1 - 1e-9)
+    assert max(tried[256]) >= bracket.after.value
+    # No step goes farther than a factor of e.
+    assert np.abs(np.diff(np.log(tried[256]))).max() <= 1.0 + 1e-9
+
+
+def test_there_is_no_turn_where_the_load_hardly_depends_on_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    state, tried = works_tried(0.02, monkeypatch)
+    assert state.status is Outcome.NO_TURN
+    every = [work for works in tried.values() for work in works]
+    assert snap_in_wavelength(law(0.02)(max(every)).largest_softening) >= 0.5 * (1 - 1e-9)
+    assert len(every) <= 3 * turn.MOST_TOGETHER
+
+
+class Said(NamedTuple):
+    """What a bracket asks of a trial."""
+
+    work: float
+    ratio: float
+
+
+@pytest.mark.parametrize("below", [-0.03, -0.012, -0.004])
+@pytest.mark.parametrize("above", [0.004, 0.012, 0.03])
+def test_two_trials_close_a_bracket_of_both_ends(below: float, above: float) -> None:
+    width, work = float(np.log1p(0.02)), 0.001
+    bracket = turn._Bracket(width, 100)
+    for at in (below, above):
+        bracket.add(Said(work * np.exp(at), 0.8 * at))  # type: ignore[arg-type]
+    for _ in range(2):
+        between = bracket.between()
+        assert between is not None
+        if not bracket.closed:
+            bracket.add(Said(float(np.exp(between)), 0.8 * (between - np.log(work))))  # type: ignore[arg-type]
+    assert bracket.closed
+
+
+def test_a_bracket_of_one_end_aims_farther_each_time_that_the_other_is_not_reached() -> None:
+    bracket = turn._Bracket(0.02, 100)
+    aims = []
+    for work in (0.001, 0.0011, 0.0012):
+        bracket.add(Said(work, -0.05))  # type: ignore[arg-type]
+        aims.append(bracket.aim(-0.05))
+    assert aims[0] < 0 < aims[1] < aims[2]
+    bracket.add(Said(0.0013, 0.01))  # type: ignore[arg-type]
+    assert bracket.aim(0.01) == -0.02 / 3

@@ -110,6 +110,8 @@ class PlainLinearGrid(Descending):
 
 
 class PlainSmoothGrid(Descending):
+    boxes = None
+
     def __init__(self, grid, stiffness_q, coarser) -> None:
         super().__init__(grid, stiffness_q)
         wanted = coarser and grid.coarser is not None and min(grid.shape) > SMALLEST

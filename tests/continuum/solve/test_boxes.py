@@ -1,0 +1,178 @@
+"""Small boxes in which a solve goes down where it stalls: their energy, their places, and what they save."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import continuum as c
+from continuum.model.fourier import Real
+from continuum.model.grid import Grid
+from continuum.model.laws import Law
+from continuum.model.problem import ContactProblem
+from continuum.model.substrates import HalfSpace
+from continuum.path.equilibrium import equilibrium, solver_of
+from continuum.path.state import PathState
+from continuum.solve.boxes import LEAST, Boxes
+from continuum.solve.solution import Settings
+from tests.problems import Rough
+
+RANGE, WORK = 0.08, 0.2 * 0.08**2
+"""Of an attraction so short and strong that rims snap from point to point."""
+
+
+def pinned(seed: int) -> ContactProblem:
+    """A rough contact whose rims are held by the grid, nearly."""
+    grid = Grid.square(256)
+    heights = c.SelfAffine(0.8, 0.1, 8.0, 128.0).synthesise(grid, np.random.default_rng(seed))
+    wall = c.attraction_on_core("spline", WORK, RANGE, 5.0)
+    return ContactProblem(grid, wall, heights * (0.5 / heights.std()), HalfSpace())
+
+
+def solved(problem: ContactProblem, boxes: bool) -> PathState:
+    settings = Settings(3e-6)
+    solver = solver_of(problem, settings)
+    if not boxes:
+        solver._smooth.boxes = None
+    at = problem.mean_height + problem.wall.zero_gap - float(np.quantile(problem.heights, 0.0125))
+    return equilibrium(problem, "mean-gap", at, settings, solver=solver)
+
+
+def law(problem: ContactProblem) -> Law:
+    """That of its wall."""
+    assert problem.wall.law is not None
+    return problem.wall.law
+
+
+def made(grid: Grid) -> Boxes:
+    boxes = Boxes.on(grid, grid.wavenumber / 2)
+    assert boxes is not None
+    return boxes
+
+
+def bump(boxes: Boxes) -> Real:
+    """A displacement within the window, a0 high."""
+    x, y = boxes.grid.positions
+    middle = [length / 2 for length in boxes.grid.lengths]
+    found: Real = np.exp(-((x - middle[0]) ** 2 + (y - middle[1] + 3.0) ** 2) / 2 / 4.0**2) * boxes.window
+    return found
+
+
+def test_a_solve_that_stalls_takes_half_the_iterations_to_the_same_contact() -> None:
+    iterations = {True: 0, False: 0}
+    for seed in (1, 2, 3):
+        problem = pinned(seed)
+        found = {boxes: solved(problem, boxes) for boxes in (True, False)}
+        for boxes, state in found.items():
+            assert state.status.ok
+            displacement = problem.displacement(state.gap, state.separation)
+            gradient = problem.gradient(displacement, state.separation)
+            assert np.sqrt(np.mean((gradient - gradient.mean()) ** 2)) < 2 * 3e-6
+            iterations[boxes] += state.solution.iterations
+        # Rims may rest a point farther on: 1 % of the area.
+        assert found[True].totals.area_rep == pytest.approx(found[False].totals.area_rep, rel=0.01)
+        assert found[True].load == pytest.approx(found[False].load, abs=0.02 * found[False].totals.load_rep)
+    assert iterations[True] < 0.6 * iterations[False]  # 88 and 175 were seen
+
+
+def test_a_solve_that_does_not_stall_asks_no_box() -> None:
+    state = solved(Rough(256, lambda_s=16.0).problem(), boxes=True)
+    assert state.status.ok
+    assert [work.shape for work in state.solution.work] == [(256, 256), (128, 128)]
+
+
+def test_the_energy_of_a_box_changes_as_that_of_the_surface() -> None:
+    problem = pinned(1)
+    state, boxes = solved(problem, boxes=True), made(problem.grid)
+    g = np.zeros(problem.grid.shape)
+    g[100, 40] = 1.0
+    (place,) = boxes.places(g)
+    at = np.ix_(*place)
+    traction = state.traction
+    force = -(traction - traction.mean())  # in equilibrium the substrate holds the wall
+    moved = np.zeros(problem.grid.shape)
+    moved[at] = 0.01 * bump(boxes)
+    moved_q = problem.grid.forward(moved)
+    bent_q = moved_q * problem.grid.wavenumber / 2
+    elastic = problem.grid.mean(force * moved) + 0.5 * problem.grid.inner_q(moved_q, bent_q)
+    evaluate = problem.wall.evaluate
+    whole = elastic + problem.grid.mean(evaluate(state.gap - moved).energy - evaluate(state.gap).energy)
+    box = boxes.rise(law(problem), state.gap[at], force[at], moved[at]) * boxes.grid.size / problem.grid.size
+    assert whole > 0  # away from a minimum
+    assert box == pytest.approx(whole, rel=0.02)  # the images of a box, and its mean
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_energy_of_a_box_falls_along_minus_the_gradient(sign: int) -> None:
+    boxes, problem = made(Grid.square(256)), pinned(1)
+    rng = np.random.default_rng(1)
+    z, f = RANGE * rng.random(boxes.grid.shape), 0.01 * rng.standard_normal(boxes.grid.shape)
+    v = sign * 1e-7 * bump(boxes)
+    slope = boxes.grid.mean((f + problem.wall.evaluate(z).traction) * v)
+    assert boxes.rise(law(problem), z, f, v) == pytest.approx(slope, rel=1e-3)
+
+
+def test_without_a_wall_a_box_rests_where_its_force_vanishes() -> None:
+    boxes = made(Grid((256, 320), (256.0, 320.0)))
+    rng = np.random.default_rng(1)
+    z, f = rng.random(boxes.grid.shape), rng.standard_normal(boxes.grid.shape)
+    u_q = boxes.grid.forward(boxes.offset(z, f) - z)
+    np.testing.assert_allclose(boxes.grid.inverse(boxes.stiffness_q * u_q), f, atol=1e-12)
+
+
+def test_waves_of_a_box_are_as_stiff_as_those_of_the_surface() -> None:
+    grid = Grid((512, 256), (512.0, 128.0))
+    boxes = made(grid)
+    assert boxes.grid.spacing == grid.spacing
+    expected = boxes.grid.wavenumber / 2
+    np.testing.assert_allclose(boxes.stiffness_q.ravel()[1:], expected.ravel()[1:], rtol=1e-12)
+    assert boxes.stiffness_q[0, 0] == expected.ravel()[1:].min()
+
+
+def test_boxes_lie_around_the_residual_and_do_not_overlap() -> None:
+    boxes = made(Grid.square(512))
+    g = np.random.default_rng(1).standard_normal((512, 512)) * 1e-3
+    peaks = [(5, 500), (100, 100), (130, 110), (300, 20)]
+    for k, peak in enumerate(peaks):
+        g[peak] = 4.0 - k
+    places = list(boxes.places(g))
+    covered = np.zeros(g.shape, dtype=int)
+    for place in places:
+        covered[np.ix_(*place)] += 1
+    assert covered.max() == 1
+    for peak in (peaks[0], peaks[1], peaks[3]):  # the third lies too near the second
+        holding = next(p for p in places if peak[0] in p[0] and peak[1] in p[1])
+        assert boxes.window[holding[0].tolist().index(peak[0]), holding[1].tolist().index(peak[1])] == 1.0
+    # Another origin: the same boxes.
+    rolled = list(boxes.places(np.roll(g, (32, 48), (0, 1))))
+    for one, other in zip(places, rolled, strict=True):
+        np.testing.assert_array_equal((one[0] + 32) % 512, other[0])
+        np.testing.assert_array_equal((one[1] + 48) % 512, other[1])
+
+
+def test_a_residual_that_is_everywhere_has_few_boxes() -> None:
+    g = np.random.default_rng(1).standard_normal((1024, 1024))
+    assert LEAST > 2 * 4 / (1024 / 16) ** 2  # the share of the middle of each
+    assert list(made(Grid.square(1024)).places(g)) == []
+
+
+@pytest.mark.parametrize("shape", [(128, 128), (60, 72), (257, 512), (1, 4096)])
+def test_a_surface_without_room_has_no_boxes(shape: tuple[int, int]) -> None:
+    grid = Grid(shape, (float(shape[0]), float(shape[1])))
+    assert Boxes.on(grid, grid.wavenumber / 2) is None
+
+
+def test_a_wall_that_pulls_too_weakly_is_left_to_the_surface() -> None:
+    """A box in which nothing is wrong moves nothing, and what is no descent is not taken."""
+    problem = replace(pinned(1), wall=c.attraction_on_core("spline", 1e-5, RANGE, 5.0))
+    state, boxes = solved(problem, boxes=True), made(problem.grid)
+    z, traction = np.array(state.gap), np.array(state.traction)
+    before = z.copy()
+    still = replace(state.solution, gap=np.zeros(boxes.grid.shape))
+    rise, _ = boxes.relax(
+        law(problem), z, traction, np.pad([[1.0]], ((40, 215), (40, 215))), lambda offset, start: still
+    )
+    assert rise == 0.0
+    np.testing.assert_array_equal(z, before)
