@@ -204,16 +204,13 @@ def planned(seed: int) -> list[tuple[SelfAffineSurface, Grid, float]]:
 
 def compute(seeds: Sequence[int], path: Path) -> None:
     """Cycles of these surfaces, each added to the file as it is found."""
-    done = set()
-    if path.exists():
-        rows = read_csv(path)
-        done = {tuple(f"{v:.5g}" for v in row) for row in rows[["hurst", "seed", "lambda_s", "work"]].to_numpy()}
-    else:
+    if not path.exists():
         path.write_text(",".join(field.name for field in fields(Cycle)) + "\n")
+    done = read_csv(path)[["hurst", "seed", "lambda_s", "work"]].to_numpy()
     for seed in seeds:
         for surface, grid, work in planned(seed):
-            key = tuple(f"{v:.5g}" for v in (surface.hurst, seed, surface.lambda_s, work))
-            if key in done:
+            key = (surface.hurst, seed, surface.lambda_s, work)
+            if np.isclose(done, key, rtol=1e-4, atol=0).all(axis=1).any():
                 continue
             found = cycle(surface, grid, work)
             with path.open("a") as file:
