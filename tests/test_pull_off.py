@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
-from pandas import DataFrame
+from pandas import DataFrame, read_csv
 
 from tests.studies import pull_off
 from tests.studies import pull_off_judged as judgement
@@ -43,7 +44,7 @@ def test_the_works_of_a_surface_are_the_same_at_every_cut_off_and_below_the_limi
 def _cycles(moment: int = 1, level: float = 1.0, touching: float = 0.2) -> DataFrame:
     """Invented cycles: s is one function of w over a moment of the spectrum, which is zero at half of it."""
     rng, rows = np.random.default_rng(3), []
-    for seed, hurst, width, share in product(range(4), (0.8, 0.3), (4, 8, 16), (0.275, 0.39, 0.55, 0.78, 1.1)):
+    for seed, hurst, width, share in product(range(4), (0.8, 0.3), (4, 8, 16), (0.275, 0.389, 0.55, 0.778, 1.1)):
         unit = 48.0 if width < 16 else 96.0  # two grids, one surface in units of λ_L
         height, factor, power = 1 / 512, np.exp(0.1 * np.sin(seed)), 0.2 if hurst > 0.5 else 0.45
         energy, middle = factor * 8e-6 * width**power, factor * 8e-6 * 8**power
@@ -99,3 +100,8 @@ def test_the_exponents_are_those_of_the_energy_where_it_decides() -> None:
     np.testing.assert_allclose(found, [-0.2, -0.45], atol=0.06)
     assert energy.count("**held**") == 2
     assert next(line for line in text.split("\n") if line.startswith("| Fuller")).count("**refuted**") == 2
+
+
+def test_the_page_has_the_judgement_of_the_stored_cycles() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "law.md").read_text()
+    assert judgement.tables(read_csv(pull_off.MEASURED / judgement.FILE)) in page

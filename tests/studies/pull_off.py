@@ -33,7 +33,7 @@ from continuum.path.state import PathState
 from continuum.solve.solution import Settings
 from continuum.solve.solver import Solver
 from tests.studies.judgement import MEASURED
-from tests.studies.pull_off_judged import FILE, figure, tables
+from tests.studies.pull_off_judged import FILE, PART, exponent_lines, figure, reduced, tables
 
 HURST = (0.8, 0.3)
 SIZES = {4.0: 192, 8.0: 192, 16.0: 384}
@@ -204,16 +204,13 @@ def planned(seed: int) -> list[tuple[SelfAffineSurface, Grid, float]]:
 
 def compute(seeds: Sequence[int], path: Path) -> None:
     """Cycles of these surfaces, each added to the file as it is found."""
-    done = set()
-    if path.exists():
-        rows = read_csv(path)
-        done = {tuple(f"{v:.5g}" for v in row) for row in rows[["hurst", "seed", "lambda_s", "work"]].to_numpy()}
-    else:
+    if not path.exists():
         path.write_text(",".join(field.name for field in fields(Cycle)) + "\n")
+    done = read_csv(path)[["hurst", "seed", "lambda_s", "work"]].to_numpy()
     for seed in seeds:
         for surface, grid, work in planned(seed):
-            key = tuple(f"{v:.5g}" for v in (surface.hurst, seed, surface.lambda_s, work))
-            if key in done:
+            key = (surface.hurst, seed, surface.lambda_s, work)
+            if np.isclose(done, key, rtol=1e-4, atol=0).all(axis=1).any():
                 continue
             found = cycle(surface, grid, work)
             with path.open("a") as file:
@@ -227,12 +224,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--run", nargs="+", type=int, metavar="SEED", help="surfaces that are computed")
     parser.add_argument("--into", type=Path, default=MEASURED, help=f"folder of {FILE}")
     parser.add_argument("--figure", action="store_true", help="draw the figure as well")
+    parser.add_argument("--part", type=float, default=PART, help="the exponents of λ_s in the work at another s")
     options = parser.parse_args(arguments)
     if options.run:
         compute(options.run, options.into / FILE)
         return
     rows = read_csv(options.into / FILE)
-    sys.stdout.write(tables(rows) + "\n")
+    text = tables(rows) if options.part == PART else "\n".join(exponent_lines(reduced(rows), options.part))
+    sys.stdout.write(text + "\n")
     if options.figure:
         figure(rows, options.into / "law-pull-off")
 

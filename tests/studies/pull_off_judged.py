@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from pandas import DataFrame, Series
 from scipy.stats import t
 
@@ -30,7 +31,7 @@ CONVERGED = 1.1
 WIDE, GRID = 0.15, 0.05
 FEWEST = 4
 """Surfaces below which nothing is told."""
-UPPER = (0.78, 1.1)
+UPPER = (0.778, 1.1)
 """Works, in U of λ_L/λ_s = 8, at which the stress is compared."""
 PERIOD = 4.0
 THEORIES = {
@@ -50,7 +51,7 @@ def reduced(rows: DataFrame) -> DataFrame:
     )  # fmt: skip
     middle = found[found.width == 8].groupby(["hurst", "seed"]).energy.first()
     of_middle = middle.reindex(list(zip(found.hurst, found.seed, strict=True))).to_numpy()
-    return found.assign(over_energy=found.work / found.energy, level=(found.work / of_middle).round(2))
+    return found.assign(over_energy=found.work / found.energy, level=(found.work / of_middle).round(3))
 
 
 def work_at(cycles: DataFrame, part: float = PART) -> float:
@@ -77,11 +78,11 @@ def mean_of(each: Real) -> Mean:
     return Mean.of(each) if len(each) else Mean(np.nan, np.nan, np.nan, 0)
 
 
-def surfaces(rows: DataFrame) -> DataFrame:
-    """One row for each surface: its w_5, its w_0 and what it is."""
+def surfaces(rows: DataFrame, part: float = PART) -> DataFrame:
+    """One row for each surface: its w_5, or the work at another s, its w_0 and what it is."""
     kept = ["height", "slope", "curvature", "energy", "range"]
     return DataFrame([
-        {"hurst": hurst, "width": width, "seed": seed, **each.iloc[0][kept], "work": work_at(each),
+        {"hurst": hurst, "width": width, "seed": seed, **each.iloc[0][kept], "work": work_at(each, part),
          "dividing": dividing_work(each)}
         for (hurst, width, seed), each in rows.groupby(["hurst", "width", "seed"])
     ])  # fmt: skip
@@ -198,11 +199,11 @@ def shortened(rows: DataFrame, hurst: float, level: float, widths: tuple[float, 
     return found
 
 
-def exponent_lines(rows: DataFrame) -> Iterator[str]:
-    """Exponents of λ_s in w_5, and how far each theory is off on the same surfaces."""
-    found = {hurst: of.reset_index(drop=True) for hurst, of in surfaces(rows).groupby("hurst")}
+def exponent_lines(rows: DataFrame, part: float = PART) -> Iterator[str]:
+    """Exponents of λ_s in the work at an s, and how far each theory is off on the same surfaces."""
+    found = {hurst: of.reset_index(drop=True) for hurst, of in surfaces(rows, part).groupby("hurst")}
     hursts = sorted(found, reverse=True)
-    yield f"| exponent of λ_s in w_5 | {' | '.join(f'H = {h:g}' for h in hursts)} |"
+    yield f"| exponent of λ_s in w at s = {part:g} | {' | '.join(f'H = {h:g}' for h in hursts)} |"
     yield f"|---|{'---|' * len(hursts)}"
     measured = {h: exponents(found[h], found[h].work.to_numpy()) for h in hursts}
     cells = ["{:+.2f} ± {:.2f}, {} surfaces".format(*interval(measured[h]), len(measured[h])) for h in hursts]
@@ -261,32 +262,32 @@ def tables(cycles: DataFrame) -> str:
 
 @plot.styled
 def drawn(rows: DataFrame) -> Figure:
-    """s against w/U of every cycle, and w_5 against λ_s beside the theories."""
+    """s against w/U of every cycle, and the stress at one work against λ_s, surface by surface."""
     made, (left, right) = plot.new_axes(plot.PAGE, 3.3, columns=2)
-    marks = dict(zip(sorted(rows.width.unique()), "o^s", strict=False))
+    widths = sorted(rows.width.unique())
+    marks = dict(zip(widths, "o^s", strict=False))
     for i, (hurst, part) in enumerate(sorted(rows.groupby("hurst"), reverse=True)):
         for width, of in part.groupby("width"):
             for counts, each in of.groupby("counts"):
                 left.plot(each.over_energy, each.part, marks[width], ms=3.5, color=f"C{i}", alpha=0.7,
                           mfc=f"C{i}" if counts else "none",
                           label=rf"$H = {hurst:g}$, $\lambda_L/\lambda_s = {width:g}$" if counts else None)  # fmt: skip
-        found = surfaces(part).dropna(subset=["work"])
-        groups = found.assign(x=1 / found.width, y=np.log(found.work / found.height**2)).groupby("x").y
-        x, y = groups.mean().index.to_numpy(), groups.mean().to_numpy()
-        half = (groups.std() / np.sqrt(groups.count()) * t.ppf(0.975, groups.count() - 1)).to_numpy()
-        right.errorbar(x, np.exp(y), np.exp(y) * (np.exp([half, half]) - 1), fmt="o", ms=4, color=f"C{i}", capsize=2,
-                       label=f"computed, H = {hurst:g}")  # fmt: skip
-        for (name, key), style in zip(THEORIES.items(), ("--", "-", ":", (0, (1, 3)), "-."), strict=True):
-            of = found.assign(x=1 / found.width, y=[np.log(theory_work(row, key)) for _, row in found.iterrows()])
-            line = of.groupby("x").y.mean()
-            at = np.exp(line - line.mean() + y.mean())  # exponents are compared, not levels
-            right.plot(line.index, at, color=f"C{i}", ls=style, lw=1, label=name if i == 0 else None)
+        for level, style in zip(UPPER, ("o--", "s-"), strict=True):
+            label: str | None = rf"$H = {hurst:g}$, $w = {level:g}\,U$ of $\lambda_L/\lambda_s = 8$"
+            for _, each in part[(part.level == level) & part.counts].groupby("seed"):
+                stress = each.set_index("width").stress
+                if 8 in stress.index:
+                    right.plot(1 / stress.index, stress / stress[8], style, color=f"C{i}", ms=3, lw=0.8, label=label)
+                    label = None
     left.axhline(PART, color="0.7", lw=0.7, zorder=-1)
     left.axvline(HALF, color="0.7", lw=0.7, zorder=-1)
+    right.axhline(1, color="0.7", lw=0.7, zorder=-1)
     left.set(xscale="log", yscale="log", xlabel="$w/U$", ylabel=r"pull-off stress, $s = \sigma\,\Delta r/w$")
     right.set(xscale="log", yscale="log", xlabel=r"$\lambda_s/\lambda_L$",
-              ylabel=r"work at $s = 0.05$, $w\lambda_L/h_\mathrm{rms}^2 E^*$")  # fmt: skip
+              ylabel=r"$\sigma$ over that at $\lambda_s = \lambda_L/8$")  # fmt: skip
     plot.log_ticks(left, right)
+    right.xaxis.set_minor_locator(NullLocator())
+    right.set_xticks([1 / width for width in widths], [f"1/{width:g}" for width in widths])
     plot.letter_panels((left, right))
     for axis in (left, right):
         plot.legend_under(axis, 0.48)
