@@ -175,7 +175,7 @@ def test_a_wall_begins_where_its_atoms_do_not_overlap_the_surface() -> None:
 @pytest.mark.parametrize(
     ("wall", "follows", "words"),
     [
-        (WALL, "site", "wall_force = 'atoms'.*follows.*atoms act where they are"),
+        (WALL, "site", "wall_force = 'atoms'.*follows.*act at the positions of the atoms"),
         (c.LennardJonesSpline(0.0), "atom", "a law with a work of adhesion"),
     ],
 )

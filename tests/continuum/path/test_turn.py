@@ -108,7 +108,7 @@ def test_the_command_stores_the_bracket_and_goes_on(tmp_path, monkeypatch, capsy
     (tmp_path / "small.toml").write_text(SMALL)
     assert main(["turn", "small.toml", "--area", "0.05", "--area", "0.1"]) == 0
     out = capsys.readouterr().out
-    assert "From which work of adhesion" in out
+    assert "Work of adhesion above which the surface is sticky" in out
     result = c.Result.read("results/small-turn.h5")
     for (step, event), point in zip(result.events, result.points, strict=True):
         assert event.control == "work-of-adhesion"

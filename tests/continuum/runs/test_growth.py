@@ -52,7 +52,7 @@ def test_a_longer_path_goes_on_as_if_it_had_been_one(short: str, long: str, tmp_
     done = len(follow_run(config(tmp_path, short), path).points)
     before = seconds(path)
     assert follow_run(config(tmp_path, long), path, warn=said.extend).resumed == done
-    assert f"goes on with the {done} points" in said[-1]
+    assert f"continues with {done} stored points of another path" in said[-1]
     np.testing.assert_array_equal(seconds(path)[:done], before)
     follow_run(config(tmp_path, long), tmp_path / "whole.h5")
     same(path, tmp_path / "whole.h5")

@@ -225,7 +225,7 @@ def _functions() -> list[Callable[..., Any]]:
                     for member in vars(thing)
                     if not member.startswith("_") and member not in fields
                 ]
-            elif inspect.isfunction(thing):
+            elif inspect.isfunction(thing) and not thing.__name__.endswith("_exponent"):  # numbers from numbers
                 found.append(thing)
     return found
 
