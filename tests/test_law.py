@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pandas import DataFrame, Series, read_csv
 
 from continuum.theory.rough import turning_share
-from tests.studies import diamond_film, judgement, law, patches, periods, turn_of_atoms
+from tests.studies import diamond_film, judgement, law, patches, periods, short_range, turn_of_atoms
 
 
 def test_the_page_has_the_numbers_of_the_record() -> None:
@@ -118,6 +118,16 @@ def test_a_period_is_judged_by_the_bounds_of_the_page() -> None:
     assert periods.word(rows, 1.2, near) == "held with a remark"
     assert periods.word(rows, 1.3, near) == periods.word(rows, 1.1, off) == "refuted"
     assert periods.word(rows[:5], 1.1, near) == "not tested"
+
+
+def test_a_short_range_is_judged_by_the_bounds_of_the_page() -> None:
+    """The same level at both ranges is held, that of a plateau refuted, as is another; five surfaces tell nothing."""
+    mean = judgement.Mean
+    assert short_range.word(mean(0.97, 0.9, 1.05, 6), 0.72) == "held"
+    assert short_range.word(mean(1.1, 1.05, 1.2, 6), 0.72) == "held with a remark"
+    assert short_range.word(mean(0.98, 0.7, 1.3, 6), 0.72) == "held with a remark"
+    assert short_range.word(mean(0.72, 0.68, 0.76, 6), 0.72) == "refuted"
+    assert short_range.word(mean(0.97, 0.9, 1.05, 5), 0.72) == "not tested"
 
 
 def test_work_gained_on_approach_is_that_of_a_parabola_of_load() -> None:
