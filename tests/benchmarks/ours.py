@@ -24,7 +24,7 @@ from continuum.model.walls import HardWall, Wall, attraction_on_core
 from continuum.path.loading import solve
 from continuum.path.state import PathState, Search
 from continuum.path.turn import find_turn
-from continuum.solve import cpu
+from continuum.solve import cpu, smooth
 from continuum.solve.cpu.compiled import TILE
 from continuum.solve.cpu.engine import NEAR, CpuEngine
 from continuum.solve.solution import Settings, Solution
@@ -288,7 +288,7 @@ def iteration(n: int, seed: int, adhesion_length: float, mean_gap: float) -> dic
     state, whole = _timed(lambda: solve(problem, "mean-gap", mean_gap, Settings(TOLERANCE)))
     all_pairs = state.solution.require().fft_pairs
 
-    cpu.BACK_END.LEVELS = 1
+    cpu.BACK_END.LEVELS, smooth.PATIENCE = 1, 1 << 30  # iterations alone, no boxes
 
     def run(iterations: int) -> Solution:
         settings = Settings(1e-30, max_iterations=iterations, warm_grids=0)

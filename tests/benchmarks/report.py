@@ -36,7 +36,9 @@ def short(row: Row) -> str:
     """What matters of a row, while the rest runs."""
     if "theirs" in row and "ours" in row:
         return f"{row['theirs']['cpu']:.2f} / {row['ours']['cpu']:.2f} s"
-    return ", ".join(f"{key}={row[key]:.4g}" for key in SHOWN if key in row)
+    return ", ".join(
+        f"{key}={row[key]}" if isinstance(row[key], str) else f"{key}={row[key]:.4g}" for key in SHOWN if key in row
+    )
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

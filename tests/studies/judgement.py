@@ -266,7 +266,8 @@ def figure(rows: DataFrame) -> Figure:
     laws = {shape: fit(turns(shape)) for shape in SHAPES}
     drawn, (left, right) = plot.new_axes(plot.PAGE, 3.3, columns=2)
     x = np.geomspace(0.05, 3, 100)
-    shown = rows[(rows.area == rows.area.min()) & (rows.n == rows.n.max())]
+    short = with_ratios(read_csv(MEASURED / "law-short.csv"))
+    shown = concat([rows[(rows.area == rows.area.min()) & (rows.n == rows.n.max())], short])
     for shape, mark, name, line in zip(SHAPES, "os", ("circles", "squares"), ("-", "--"), strict=True):
         left.plot(x, laws[shape](x), "k" + line, label=f"{shape}, {name}")
         for i, (hurst, part) in enumerate(shown[shown["shape"] == shape].groupby("hurst")):
