@@ -26,7 +26,7 @@ def search(n: int, seed: int, adhesion_length: float, area: float) -> dict[str, 
     found = contact.press(area=area).found
     cold = contact.press(mean_gap=found.mean_gap).found.solution.fft_pairs
     return {
-        "status": found.status.name, "area": found.totals.area_rep, "solves": found.search_solves + 1, "cold": cold,
+        "status": found.status.name, "area_rep": found.totals.area_rep, "solves": found.search_solves + 1, "cold": cold,
         "fft_pairs": found.search_pairs + found.solution.fft_pairs,
     }  # fmt: skip
 
