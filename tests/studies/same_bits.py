@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import h5py
@@ -117,9 +117,9 @@ def _is_deck(name: Path) -> bool:
     return name.parts[0] == "decks" and name.suffix not in (".txt", ".lock")
 
 
-def main() -> None:
+def main(about: str | None, make: Callable[[Path], None], differences: Callable[[Path, Path], Iterable[str]]) -> None:
     """Make results, or compare two folders of them; exit code 1 if they differ."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(required=True, dest="command")
     commands.add_parser("make").add_argument("folder", type=Path)
     comparing = commands.add_parser("compare")
@@ -135,4 +135,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(__doc__, make, differences)

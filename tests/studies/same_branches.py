@@ -15,7 +15,6 @@ the inputs agree to 2 % of themselves; a load is a difference, and compares with
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -29,6 +28,7 @@ from continuum.path.loading import follow
 from continuum.path.state import Search
 from continuum.solve.solution import Settings
 from tests.problems import Rough
+from tests.studies.same_bits import main
 
 SYSTEMS = [
     # l_a, λ_s, H, h'rms, seed
@@ -96,22 +96,5 @@ def differences(one: Path, other: Path) -> Iterator[str]:
                     yield f"{path.name}: {name} {a[name][()]} and {b[name][()]}"
 
 
-def main() -> None:
-    """Make paths, or compare two folders of them; exit code 1 if they are on other branches."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    commands = parser.add_subparsers(required=True, dest="command")
-    commands.add_parser("make").add_argument("folder", type=Path)
-    comparing = commands.add_parser("compare")
-    comparing.add_argument("one", type=Path)
-    comparing.add_argument("other", type=Path)
-    given = parser.parse_args()
-    if given.command == "make":
-        make(given.folder)
-        return
-    found = list(differences(given.one, given.other))
-    sys.stdout.write("\n".join([*found, f"{len(found)} differences\n"]))
-    sys.exit(bool(found))
-
-
 if __name__ == "__main__":
-    main()
+    main(__doc__, make, differences)

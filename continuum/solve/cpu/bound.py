@@ -202,11 +202,16 @@ class CpuBoundEngine(CpuEngine):
             self.touched[a : a + SIDE, b // TILE] = 2
 
     @property
+    def _far(self) -> CpuEngine | None:
+        """The coarse grid of the response on tiles, once it has been asked for."""
+        split: Split | None = vars(self).get("split")
+        return None if split is None else split.far
+
+    @property
     def work(self) -> Work:
-        own = super().work
-        if "split" not in vars(self) or self.split is None:
+        own, far = super().work, self._far
+        if far is None:
             return own
-        far = self.split.far
         return own._replace(
             fft_pairs=own.fft_pairs + far.transforms / 2 * far.size / self.size,
             fft_seconds=own.fft_seconds + far.fft_seconds,
@@ -214,8 +219,8 @@ class CpuBoundEngine(CpuEngine):
 
     def forget_work(self) -> None:
         super().forget_work()
-        if "split" in vars(self) and self.split is not None:
-            self.split.far.forget_work()
+        if self._far is not None:
+            self._far.forget_work()
 
     # --- what is asked at once -----------------------------------------------------------------------------
 

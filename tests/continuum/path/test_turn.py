@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -159,11 +160,9 @@ def test_there_is_no_turn_where_the_load_hardly_depends_on_the_work(monkeypatch:
     assert len(every) <= 3 * turn.MOST_TOGETHER
 
 
-class Said(NamedTuple):
+def trial(work: float, ratio: float) -> turn._Trial:
     """What a bracket asks of a trial."""
-
-    work: float
-    ratio: float
+    return cast(turn._Trial, SimpleNamespace(work=work, ratio=ratio))
 
 
 @pytest.mark.parametrize("below", [-0.03, -0.012, -0.004])
@@ -172,12 +171,12 @@ def test_two_trials_close_a_bracket_of_both_ends(below: float, above: float) -> 
     width, work = float(np.log1p(0.02)), 0.001
     bracket = turn._Bracket(width, 100)
     for at in (below, above):
-        bracket.add(Said(work * np.exp(at), 0.8 * at))  # type: ignore[arg-type]
+        bracket.add(trial(work * np.exp(at), 0.8 * at))
     for _ in range(2):
         between = bracket.between()
         assert between is not None
         if not bracket.closed:
-            bracket.add(Said(float(np.exp(between)), 0.8 * (between - np.log(work))))  # type: ignore[arg-type]
+            bracket.add(trial(float(np.exp(between)), 0.8 * (between - np.log(work))))
     assert bracket.closed
 
 
@@ -185,8 +184,8 @@ def test_a_bracket_of_one_end_aims_farther_each_time_that_the_other_is_not_reach
     bracket = turn._Bracket(0.02, 100)
     aims = []
     for work in (0.001, 0.0011, 0.0012):
-        bracket.add(Said(work, -0.05))  # type: ignore[arg-type]
+        bracket.add(trial(work, -0.05))
         aims.append(bracket.aim(-0.05))
     assert aims[0] < 0 < aims[1] < aims[2]
-    bracket.add(Said(0.0013, 0.01))  # type: ignore[arg-type]
+    bracket.add(trial(0.0013, 0.01))
     assert bracket.aim(0.01) == -0.02 / 3
