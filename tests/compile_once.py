@@ -19,8 +19,8 @@ USED = matplotlib.pyplot, pandas, xarray, app
 
 
 def main() -> None:
-    for hard in (False, True):
-        solve(Rough(64, hard=hard).problem(), "repulsive-area", 0.05, Settings(1e-7)).require()
+    for n, hard in ((64, False), (64, True), (512, False)):
+        solve(Rough(n, hard=hard).problem(), "repulsive-area", 0.05, Settings(1e-7)).require()
 
 
 if __name__ == "__main__":

@@ -24,6 +24,9 @@ settings.load_profile("any machine")
 # process per core already.  A busy machine needed 30 times as long for matrices of 6 x 6.
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+# Processes of MPI spin where they wait for one another: on a busy machine for the time of the others, seconds each.
+os.environ.setdefault("MPIR_CVAR_CH4_PROGRESS_THROTTLE", "1")
+os.environ.setdefault("MPIR_CVAR_CH4_PROGRESS_THROTTLE_NO_PROGRESS_COUNT", "64")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -18,6 +18,7 @@ __all__ = [
     "PEER_ADHESION_LENGTH",
     "PEER_AREAS",
     "PEER_LENGTHS",
+    "PEER_PRESSURES",
     "PRESSURE",
     "SEEDS",
     "SIZES",
@@ -57,7 +58,9 @@ AREA = 0.01
 TOLERANCE = 1e-7
 """Residual, root mean square, in E*: 1e-6 h'rms."""
 PRESSURE = 4e-4
-"""Mean pressure on the hard wall, in E*."""
+"""Mean pressure on the hard wall, in E*, at about 1 % of the area."""
+PEER_PRESSURES = (1.6e-4, PRESSURE, 2e-3, 9e-3)
+"""Mean pressures at which the peers of the hard wall are compared: some 0.4 to 19 % of the area."""
 PAIRS_ALLOWED = {512: (35, 60, 70), 4096: (65, 110, 110)}
 """Bounds of the median number of FFT pairs at each adhesion length."""
 MEMORY_ALLOWED = {4096: 1536, 8192: 6144}

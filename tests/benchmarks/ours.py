@@ -29,7 +29,7 @@ from continuum.solve.cpu.compiled import TILE
 from continuum.solve.cpu.engine import NEAR, CpuEngine
 from continuum.solve.solution import Settings, Solution
 from continuum.solve.solver import Solver
-from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, PRESSURE, TOLERANCE, coarse, rough
+from tests.benchmarks.cases import ADHESION_LENGTHS, AREA, TOLERANCE, coarse, rough
 from tests.problems import Rough
 
 __all__ = ["ARRAYS_MOVED", "gap_of", "hard_wall", "iteration", "judge", "judge_hard", "mean_gap_at", "search", "turn"]
@@ -182,13 +182,13 @@ def judge(n: int, seed: int, adhesion_length: float, files: list[str]) -> dict[s
     return {"states": found, "pixels_different": different}
 
 
-def hard_wall(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -> dict[str, Any]:
-    """The hard wall at `PRESSURE` from a cold start; the time runs from the heights to the state."""
+def hard_wall(n: int, seed: int, lambda_s: float, pressure: float, tolerance: float, save: str) -> dict[str, Any]:
+    """The hard wall at a mean pressure from a cold start; the time runs from the heights to the state."""
 
     def cold(surface: Rough, heights: Real) -> Solution:
         problem = surface.problem(HardWall(), HalfSpace("free"), heights)
         solver = Solver(problem.grid, problem.stiffness_q)
-        return solver.constrain(problem.heights, None, Settings(tolerance), pressure=PRESSURE)
+        return solver.constrain(problem.heights, None, Settings(tolerance), pressure=pressure)
 
     small, surface = rough(128, 1, lambda_s=lambda_s), rough(n, seed, lambda_s=lambda_s)
     cold(small, small.heights())
@@ -199,7 +199,7 @@ def hard_wall(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -
     return {"cpu": seconds, "fft_pairs": solution.fft_pairs, "iterations": solution.iterations}
 
 
-def judge_hard(n: int, seed: int, lambda_s: float, files: list[str]) -> dict[str, Any]:
+def judge_hard(n: int, seed: int, lambda_s: float, files: list[str], **_: Any) -> dict[str, Any]:
     """States of several codes, from their pressures alone.
 
     With v = h + FFT⁻¹(p_q/K), q != 0, the gap is v + D, where D makes its mean over the pixels under pressure zero.

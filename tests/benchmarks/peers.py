@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.benchmarks.cases import PRESSURE, rough
+from tests.benchmarks.cases import rough
 
 __all__ = ["adhesion", "contact_mechanics", "tamaas"]
 
@@ -59,8 +59,8 @@ def adhesion(
     return {"cpu": seconds, "iterations": int(result.nit), "converged": bool(result.success)}
 
 
-def contact_mechanics(n: int, seed: int, lambda_s: float, pentol: float, save: str) -> dict[str, Any]:
-    """ContactMechanics' constrained conjugate gradients (Polonsky and Keer) at the mean pressure `PRESSURE`."""
+def contact_mechanics(n: int, seed: int, lambda_s: float, pressure: float, pentol: float, save: str) -> dict[str, Any]:
+    """ContactMechanics' constrained conjugate gradients (Polonsky and Keer) at a mean pressure."""
     from ContactMechanics import PeriodicFFTElasticHalfSpace
     from ContactMechanics.Systems import NonSmoothContactSystem
     from SurfaceTopography import Topography
@@ -69,7 +69,7 @@ def contact_mechanics(n: int, seed: int, lambda_s: float, pentol: float, save: s
         sizes = tuple(map(float, heights.shape))
         half_space = PeriodicFFTElasticHalfSpace(heights.shape, 1.0, sizes)
         system = NonSmoothContactSystem(half_space, Topography(-heights, sizes, periodic=True))
-        return system.minimize_proxy(external_force=PRESSURE * heights.size, pentol=pentol)
+        return system.minimize_proxy(external_force=pressure * heights.size, pentol=pentol)
 
     cold(rough(64, 1, lambda_s=lambda_s).heights())
     heights = rough(n, seed, lambda_s=lambda_s).heights()
@@ -80,8 +80,8 @@ def contact_mechanics(n: int, seed: int, lambda_s: float, pentol: float, save: s
     return {"cpu": seconds, "iterations": int(result.nit), "converged": bool(result.success)}
 
 
-def tamaas(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -> dict[str, Any]:
-    """Tamaas' ``PolonskyKeerRey`` at the mean pressure `PRESSURE`; it does not tell its iterations."""
+def tamaas(n: int, seed: int, lambda_s: float, pressure: float, tolerance: float, save: str) -> dict[str, Any]:
+    """Tamaas' ``PolonskyKeerRey`` at a mean pressure; it does not tell its iterations."""
     import tamaas as tm
 
     tm.set_log_level(tm.LogLevel.error)
@@ -93,7 +93,7 @@ def tamaas(n: int, seed: int, lambda_s: float, tolerance: float, save: str) -> d
         model.E, model.nu = 1.0, 0.0
         solver = tm.PolonskyKeerRey(model, -heights, tolerance)
         solver.max_iter = 20000
-        error = solver.solve(PRESSURE)
+        error = solver.solve(pressure)
         return np.array(model.traction), error
 
     cold(rough(64, 1, lambda_s=lambda_s).heights())

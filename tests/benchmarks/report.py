@@ -17,7 +17,6 @@ from tests.benchmarks.cases import (
     MEMORY_ALLOWED,
     PAIRS_ALLOWED,
     PEER_ADHESION_LENGTH,
-    PRESSURE,
 )
 
 __all__ = ["draw", "growth_exponent", "line", "short", "tables", "write"]
@@ -157,7 +156,14 @@ Shown = dict[str, Callable[[Row, Row], str]]
 
 def _names(rows: list[Row]) -> list[list[str]]:
     late = {True: "", False: " (not converged)"}
-    return [[f"{row['n']}²", str(row["seed"]), row["peer"] + late[row["theirs"]["converged"]]] for row in rows]
+    return [
+        [f"{row['n']}²", str(row["seed"]), row["peer"] + _pressure(row) + late[row["theirs"]["converged"]]]
+        for row in rows
+    ]
+
+
+def _pressure(row: Row) -> str:
+    return f", {row['pressure']:g} E*" if "pressure" in row else ""
 
 
 def _costs(rows: list[Row]) -> str:
@@ -239,7 +245,7 @@ def areas(rows: list[Row]) -> str:
 
 
 def hard_wall(rows: list[Row]) -> str:
-    """Ours and the peers at one mean pressure."""
+    """Ours and the peers at the same mean pressures."""
     shown: Shown = {
         "area, pixels": _both("pixels", "d"),
         "load, E* A0": _both("pressure", ".9e"),
@@ -247,8 +253,14 @@ def hard_wall(rows: list[Row]) -> str:
         "rel. diff.": _apart("mean_gap"),
         "largest error of the gap, a0": _both("max_error", ".0e"),
     }
+    spread = [
+        f"{n}² {median(ratios):.0f} in the median, {min(ratios):.0f} to {max(ratios):.0f}"
+        for (n,), group in groups(rows, "n").items()
+        for ratios in [[_ratio(row) for row in group]]
+    ]
     return (
-        f"### Hard wall, mean pressure {PRESSURE:g} E*, lambda_s = 16 a0\n\n{_costs(rows)}"
+        f"### Hard wall at given mean pressures, lambda_s = 16 a0\n\n{_costs(rows)}"
+        f"\nThe ratio is on {'; on '.join(spread)}.\n"
         f"\nTheir states, peer / ours:\n\n{_states(_names(rows), rows, shown)}"
     )
 

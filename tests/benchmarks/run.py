@@ -34,6 +34,8 @@ from tests.benchmarks.cases import (
     PEER_ADHESION_LENGTH,
     PEER_AREAS,
     PEER_LENGTHS,
+    PEER_PRESSURES,
+    PRESSURE,
     SEEDS,
     SIZES,
     TOLERANCE,
@@ -221,9 +223,8 @@ def _beside_adhesion(results: Results, point: Row, target: float, pressure: floa
 
 
 def areas(n: int) -> Plan:
-    """Against the quicker optimiser of Adhesion, from few contacts to many; a second surface on the smallest grid."""
-    seeds = SEEDS[:2] if n <= MOST_POINTS["slow"] else SEEDS[:1]
-    for length, area, seed in product(PEER_LENGTHS, PEER_AREAS, seeds if n <= MOST_POINTS["areas"] else ()):
+    """Against the quicker optimiser of Adhesion, from few contacts to many."""
+    for length, area, seed in product(PEER_LENGTHS, PEER_AREAS, SEEDS[:2] if n <= MOST_POINTS["areas"] else ()):
         point = {"n": n, "seed": seed, "adhesion_length": length}
 
         def measured(results: Results, point: Row = point, area: float = area) -> Row:
@@ -234,13 +235,14 @@ def areas(n: int) -> Plan:
 
 
 def hard_wall(n: int) -> Plan:
-    """Hard wall at a given mean pressure, against ContactMechanics and Tamaas."""
+    """Hard wall at given mean pressures, against ContactMechanics and Tamaas; on the largest grids at one only."""
     peers: tuple[tuple[str, str, Row], ...] = (
         ("ContactMechanics", "peers.contact_mechanics", {"pentol": PENTOL}),
         ("Tamaas", "peers.tamaas", {"tolerance": TAMAAS_TOLERANCE}),
     )
-    for name, function, settings in peers if n <= MOST_POINTS["hard_wall"] else ():
-        point = {"n": n, "seed": 1, "lambda_s": 16.0}
+    states = product(PEER_PRESSURES, SEEDS[:2]) if n <= MOST_POINTS["seeds"] else ((PRESSURE, 1),)
+    for (pressure, seed), (name, function, settings) in product(states, peers if n <= MOST_POINTS["hard_wall"] else ()):
+        point = {"n": n, "seed": seed, "lambda_s": 16.0, "pressure": pressure}
 
         def measured(results: Results, point: Row = point, function: str = function, settings: Row = settings) -> Row:
             with tempfile.TemporaryDirectory() as folder:

@@ -20,6 +20,8 @@ from continuum.solve.cpu.engine import CpuEngine
 
 SMALL = 2**16
 """Points of a grid that is swept in one call, at most."""
+LEVELS = 2
+"""Grids of such a call, mostly."""
 _line = scalar(conjugate_line)
 _restrict, _linear_gradient, _linear_last = sweeps._restrict, sweeps._linear_gradient, sweeps._linear_last
 _low_modes, _low_gradient, _low_direction = sweeps._low_modes, sweeps._low_gradient, sweeps._low_direction
@@ -153,5 +155,7 @@ class CpuLinearEngine(CpuEngine):
         self, levels: tuple[Level, ...], depth: int, shift: float, iterations: int, reduction: float
     ) -> tuple[bool, list[int]]:
         pairs = np.zeros(len(levels))
+        # Tuples of one length are one type, for which the loops are compiled once; at the last grid nobody looks twice.
+        levels += levels[-1:] * (LEVELS - len(levels))
         moved = _relax(levels, 0, depth, shift, self._held, iterations, reduction, pairs)
         return bool(moved), [2 * int(count) for count in pairs]
