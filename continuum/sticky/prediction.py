@@ -167,7 +167,7 @@ class Prediction:
         Parameters
         ----------
         threads : threads of the solver.
-        state : whether the contact is also solved at the given work of adhesion, which often takes longer than its
+        state : whether the contact is also solved at the given work, which often takes longer than its
             turn.
         limited : whether a turn that takes ten times as long as on most maps is given up.
 
