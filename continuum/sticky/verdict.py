@@ -238,7 +238,14 @@ def flattened(contact: RoughContact) -> RoughContact:
     In linear elasticity, for slopes of up to :data:`STEEPEST`, the two are the same contact.
     """
     slope = contact.rms_slope
-    return _stretched(contact, LARGEST_SLOPE * (1 - 1e-9) / slope) if LARGEST_SLOPE < slope <= STEEPEST else contact
+    if not LARGEST_SLOPE < slope <= STEEPEST:
+        return contact
+    factor = LARGEST_SLOPE * (1 - 1e-9) / slope
+    return replace(
+        contact.rougher(factor, factor, factor),
+        range=factor * contact.range,
+        work_of_adhesion=factor**2 * contact.work_of_adhesion,
+    )
 
 
 def _heard(contact: RoughContact, without: Left | None) -> Verdict:
@@ -280,15 +287,6 @@ def _together(
     why = (f"{names}, by {found.count} {alike}",)
     turn = float(contact.work_of_adhesion * margins[0] / margins[1])
     return Verdict(answer_at(found.probability), found.probability, why, turn)
-
-
-def _stretched(contact: RoughContact, factor: float) -> RoughContact:
-    """The contact with heights and range scaled, and work and energy by the square."""
-    return replace(
-        contact.rougher(factor, factor, factor),
-        range=factor * contact.range,
-        work_of_adhesion=factor**2 * contact.work_of_adhesion,
-    )
 
 
 def _firm(
