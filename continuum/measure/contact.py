@@ -49,9 +49,7 @@ def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
 def totals_of(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -> Totals:
     """Areas and loads of a state, from its gap and, where the wall has no law of the gap, from its traction.
 
-    Parameters
-    ----------
-    gap, traction : shape ``grid.shape``, in a0 and E*.
+    Both have the shape ``grid.shape``, in a0 and E*.
     """
     sums = np.zeros(3)
     repulsive = attracted = 0

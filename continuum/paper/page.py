@@ -76,12 +76,8 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
 
     The table of points for the verdicts of each sweep, ``paper-NAME-points.csv``, is written beside the page, so that
-    it can be judged again by other rules without its files.
-
-    Parameters
-    ----------
-    sweeps : their figures carry the names of the folders.
-    path : of the page, in Markdown; figures and tables lie beside it.
+    it can be judged again by other rules without its files.  The path is that of the page, in Markdown; figures lie
+    beside it and carry the names of the sweeps' folders.
     """
     names = [data.root.resolve().name for data in sweeps]
     if len(set(names)) < len(names):
@@ -102,10 +98,8 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
 def page_text(sections: Mapping[str, str], points: Mapping[str, DataFrame]) -> str:
     """A page in Markdown: a summary of the claims, the figures, and all verdicts.
 
-    Parameters
-    ----------
-    sections : what stands below the name of each sweep, figures and where they come from.
-    points : the table by which each is judged.
+    A section is what stands below the name of each sweep, figures and where they come from; each is judged by the table
+    of its points.
     """
     verdicts = {name: claim_verdicts(points[name]) for name in sections}
     parts = ["# The paper's figures and claims, from stored sweeps\n", _answer(list(verdicts.values())), ""]

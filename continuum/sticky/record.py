@@ -110,9 +110,7 @@ def support(
 ) -> Support:
     """Probability that a contact is sticky, from the mean margin of criteria on it and on the surfaces of the record.
 
-    Parameters
-    ----------
-    criteria : one or several of :data:`continuum.sticky.criteria.CRITERIA`, which are averaged.
+    The criteria are one or several of :data:`continuum.sticky.criteria.CRITERIA`.
     """
     return _supports(criteria, contact, without, part)(mean_margin(criteria, contact))
 

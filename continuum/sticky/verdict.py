@@ -103,9 +103,7 @@ def unmeasured(
 ) -> MissingWaves | None:
     """Effect of unmeasured waves on an answer; None if there are none, or the answer is undecided without them.
 
-    Parameters
-    ----------
-    answer : answer for the measured waves; by the theories if None.
+    The answer for the measured waves is that of the theories if it is None.
     """
     waves = prediction.continuation
     answer = _judge_measured(prediction, without).answer if answer is None else answer
@@ -214,11 +212,7 @@ def judge_contact(contact: RoughContact, without: Left | None = None, part: Part
     """The verdict of all theories in their range together.
 
     Moderately steep surfaces are judged with smaller heights, which in linear elasticity is the same contact, and with
-    a stricter margin.
-
-    Parameters
-    ----------
-    part : the points whose roughness and record are used: those of the map, or of the summits.
+    a stricter margin.  The roughness and the record are those of a ``part``: the points of the map, or of the summits.
     """
     heard = _heard if part == "map" else _heard_of_summits
     flatter, slope = flattened(contact), contact.rms_slope

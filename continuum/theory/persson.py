@@ -165,11 +165,7 @@ class PerssonContact:
 
         Attraction as in :func:`continuum.theory.rough.bearing_area_limit`, a constant tension w/ε where the undeformed
         surface would be nearer than ε; repulsion by :meth:`separation` in full instead of its limit for large gaps, as
-        Violano, Papangelo and Ciavarella (2021, arXiv 2012.07040) do for all fractal dimensions.
-
-        Parameters
-        ----------
-        reach : ε.
+        Violano, Papangelo and Ciavarella (2021, arXiv 2012.07040) do for all fractal dimensions; ``reach`` is ε.
         """
         h, (pressures, gaps) = self.rms_height, self._approach
 
