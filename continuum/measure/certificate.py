@@ -10,9 +10,9 @@ import numpy as np
 from scipy import fft
 
 from continuum.model.fourier import Complex, Real
-from continuum.model.grid import Grid
 from continuum.model.open_boundary import OpenBoundary
 from continuum.model.problem import ContactProblem
+from continuum.model.substrates import TabulatedSubstrate
 
 STEP = 1e-5
 """Step of the differences, in a0: rounding leaves 1e-12 of the traction, a kink of the law about as much as that of its
@@ -82,18 +82,6 @@ def _check(problem: ContactProblem, gap: Real, coarse: float, seed: int) -> Stat
     )
 
 
-@dataclass(frozen=True)
-class _Doubled:
-    """Response of the periodic surface of twice the size by which an open boundary is computed."""
-
-    boundary: OpenBoundary
-
-    def stiffness(self, grid: Grid) -> Real:
-        """K_q over the half spectrum."""
-        assert grid == self.boundary.grid
-        return self.boundary.stiffness_q
-
-
 def _check_part(problem: ContactProblem, boundary: OpenBoundary, gap: Real, coarse: float, seed: int) -> StateCheck:
     """Evaluate a state without periodic images: tractions in the window move the surface outside, too."""
     if problem.wall.law is None:
@@ -104,7 +92,9 @@ def _check_part(problem: ContactProblem, boundary: OpenBoundary, gap: Real, coar
     displacement += np.mean(problem.heights - gap - inside)
     inside[...] = problem.heights - gap
     heights = boundary.around(problem.heights, OUT_OF_REACH + float(problem.heights.max()))
-    doubled = ContactProblem(boundary.grid, problem.wall, heights, _Doubled(boundary))
+    # The periodic surface of twice the size by which an open boundary is computed.
+    response = TabulatedSubstrate(boundary.stiffness_q, boundary.grid.lengths, "open boundary")
+    doubled = ContactProblem(boundary.grid, problem.wall, heights, response)
     found = _check(doubled, heights - displacement, coarse, seed)
     return replace(
         found,
@@ -117,15 +107,10 @@ def _check_part(problem: ContactProblem, boundary: OpenBoundary, gap: Real, coar
 
 def _whole(problem: ContactProblem) -> Real:
     """K over the whole spectrum, without its mean, from the half that a real field needs."""
-    nx, ny = problem.grid.shape
-    half = np.array(problem.stiffness_q)
+    ny, half = problem.grid.shape[1], np.array(problem.stiffness_q)
     half[0, 0] = 0.0
-    found = np.empty((nx, ny))
-    found[:, : half.shape[1]] = half
-    rows = (-np.arange(nx)) % nx
-    for column in range(half.shape[1], ny):
-        found[:, column] = half[rows, ny - column]
-    return found
+    opposite = np.roll(half[::-1], 1, axis=0)  # K(-qx, qy) = K(qx, -qy)
+    return np.concatenate([half, opposite[:, ny - half.shape[1] : 0 : -1]], axis=1)
 
 
 def _traction(problem: ContactProblem, gap: Real) -> Real:

@@ -1,7 +1,7 @@
 """Areas, loads and contact map of a state, and the numbers by which the paper compares contacts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -49,9 +49,7 @@ def contact_map(wall: Wall, gap: Real) -> NDArray[np.uint8]:
 def totals_of(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -> Totals:
     """Areas and loads of a state, from its gap and, where the wall has no law of the gap, from its traction.
 
-    Parameters
-    ----------
-    gap, traction : shape ``grid.shape``, in a0 and E*.
+    Both have the shape ``grid.shape``, in a0 and E*.
     """
     sums = np.zeros(3)
     repulsive = attracted = 0
@@ -77,91 +75,31 @@ def totals_of(grid: Grid, wall: Wall, gap: Real, traction: Real | None = None) -
     )
 
 
-@dataclass(frozen=True)
-class Measurement:
+@dataclass(frozen=True, kw_only=True)
+class Measurement(Totals):
     """Areas and loads of a contact, the outline of A_rep, and the numbers that the paper derives from them.
 
     A ratio whose two sides are zero is NaN: without contact there is no κ and no diameter.
     """
 
-    totals: Totals
     outline: Outline = field(repr=False)
     """Outline of A_rep."""
     rms_slope: float
     """h'rms of the undeformed surface."""
-
-    @property
-    def area_rep(self) -> float:
-        """A_rep/A0."""
-        return self.totals.area_rep
-
-    @property
-    def area_att(self) -> float:
-        """A_att/A0."""
-        return self.totals.area_att
-
-    @property
-    def load(self) -> float:
-        """N/A0, in E*."""
-        return self.totals.load
-
-    @property
-    def pressure_rep(self) -> float:
-        """p_rep = N_rep/A_rep, in E*."""
-        return ratio(self.totals.load_rep, self.totals.area_rep)
-
-    @property
-    def pressure_att(self) -> float:
-        """Mean attractive pressure N_att/A_att, in E*, positive; w/Δr in the paper's theory."""
-        return ratio(self.totals.load_att, self.totals.area_att)
-
-    def _kappa(self, load: float) -> float:
-        return ratio(self.rms_slope * self.totals.area_rep, load)
-
-    @property
-    def kappa(self) -> float:
-        """κ = h'rms E* A_rep/N, Eq. (1): negative where the load is; infinite where it vanishes."""
-        return self._kappa(self.totals.load)
-
-    @property
-    def kappa_rep(self) -> float:
-        """κ_rep = h'rms E* A_rep/N_rep."""
-        return self._kappa(self.totals.load_rep)
-
-    @property
-    def kappa_att(self) -> float:
-        """κ_att = h'rms E* A_rep/N_att, so that 1/κ = 1/κ_rep - 1/κ_att; infinite without attraction."""
-        return self._kappa(self.totals.load_att)
-
-    @property
-    def perimeter_cells(self) -> int:
-        """Number of cells of the perimeter, N_P."""
-        return self.outline.perimeter_cells
-
-    @property
-    def perimeter(self) -> float:
-        """P, in a0, with the paper's correction 1.1222."""
-        return self.outline.perimeter("paper")
-
-    @property
-    def perimeter_exact(self) -> float:
-        """P, in a0, with the correction 1.1107."""
-        return self.outline.perimeter("exact")
-
-    @property
-    def diameter(self) -> float:
-        """d_rep = π A_rep/P, in a0, with the paper's correction."""
-        return self.outline.diameter("paper")
-
-    @property
-    def diameter_exact(self) -> float:
-        """d_rep with the correction 1.1107."""
-        return self.outline.diameter("exact")
-
-    @property
-    def chord(self) -> float:
-        """Mean chord of A_rep in both directions, in a0."""
-        return self.outline.chord
+    pressure_rep: float = quantity("E*", "mean repulsive pressure p_rep = N_rep/A_rep")
+    pressure_att: float = quantity("E*", "mean attractive pressure N_att/A_att")
+    """Positive; w/Δr in the paper's theory."""
+    kappa: float = quantity("1", "κ = h'rms E* A_rep/N")
+    """Of Eq. (1): negative where the load is; infinite where it vanishes."""
+    kappa_rep: float = quantity("1", "κ_rep = h'rms E* A_rep/N_rep")
+    kappa_att: float = quantity("1", "κ_att = h'rms E* A_rep/N_att")
+    """Infinite without attraction: 1/κ = 1/κ_rep - 1/κ_att."""
+    perimeter_cells: int = quantity("1", "cells of the perimeter, N_P")
+    perimeter: float = quantity("a0", "perimeter P of A_rep, with the paper's correction 1.1222")
+    perimeter_exact: float = quantity("a0", "perimeter P of A_rep, with the correction 1.1107")
+    diameter: float = quantity("a0", "mean diameter d_rep = π A_rep/P, with the paper's correction")
+    diameter_exact: float = quantity("a0", "mean diameter d_rep, with the correction 1.1107")
+    chord: float = quantity("a0", "mean chord of A_rep in both directions")
 
     def numbers(self) -> dict[str, float]:
         """Every number of :data:`MEASURED`, by name."""
@@ -169,17 +107,9 @@ class Measurement:
 
 
 MEASURED: Mapping[str, tuple[str, str]] = {
-    "pressure_rep": ("E*", "mean repulsive pressure p_rep = N_rep/A_rep"),
-    "pressure_att": ("E*", "mean attractive pressure N_att/A_att"),
-    "kappa": ("1", "κ = h'rms E* A_rep/N"),
-    "kappa_rep": ("1", "κ_rep = h'rms E* A_rep/N_rep"),
-    "kappa_att": ("1", "κ_att = h'rms E* A_rep/N_att"),
-    "perimeter_cells": ("1", "cells of the perimeter, N_P"),
-    "perimeter": ("a0", "perimeter P of A_rep, with the paper's correction 1.1222"),
-    "perimeter_exact": ("a0", "perimeter P of A_rep, with the correction 1.1107"),
-    "diameter": ("a0", "mean diameter d_rep = π A_rep/P, with the paper's correction"),
-    "diameter_exact": ("a0", "mean diameter d_rep, with the correction 1.1107"),
-    "chord": ("a0", "mean chord of A_rep in both directions"),
+    one.name: (one.metadata["units"], one.metadata["long_name"])
+    for one in fields(Measurement)
+    if one.metadata and one not in fields(Totals)
 }
 """Unit and description of the numbers that a :class:`Measurement` adds to the totals."""
 
@@ -199,4 +129,20 @@ def measure(grid: Grid, totals: Totals, repulsive: Mask, rms_slope: float) -> Me
     if abs(rim.cells - totals.area_rep * grid.size) > 0.5:
         msg = f"the map has {rim.cells} cells, but A_rep/A0 = {totals.area_rep} is {totals.area_rep * grid.size:g}"
         raise ValueError(msg)
-    return Measurement(totals, rim, rms_slope)
+    hold = rms_slope * totals.area_rep
+    return Measurement(
+        **{one.name: getattr(totals, one.name) for one in fields(Totals)},
+        outline=rim,
+        rms_slope=rms_slope,
+        pressure_rep=ratio(totals.load_rep, totals.area_rep),
+        pressure_att=ratio(totals.load_att, totals.area_att),
+        kappa=ratio(hold, totals.load),
+        kappa_rep=ratio(hold, totals.load_rep),
+        kappa_att=ratio(hold, totals.load_att),
+        perimeter_cells=rim.perimeter_cells,
+        perimeter=rim.perimeter("paper"),
+        perimeter_exact=rim.perimeter("exact"),
+        diameter=rim.diameter("paper"),
+        diameter_exact=rim.diameter("exact"),
+        chord=rim.chord,
+    )

@@ -128,11 +128,8 @@ def pressure_distribution(
 ) -> Distribution:
     """Distribution of the pressure, in E*, compression positive, over the cells with non-zero pressure.
 
-    Its integral is the fraction of A0 that feels the wall, its first moment the load.
-
-    Parameters
-    ----------
-    traction : traction of the state; needed under a hard wall only, otherwise it follows from the gap.
+    Its integral is the fraction of A0 that feels the wall, its first moment the load.  The traction of the state is
+    needed under a hard wall only, otherwise it follows from the gap.
     """
 
     def blocks() -> Iterator[Real]:

@@ -48,20 +48,16 @@ def layered_stiffness(layers: Sequence[tuple[float, Solid]], base: Solid, wavenu
     wavenumber : q, in 1/a0, any shape; each of its values is computed once.
     """
     q, inverse = np.unique(wavenumber, return_inverse=True)
-    minors = np.repeat(_half_space(base)[:, None], q.size, axis=1)
+    modulus, c = base.contact_modulus, (1 - 2 * base.poisson) / (1 - base.poisson)
+    # Of the half-space a = b = 2/E, c = (1-2ν)/((1-ν) E).
+    half_space = np.array([1.0, 2 / modulus, 2 / modulus, c / modulus, (4 - c**2) / modulus**2])
+    minors = np.repeat(half_space[:, None], q.size, axis=1)
     above = np.cumsum([0.0, *(thickness for thickness, _ in layers)])
     for (thickness, solid), top in reversed(list(zip(layers, above[:-1], strict=True))):
         felt = slice(np.searchsorted(q * top, OPAQUE))
         minors[:, felt] = _raised(minors[:, felt], solid, np.minimum(q[felt] * thickness, OPAQUE))
     stiffness: Real = (q * minors[0] / minors[2])[inverse].reshape(wavenumber.shape)
     return stiffness
-
-
-def _half_space(solid: Solid) -> Real:
-    """Minors of a half-space: a = b = 2/E, c = (1-2ν)/((1-ν) E)."""
-    modulus, nu = solid
-    c = (1 - 2 * nu) / (1 - nu)
-    return np.array([1.0, 2 / modulus, 2 / modulus, c / modulus, (4 - c**2) / modulus**2])
 
 
 def _raised(minors: Real, solid: Solid, x: Real) -> Real:

@@ -53,9 +53,7 @@ def _corner(x: Real, y: Real) -> Real:
 class OpenBoundary:
     """The periodic surface of twice the size whose first quarter, the window, responds as a half-space.
 
-    Parameters
-    ----------
-    window : the points on which tractions act.
+    Tractions act on the points of the window.
     """
 
     window: Grid

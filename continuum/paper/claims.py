@@ -96,10 +96,8 @@ def _linear(rows: DataFrame) -> Finding | None:
 def _over_bare(rows: DataFrame, of: str, column: str, least: int = 2) -> DataFrame:
     """The valid points with adhesion, with the value without adhesion on the same surface and law as column ``bare``.
 
-    Parameters
-    ----------
-    of : column in which the path without adhesion is interpolated; points outside its range are left out.
-    least : smallest number of points of that path.
+    The path without adhesion, of so many points at ``least``, is interpolated in the column ``of``; points outside its
+    range are left out.
     """
     rows = rows[np.isfinite(rows[column])].assign(law=rows.law.map(str))
     own = ["surface", "law"]

@@ -300,10 +300,8 @@ def _draw_panel(axis: Axes, turns: DataFrame, law: str) -> list[tuple[float, ...
 def write_dispute(sweeps: Sequence[tuple[str, PointTable]], path: Path) -> list[Path]:
     """Tables and figures of one or both observables, from their sweeps; returns the files written.
 
-    Parameters
-    ----------
-    sweeps : name of the folder and table; paths with a way back are judged by their pull-off, others by their load.
-    path : of the page, in Markdown; figures lie beside it.
+    A sweep is the name of its folder and its table; paths with a way back are judged by their pull-off, others by their
+    load.  The path is that of the page, in Markdown; figures lie beside it.
     """
     parts, tables, written = ["# Which theory is right: the numbers\n"], ["## Tables\n"], list[Path]()
     for name, table in sweeps:

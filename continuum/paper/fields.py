@@ -232,7 +232,29 @@ def _lambda_s(result: Result) -> float:
 
 def gap_ratios(found: Sequence[_Found]) -> DataFrame:
     """Mean gap over Eq. (S-1), and d_att, of each contact."""
-    return DataFrame([_row(*each) for each in found])
+    rows = []
+    for result, point, profile in found:
+        numbers, fields, config = point.numbers, point.fields, result.config
+        assert fields is not None
+        least, largest = fields.gap_ratio
+        cells = gap_ratio(profile, result.moments.rms_slope, numbers.diameter, from_perimeter_cells=True)
+        rim = numbers.area_att * result.grid.area / numbers.perimeter if result.wall.range > 0 else float("nan")
+        rows.append({
+            "lambda_s (a0)": _lambda_s(result),
+            "wall": config.wall.law,
+            LENGTH: _length(result),
+            "seed": getattr(config.surface, "seed", ""),
+            "A_rep/A0": numbers.area_rep,
+            "d_rep (a0)": numbers.diameter,
+            "gap over S-1, least, from the edge": least,
+            "largest, from the edge": largest,
+            "gap over S-1, least, from perimeter cells": cells[0],
+            "largest, from perimeter cells": cells[1],
+            "d_att (a0)": fields.width,
+            "A_att/P (a0)": rim,
+            "d_att of S-2 (a0)": fields.expected_width,
+        })  # fmt: skip
+    return DataFrame(rows)
 
 
 def draw_gap_profiles(found: Sequence[_Found]) -> Figure:
@@ -263,26 +285,3 @@ def draw_gap_profiles(found: Sequence[_Found]) -> Figure:
     ]
     plot.legend_below(figure, adhesion_key([_length(result) for result, *_ in found], "-"), sizes)
     return figure
-
-
-def _row(result: Result, point: MeasuredPoint, profile: GapProfile) -> dict[str, str | float]:
-    numbers, fields, config = point.numbers, point.fields, result.config
-    assert fields is not None
-    least, largest = fields.gap_ratio
-    cells = gap_ratio(profile, result.moments.rms_slope, numbers.diameter, from_perimeter_cells=True)
-    rim = numbers.area_att * result.grid.area / numbers.perimeter if result.wall.range > 0 else float("nan")
-    return {
-        "lambda_s (a0)": _lambda_s(result),
-        "wall": config.wall.law,
-        LENGTH: _length(result),
-        "seed": getattr(config.surface, "seed", ""),
-        "A_rep/A0": numbers.area_rep,
-        "d_rep (a0)": numbers.diameter,
-        "gap over S-1, least, from the edge": least,
-        "largest, from the edge": largest,
-        "gap over S-1, least, from perimeter cells": cells[0],
-        "largest, from perimeter cells": cells[1],
-        "d_att (a0)": fields.width,
-        "A_att/P (a0)": rim,
-        "d_att of S-2 (a0)": fields.expected_width,
-    }

@@ -76,12 +76,8 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
     """Verdicts and every figure that there are points for, of one or several sweeps; returns the files written.
 
     The table of points for the verdicts of each sweep, ``paper-NAME-points.csv``, is written beside the page, so that
-    it can be judged again by other rules without its files.
-
-    Parameters
-    ----------
-    sweeps : their figures carry the names of the folders.
-    path : of the page, in Markdown; figures and tables lie beside it.
+    it can be judged again by other rules without its files.  The path is that of the page, in Markdown; figures lie
+    beside it and carry the names of the sweeps' folders.
     """
     names = [data.root.resolve().name for data in sweeps]
     if len(set(names)) < len(names):
@@ -102,16 +98,14 @@ def write_page(sweeps: Sequence[SweepData], path: Path) -> list[Path]:
 def page_text(sections: Mapping[str, str], points: Mapping[str, DataFrame]) -> str:
     """A page in Markdown: a summary of the claims, the figures, and all verdicts.
 
-    Parameters
-    ----------
-    sections : what stands below the name of each sweep, figures and where they come from.
-    points : the table by which each is judged.
+    A section is what stands below the name of each sweep, figures and where they come from; each is judged by the table
+    of its points.
     """
     verdicts = {name: claim_verdicts(points[name]) for name in sections}
     parts = ["# The paper's figures and claims, from stored sweeps\n", _answer(list(verdicts.values())), ""]
     for name, section in sections.items():
         parts += [f"## Sweep `{name}`\n", section, ""]
-    parts += ["## Verdicts\n", _matrix(verdicts, [_bandwidths(points[name]) for name in verdicts]), ""]
+    parts += ["## Verdicts\n", _matrix(verdicts, points), ""]
     for name, found in verdicts.items():
         parts += [f"### Verdicts of `{name}`\n", *_told(found)]
     return "\n".join(parts).rstrip() + "\n"
@@ -147,20 +141,16 @@ def _told(found: Sequence[tuple[Claim, Finding]]) -> Iterator[str]:
         yield f"*Not tested*, {reason}: {'; '.join(claims)}.\n"
 
 
-def _bandwidths(points: DataFrame) -> str:
-    """Smallest and largest λ_L/λ_s of a sweep."""
-    ends = sorted({f"{value:g}" for value in (points.lambda_L / points.lambda_s).agg(["min", "max"])}, key=float)
-    return " - ".join(ends)
-
-
-def _matrix(verdicts: Mapping[str, list[tuple[Claim, Finding]]], bandwidths: Sequence[str]) -> str:
+def _matrix(verdicts: Mapping[str, list[tuple[Claim, Finding]]], points: Mapping[str, DataFrame]) -> str:
     """Matrix of claims and sweeps with their bandwidths; each cell is a verdict linked to the sweep."""
 
     def cell(folder: str, finding: Finding) -> str:
         place = f"sweep-{re.sub(r'[^a-z0-9-]', '', folder.lower())}"
         return f"[{finding.word}](#{place})" if finding.points else "-"
 
-    rows = [("*bandwidths λ_L/λ_s*", *bandwidths)]
+    widths = [points[name].lambda_L / points[name].lambda_s for name in verdicts]
+    ends = [dict.fromkeys((f"{width.min():g}", f"{width.max():g}")) for width in widths]
+    rows = [("*bandwidths λ_L/λ_s*", *map(" - ".join, ends))]
     for claims in zip(*verdicts.values(), strict=True):
         rows.append((claims[0][0].text, *(cell(name, one[1]) for name, one in zip(verdicts, claims, strict=True))))
     return Sheet.of("All verdicts", ("claim of the paper", *verdicts), rows).markdown()

@@ -152,16 +152,11 @@ def figure_table(points: DataFrame, columns: Mapping[str, Any]) -> DataFrame:
 
 def adhesion_key(lengths: Any, line: str = "o") -> list[Artist]:
     """An entry of the legend for each adhesion length."""
+    look: Any = {"marker": line.strip("-"), "linestyle": "-" if "-" in line else "none"}
     return [
-        Line2D([], [], **_look(line), color=adhesion_colour(length), label=rf"$\ell_a/a_0 = {length:g}$")
+        Line2D([], [], **look, color=adhesion_colour(length), label=rf"$\ell_a/a_0 = {length:g}$")
         for length in sorted(set(lengths))
     ]
-
-
-def _look(line: str) -> dict[str, Any]:
-    """Marker and line of a format such as "o-"."""
-    marker = next((letter for letter in line if letter in "os^Dv."), "")
-    return {"marker": marker, "linestyle": line.replace(marker, "", 1) or "none"}
 
 
 def draw_points(axis: Axes, numbers: DataFrame, x: str, y: str, error: str | None = None) -> None:

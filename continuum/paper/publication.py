@@ -110,7 +110,8 @@ def sweep_publish(
         doubts = _doubts(found)
         write_publication_page(root, found, draft, about, citation, doubts)
         written = {path.name: path.read_bytes() for path in sorted(draft.iterdir())}
-    _require_ours(place, written, None if force else before)
+    if not force:
+        _require_ours(place, written, before)
     paths = _replaced(place, written, before)
     unnamed = () if names else ("the creators are those of the program; name yours with --creator 'Family, Given'",)
     return Publication(place, paths, found, (*doubts, *unnamed))
@@ -175,20 +176,16 @@ def _earlier(place: Path) -> dict[str, str]:
     return {name: digest for digest, name in re.findall(r"^([0-9a-f]{64})  ([^/\n]+)$", text, re.MULTILINE)}
 
 
-def _require_ours(place: Path, written: Mapping[str, bytes], before: Mapping[str, str] | None) -> None:
-    """Check that files to overwrite or remove are unchanged since an earlier call; no check if that is None."""
-    if before is None:
-        return
+def _require_ours(place: Path, written: Mapping[str, bytes], before: Mapping[str, str]) -> None:
+    """Check that files to overwrite or remove are unchanged since an earlier call."""
     for name in sorted({*written, *before}):
-        if (place / name).exists() and before.get(name) != _sum_of(place / name):
+        there = place / name
+        ours = there.is_file() and hashlib.sha256(there.read_bytes()).hexdigest() == before.get(name)
+        if there.exists() and not ours:
             raise OutputError(
-                f"{place / name}: is not as `continuum sweep publish` has written it, and is left alone; choose "
+                f"{there}: is not as `continuum sweep publish` has written it, and is left alone; choose "
                 "another folder with --output, or write over it with --force"
             )
-
-
-def _sum_of(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
 def _replaced(place: Path, written: Mapping[str, bytes], before: Mapping[str, str]) -> tuple[Path, ...]:

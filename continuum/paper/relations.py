@@ -63,32 +63,29 @@ def draw_area_against_load(numbers: DataFrame) -> Figure:
     return figure
 
 
-_SIDES = {
-    "A_att w/range (E* A0)": (r"$(A_\mathrm{att}/A_0)\,w/\Delta r$ ($E^*$)", r"$N_\mathrm{att}/A_0$ ($E^*$)"),
-    "h' A_rep/2 (A0)": (r"$h'_\mathrm{rms}A_\mathrm{rep}/(2A_0)$", r"$N_\mathrm{rep}/(E^*A_0)$"),
-    "A_rep/A0": (r"$A_\mathrm{rep}/A_0$", r"$(P/A_0)\,(4h'_\mathrm{rms}/h''_\mathrm{rms})/\pi$"),
-}
+_PANELS = (
+    ("A_att w/range (E* A0)", r"$(A_\mathrm{att}/A_0)\,w/\Delta r$ ($E^*$)",
+     "N_att (E* A0)", r"$N_\mathrm{att}/A_0$ ($E^*$)", r"$N_\mathrm{att} = (w/\Delta r)\,A_\mathrm{att}$"),
+    ("h' A_rep/2 (A0)", r"$h'_\mathrm{rms}A_\mathrm{rep}/(2A_0)$",
+     "N_rep (E* A0)", r"$N_\mathrm{rep}/(E^*A_0)$", r"$\kappa_\mathrm{rep} = 2$"),
+    ("A_rep/A0", r"$A_\mathrm{rep}/A_0$",
+     "P (4h'/h'')/(pi A0)", r"$(P/A_0)\,(4h'_\mathrm{rms}/h''_\mathrm{rms})/\pi$",
+     r"$d_\mathrm{rep} = 4h'_\mathrm{rms}/h''_\mathrm{rms}$"),
+)  # fmt: skip
+"""Panels of Fig. 3: the columns across and up, each with its label, and the title."""
 
 
 def draw_loads(numbers: DataFrame) -> Figure:
     """Fig. 3: a panel for each relation."""
     figure, axes = plot.new_axes(plot.PAGE, 3.1, 1, 3)
-    ups = ("N_att (E* A0)", "N_rep (E* A0)", "P (4h'/h'')/(pi A0)")
-    for axis, (x, (across, up)), y in zip(axes, _SIDES.items(), ups, strict=True):
+    for axis, (x, across, y, up, _) in zip(axes, _PANELS, strict=True):
         draw_points(axis, numbers[(numbers[x] > 0) & (numbers[y] > 0)], x, y)
         axis.set(xscale="log", yscale="log", xlabel=across, ylabel=up)
         line_of_slope(axis, label="as the title says")
     line_of_slope(axes[2], 2.0, "within a factor of two", ":")
     line_of_slope(axes[2], 0.5, "", ":")
     plot.log_ticks(*axes)
-    plot.letter_panels(
-        axes,
-        (
-            r"$N_\mathrm{att} = (w/\Delta r)\,A_\mathrm{att}$",
-            r"$\kappa_\mathrm{rep} = 2$",
-            r"$d_\mathrm{rep} = 4h'_\mathrm{rms}/h''_\mathrm{rms}$",
-        ),
-    )
+    plot.letter_panels(axes, [title for *_, title in _PANELS])
     plot.legend_below(figure, *symbol_key(numbers), plot.labelled(*axes))
     return figure
 

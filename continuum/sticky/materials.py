@@ -143,14 +143,8 @@ class Coating:
     base_modulus: float
     base_poisson: float
 
-    def __post_init__(self) -> None:
-        for name in ("thickness", "contact_modulus", "base_modulus"):
-            object.__setattr__(self, name, number(name, getattr(self, name), above=0))
-        for name in ("poisson", "base_poisson"):
-            object.__setattr__(self, name, number(name, getattr(self, name), above=-1, most=0.5))
-
     def substrate(self, unit: float) -> LayeredHalfSpace:
-        """Elastic response, in units of the contact modulus of the layer and of a length in m."""
+        """Elastic response, in units of the contact modulus of the layer and of a length in m; it checks the values."""
         layer = (self.thickness / unit, 1.0, self.poisson)
         return LayeredHalfSpace([layer], (self.base_modulus / self.contact_modulus, self.base_poisson))
 

@@ -12,6 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from continuum import units
 from continuum.arguments import ArgumentError, instance, number
 from continuum.sticky.continuation import Continuation, continuation_of
@@ -261,7 +263,8 @@ def prediction_of(
 
     Parameters
     ----------
-    smallest : wavelength to which the spectrum is continued; None for two atoms (:func:`smallest_wave`).
+    smallest : wavelength to which the spectrum is continued; None for two atoms, or if their spacing is unknown two
+        ranges of attraction.
     tip : radius of the tip that measured the maps; None if unknown.
     """
     instance("interface", interface, Interface)
@@ -275,18 +278,13 @@ def prediction_of(
     for one in topographies:
         instance("topographies", one, Topography)
     findings = tuple(find_faults(topography) for topography in topographies)
-    predicted = partial(_predicted, interface=interface, findings=findings, tip=tip,
-                        smallest=smallest_wave(interface) if smallest is None else smallest)  # fmt: skip
+    smallest = 2 * (interface.spacing or interface.range) if smallest is None else smallest
+    predicted = partial(_predicted, interface=interface, findings=findings, smallest=smallest, tip=tip)
     found = predicted(topographies)
     better = [looked.mended or topography for topography, looked in zip(topographies, findings, strict=True)]
     if all(one is other for one, other in zip(better, topographies, strict=True)):
         return found
     return replace(found, mended=predicted(better))
-
-
-def smallest_wave(interface: Interface) -> float:
-    """The smallest wavelength: two atoms, or if their spacing is unknown two ranges of attraction."""
-    return 2 * (interface.spacing or interface.range)
 
 
 def _predicted(
@@ -311,6 +309,7 @@ def _predicted(
     warnings += [f"{estimates[0].name} is out of its range: {why}" for why in estimates[0].why]
     shortest = max(topography.cutoff or 0.0 for topography in topographies)
     cuts = [roughness.cut(wavelength) for wavelength in roughness.wavelengths if wavelength >= shortest]
+    least = NOTHING * np.array(roughness.whole.moments)
     return Prediction(
         tuple(topographies),
         roughness,
@@ -318,14 +317,9 @@ def _predicted(
         interface,
         contact,
         estimates,
-        tuple((cut, verdicts(rough_contact(cut, interface, roll_off))) for cut in cuts if _shown(cut, roughness)),
+        tuple((cut, verdicts(rough_contact(cut, interface, roll_off))) for cut in cuts if np.all(cut.moments > least)),
         tuple(warnings),
         findings,
         summit_contact(topographies[0], contact) if len(topographies) == 1 else None,
         continuation_of(topographies, analysed, smallest, tip),
     )
-
-
-def _shown(cut: Cut, roughness: Roughness) -> bool:
-    """Whether a cut-off leaves more roughness than rounding errors."""
-    return all(one > NOTHING * whole for one, whole in zip(cut.moments, roughness.whole.moments, strict=True))

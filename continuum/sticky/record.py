@@ -30,6 +30,7 @@ from continuum.sticky.criteria import Criterion, RoughContact
 Part = Literal["map", "summits"]
 """The points whose roughness is judged."""
 _FILES: dict[Part, str] = {"map": "record.csv", "summits": "summits.csv"}
+_COLUMNS = ("rms_height", "rms_slope", "rms_curvature", "work", "range", "conformal_energy")
 SIMILAR = 3.0
 FEWEST = 10
 """Smallest number of similar surfaces; with fewer, the whole record is used."""
@@ -78,15 +79,9 @@ def recorded(part: Part = "map") -> tuple[Surface, ...]:
     text = resources.files("continuum.sticky").joinpath(_FILES[part]).read_text()
     found = []
     for row in csv.DictReader(text.splitlines()):
-        contact = RoughContact(
-            float(row["rms_height"]),
-            float(row["rms_slope"]),
-            float(row["rms_curvature"]),
-            float(row["work"]),
-            float(row["range"]),
-            conformal_energy=float(row["conformal_energy"]),
-            roll_off=float(row["lambda_L"]) if "lambda_L" in row else None,
-        )
+        height, slope, curvature, work, reach, energy = (float(row[name]) for name in _COLUMNS)
+        roll_off = float(row["lambda_L"]) if "lambda_L" in row else None
+        contact = RoughContact(height, slope, curvature, work, reach, conformal_energy=energy, roll_off=roll_off)
         found.append(Surface(contact, {"yes": True, "no": False}.get(row.get("sticky", "")), row.get("class", "")))
     return tuple(found)
 
@@ -115,9 +110,7 @@ def support(
 ) -> Support:
     """Probability that a contact is sticky, from the mean margin of criteria on it and on the surfaces of the record.
 
-    Parameters
-    ----------
-    criteria : one or several of :data:`continuum.sticky.criteria.CRITERIA`, which are averaged.
+    The criteria are one or several of :data:`continuum.sticky.criteria.CRITERIA`.
     """
     return _supports(criteria, contact, without, part)(mean_margin(criteria, contact))
 

@@ -124,9 +124,7 @@ def in_place_of(shortest: float, given: float) -> str:
 def wall_of_map(topography: Topography, unit: float) -> tuple[Grid, Real]:
     """Grid and wall heights of a map, which is continued by its mirror images unless it is periodic.
 
-    Parameters
-    ----------
-    unit : unit of length, in m, of the grid and the heights, whose mean is zero.
+    Both are in a unit of length in m; the mean height is zero.
     """
     closed = topography if topography.periodic else mirror(topography)
     grid = Grid(closed.grid.shape, (closed.lengths[0] / unit, closed.lengths[1] / unit))
@@ -142,9 +140,7 @@ def wall_on(grid: Grid, adhesion_length: float, reach: float) -> Wall:
 def solver_doubts(problem: ContactProblem, slope: float, topography: Topography, unit: str) -> list[str]:
     """Warnings about a solution on a map: what its pixels do not resolve, and how the map was continued.
 
-    Parameters
-    ----------
-    unit : description of a0.
+    The text ``unit`` describes a0.
     """
     doubts = [f"solver, a0 being {unit} and the grid that of the map: {text}" for text in unresolved(problem, slope)]
     return doubts + ([] if topography.periodic else ["solved on the map and its mirror images"])

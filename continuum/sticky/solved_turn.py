@@ -84,9 +84,7 @@ class SolvedTurn(SolvedMap):
 def expected_pairs(size: int, *, resolved: bool) -> float:
     """Expected FFT pairs for the turn of a map on a grid of this many points, to a factor of three.
 
-    Parameters
-    ----------
-    resolved : whether the pixels resolve the range of the interface at the turn.
+    The range is ``resolved`` if the pixels resolve that of the interface at the turn.
     """
     return PAIRS if resolved else max(PAIRS, PAIRS_PER_SIDE * size**0.5)
 

@@ -32,6 +32,8 @@ TABLE = "study.csv"
 """Name of the table of files in a folder."""
 CONFIDENCE = 0.95
 _FIELDS = ("sample", "spot", "magnification")
+_USUAL = re.compile(r"(?P<sample>[^_/]+)(?:[_/](?P<spot>[^_/]+)(?:[_/](?P<magnification>[^_/]+))?)?")
+"""Names of files: sample, spot and magnification, between underscores or from a folder."""
 _COLUMNS = ("file", *_FIELDS, *PER_MAP)
 _NO_MAPS = frozenset({".html", ".png", ".pdf", ".svg", ".json", ".toml", ".md", ".py", ".log", ".docx", ".xlsx"})
 
@@ -153,7 +155,7 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
     """
     if pattern is None and (folder / TABLE).is_file():
         return _from_table(folder)
-    form = None if pattern is None else _form(pattern)
+    form = _USUAL if pattern is None else _form(pattern)
     left = None if without is None else without.resolve()
     files = [
         path
@@ -166,12 +168,11 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
     found, odd = list[Scan](), list[str]()
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()
-        parts = _parts(name) if form is None else form.fullmatch(name)
-        if parts is None:
+        told = form.fullmatch(name)
+        if told is None:
             odd.append(path.relative_to(folder).as_posix())
-            continue
-        told = parts if isinstance(parts, dict) else parts.groupdict()
-        found.append(Scan(path, told["sample"], told.get("spot") or "1"))
+        else:
+            found.append(Scan(path, told["sample"], told.groupdict().get("spot") or "1"))
     if odd:
         kind = "SAMPLE, SAMPLE_SPOT or SAMPLE_SPOT_MAGNIFICATION" if pattern is None else repr(pattern)
         raise InputError(
@@ -179,12 +180,6 @@ def scans(folder: Path, pattern: str | None = None, without: Path | None = None)
             f"`pattern`, as '{{sample}}-{{spot}}-{{magnification}}', or a table {TABLE} with {', '.join(_COLUMNS)}"
         )
     return found
-
-
-def _parts(name: str) -> dict[str, str] | None:
-    """Sample, spot and magnification between underscores or from a folder; None if there are more parts."""
-    parts = re.split(r"[_/]", name)
-    return dict(zip(_FIELDS, parts, strict=False)) if len(parts) <= len(_FIELDS) and all(parts) else None
 
 
 def _form(pattern: str) -> re.Pattern[str]:
@@ -235,23 +230,17 @@ def ranked(folder: Path, spots: Sequence[Spot]) -> Study:
     scatter = float(np.sqrt(squares / freedom)) if freedom else None
     samples = []
     for name, values in logs.items():
-        margin = float(np.exp(np.mean(values))) if values else None
-        half = None if scatter is None or not values else scatter * _student(freedom) / np.sqrt(len(values))
-        interval = (
-            None if half is None or margin is None else (float(margin * np.exp(-half)), float(margin * np.exp(half)))
-        )
+        margin, interval = float(np.exp(np.mean(values))) if values else None, None
+        if margin is not None and scatter is not None:
+            from scipy.special import stdtrit  # imported late: not needed if no sample has two spots
+
+            half = scatter * float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) / np.sqrt(len(values))
+            interval = float(margin * np.exp(-half)), float(margin * np.exp(half))
         own = tuple(spot for spot in spots if spot.sample == name)
         samples.append(SampleRank(name, own, margin, interval))
     samples.sort(key=lambda one: -(one.margin or 0.0))
     with_ranks = tuple(replace(one, ranks=_ranks(one, samples)) for one in samples)
     return Study(folder, with_ranks, None if scatter is None else float(np.exp(scatter)))
-
-
-def _student(freedom: int) -> float:
-    """Student's quantile of a two-sided interval."""
-    from scipy.special import stdtrit  # imported late: not needed if no sample has two spots
-
-    return float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
 
 
 def _ranks(one: SampleRank, samples: Sequence[SampleRank]) -> tuple[int, int] | None:

@@ -103,9 +103,7 @@ def unmeasured(
 ) -> MissingWaves | None:
     """Effect of unmeasured waves on an answer; None if there are none, or the answer is undecided without them.
 
-    Parameters
-    ----------
-    answer : answer for the measured waves; by the theories if None.
+    The answer for the measured waves is that of the theories if it is None.
     """
     waves = prediction.continuation
     answer = _judge_measured(prediction, without).answer if answer is None else answer
@@ -214,11 +212,7 @@ def judge_contact(contact: RoughContact, without: Left | None = None, part: Part
     """The verdict of all theories in their range together.
 
     Moderately steep surfaces are judged with smaller heights, which in linear elasticity is the same contact, and with
-    a stricter margin.
-
-    Parameters
-    ----------
-    part : the points whose roughness and record are used: those of the map, or of the summits.
+    a stricter margin.  The roughness and the record are those of a ``part``: the points of the map, or of the summits.
     """
     heard = _heard if part == "map" else _heard_of_summits
     flatter, slope = flattened(contact), contact.rms_slope
@@ -238,7 +232,14 @@ def flattened(contact: RoughContact) -> RoughContact:
     In linear elasticity, for slopes of up to :data:`STEEPEST`, the two are the same contact.
     """
     slope = contact.rms_slope
-    return _stretched(contact, LARGEST_SLOPE * (1 - 1e-9) / slope) if LARGEST_SLOPE < slope <= STEEPEST else contact
+    if not LARGEST_SLOPE < slope <= STEEPEST:
+        return contact
+    factor = LARGEST_SLOPE * (1 - 1e-9) / slope
+    return replace(
+        contact.rougher(factor, factor, factor),
+        range=factor * contact.range,
+        work_of_adhesion=factor**2 * contact.work_of_adhesion,
+    )
 
 
 def _heard(contact: RoughContact, without: Left | None) -> Verdict:
@@ -280,15 +281,6 @@ def _together(
     why = (f"{names}, by {found.count} {alike}",)
     turn = float(contact.work_of_adhesion * margins[0] / margins[1])
     return Verdict(answer_at(found.probability), found.probability, why, turn)
-
-
-def _stretched(contact: RoughContact, factor: float) -> RoughContact:
-    """The contact with heights and range scaled, and work and energy by the square."""
-    return replace(
-        contact.rougher(factor, factor, factor),
-        range=factor * contact.range,
-        work_of_adhesion=factor**2 * contact.work_of_adhesion,
-    )
 
 
 def _firm(

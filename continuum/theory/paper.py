@@ -136,12 +136,8 @@ def attractive_load(
 ) -> float:
     """Attraction per length of perimeter, ∫ p(Δ(x)) dx with the gap of Eq. (S-1), Eq. (S-3).
 
-    Equal to w d_att/Δr for the effective range Δr of Eq. (S-5): that is its definition, Eq. (S-4).
-
-    Parameters
-    ----------
-    attraction, cutoff : see :func:`effective_range`.
-    rms_slope, diameter : h' and d_rep.
+    Equal to w d_att/Δr for the effective range Δr of Eq. (S-5): that is its definition, Eq. (S-4).  Attraction and
+    cut-off are those of :func:`effective_range`.
     """
     # x grows as Δ^(2/3): with Δ = s³, dx/ds is linear and nothing is singular at contact.
     scale = attraction_width(rms_slope, diameter, 1.0)

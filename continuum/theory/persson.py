@@ -113,13 +113,12 @@ class PerssonContact:
         # Of the waves between two wavenumbers: y = 1/w, in which the integrand is smooth, as q³ C dq = d(y²)/π.
         y = np.sqrt(np.maximum(squares[None, :] - squares[:count, None], 0))
         middle = np.maximum((y[:, 1:] + y[:, :-1]) / 2, np.finfo(float).tiny)
-        terms = self._gain(pressure / areas[:, None] / middle) * np.diff(y) / np.sqrt(q[1:] * q[:-1])
+        x = pressure / areas[:, None] / middle
+        # G(x): an exponential integral, and a bounded remainder from a table.
+        bounded = 3 * (1 - self.gamma) * np.interp(x, _T, _REST, right=0.0)
+        gain = self.gamma * exp1(np.clip(x, 1e-150, 26.0) ** 2) / 2 + bounded
+        terms = gain * np.diff(y) / np.sqrt(q[1:] * q[:-1])
         return 2 / np.sqrt(np.pi) * terms.sum(axis=1), areas
-
-    def _gain(self, x: Real) -> Real:
-        """G(x): an exponential integral, and a bounded remainder from a table."""
-        bounded = np.interp(x, _T, _REST, right=0.0)
-        return self.gamma * exp1(np.clip(x, 1e-150, 26.0) ** 2) / 2 + 3 * (1 - self.gamma) * bounded
 
     def gaps(self, pressure: float) -> Callable[[Real], Real]:
         """Probability density of the gaps outside the contact at a mean pressure; its integral is the area outside.
@@ -166,11 +165,7 @@ class PerssonContact:
 
         Attraction as in :func:`continuum.theory.rough.bearing_area_limit`, a constant tension w/ε where the undeformed
         surface would be nearer than ε; repulsion by :meth:`separation` in full instead of its limit for large gaps, as
-        Violano, Papangelo and Ciavarella (2021, arXiv 2012.07040) do for all fractal dimensions.
-
-        Parameters
-        ----------
-        reach : ε.
+        Violano, Papangelo and Ciavarella (2021, arXiv 2012.07040) do for all fractal dimensions; ``reach`` is ε.
         """
         h, (pressures, gaps) = self.rms_height, self._approach
 

@@ -80,11 +80,8 @@ def fuller_tabor(ratio: float) -> float:
     """Pull-off force of N JKR asperities of Gaussian heights over N P_c, P_c = (3/2)π w R.
 
     Fuller and Tabor, Proc. R. Soc. A 345, 327 (1975).  Each asperity follows the JKR curve until it separates at a
-    stretch of δ_c; all have touched before (a high peak load).
-
-    Parameters
-    ----------
-    ratio : h_rms/δ_c, with δ_c of :attr:`continuum.theory.smooth.JKR.separation_distance`.
+    stretch of δ_c; all have touched before (a high peak load).  The ratio is h_rms/δ_c, with δ_c of
+    :attr:`continuum.theory.smooth.JKR.separation_distance`.
     """
     # JKR in Maugis' units: N = a³ - a sqrt(6a) in π w R, δ = a² - (2/3) sqrt(6a), separation at a³ = 1/6.
     first = math.cbrt(1 / 6)
@@ -113,11 +110,8 @@ def dmt_asperities(ratio: float) -> float:
     """Pull-off force of N DMT asperities of Gaussian heights over N 2π w R.
 
     As Maugis, J. Adhes. Sci. Technol. 10, 161 (1996): each pulls with 2π w R while it touches.  The attraction of
-    asperities that do not touch is neglected, as it depends on the range.
-
-    Parameters
-    ----------
-    ratio : h_rms/δ_c as in :func:`fuller_tabor`; the Hertzian force at an indentation of δ_c is (sqrt(3)/4) 2π w R.
+    asperities that do not touch is neglected, as it depends on the range.  The ratio is h_rms/δ_c as in
+    :func:`fuller_tabor`; the Hertzian force at an indentation of δ_c is (sqrt(3)/4) 2π w R.
     """
     hertz = math.sqrt(3) / 4 * ratio**1.5
 
@@ -170,11 +164,8 @@ def bearing_area_limit(ratio: float) -> float:
         p_att = (w/ε) [Φ(-(u - ε)/h_rms) - Φ(-u/h_rms)]
 
     Sticky where p_att exceeds p at some u.  For ε much smaller than h_rms this first happens at u = 2 h_rms: the limit
-    is e²/(3π/2 sqrt(2π)).  The smallest wavelength does not enter.
-
-    Parameters
-    ----------
-    ratio : h_rms/ε, with ε the range over which the tension is constant, w over the tension.
+    is e²/(3π/2 sqrt(2π)).  The smallest wavelength does not enter.  The ratio is h_rms/ε, with ε the range over which
+    the tension is constant, w over the tension.
     """
 
     def gain(x: Real | float) -> Real:
@@ -209,21 +200,15 @@ def turning_share(ratio: float) -> float:
 
     ½/(1 + (Δ/D)^m) with D = 0.764 and m = 1.187, for the paper's law, as stated before the surfaces that tested it
     were made.  These turned at 0.87 of it on average, and at 0.6 - 0.75 of it under an attraction of infinite range.
-
-    Parameters
-    ----------
-    ratio : effective range of the attraction over h_rms.
+    The ratio is the effective range Δ of the attraction over h_rms.
     """
     return float(0.5 / (1 + (ratio / 0.764) ** 1.187))
 
 
 def pastewka_robbins_exponent(hurst: float, range_exponent: float = 0.0) -> float:
-    """5H/3 - 1 for a fixed range: w ~ h' Δr^(1/3) (h'²/h'')^(2/3), the paper's Eq. (6).
+    """5H/3 - 1 for a fixed range: w ~ h' Δr^(1/3) (h'²/h'')^(2/3), the paper's Eq. (6), with H between 0 and 1.
 
-    Parameters
-    ----------
-    hurst : H, between 0 and 1.
-    range_exponent : y of Δr ~ w^y: 0 for a fixed range, 1/2 for the paper's spline, which gives 6/5 of that.
+    The range exponent y of Δr ~ w^y is 0 for a fixed range, and 1/2 for the paper's spline, which gives 6/5 of that.
     """
     slope, curvature = hurst - 1, hurst - 2
     return (slope + 2 / 3 * (2 * slope - curvature)) / (1 - range_exponent / 3)

@@ -6,7 +6,8 @@ words before the numbers are a header, which may have the units of the columns i
 
 import codecs
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -47,7 +48,8 @@ def read_table(path: Path) -> Columns:
             header, first, words = list[str](), "", False
             for line in file:
                 text = line.strip()
-                if text.lstrip("#").strip() and (text.startswith("#") or _only_words(text)):
+                only_words = not any(_is(float, field) for field in re.split(r"[;,\s]+", text) if field)
+                if text.lstrip("#").strip() and (text.startswith("#") or only_words):
                     header.append(text.lstrip("#").strip())
                     words |= not text.startswith("#")
                 elif text and not text.startswith("#"):
@@ -73,34 +75,25 @@ def _encoding(path: Path) -> str:
         return "utf-16" if file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
 
 
-def _only_words(line: str) -> bool:
-    """Whether no field of a line is a number, so that it is a header and not a damaged row."""
-    return not any(_is_number(field) for field in re.split(r"[;,\s]+", line) if field)
-
-
-def _is_number(text: str) -> bool:
+def _is(read: Callable[[str], float], text: str) -> bool:
+    """Whether a text can be read as a number, or as a unit."""
     try:
-        float(text)
+        read(text)
     except ValueError:
         return False
     return True
+
+
+_unit_of_length = partial(units.unit_size, quantity="length")
 
 
 def units_in(header: Sequence[str], columns: int) -> tuple[float, ...]:
     """Units of length of the columns, in m, from the last header line that has one for each; else empty."""
     for line in reversed(header):
-        found = [units.unit_size(name, "length") for name in _UNIT.findall(line) if _is_length(name)]
+        found = [_unit_of_length(name) for name in _UNIT.findall(line) if _is(_unit_of_length, name)]
         if len(found) == columns:
             return tuple(found)
     return ()
-
-
-def _is_length(name: str) -> bool:
-    try:
-        units.unit_size(name, "length")
-    except ValueError:
-        return False
-    return True
 
 
 def from_table(table: Columns, source: str, of: str = "the file") -> RawMap:

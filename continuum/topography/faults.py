@@ -286,23 +286,19 @@ def _noise(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
 
 
 def _blunt_tip(topography: Topography, waves: SpectrumFindings) -> MapFault | None:
-    tip = _tip(topography) if topography.cutoff is None else None
-    if tip is None:
-        return None
-    wavelength = min((wave for wave in waves.roughness.followed_by(tip) if _cut(topography, wave)), default=None)
-    text = f"summits are rounded to {_length(tip)}, with cusps between them: by a blunt tip, or spheres"
-    return MapFault("tip", text, _cut(topography, wavelength))
-
-
-def _tip(topography: Topography) -> float | None:
-    """Radius to which summits are rounded, if the valleys are so much sharper that a blunt tip is the cause."""
+    """Summits rounded to a radius, if the valleys are so much sharper that a blunt tip is the cause."""
     h, (dx, dy) = topography.heights, topography.grid.spacing
     bend = np.diff(h, 2, axis=0)[:, 1:-1] / dx**2 + np.diff(h, 2, axis=1)[1:-1] / dy**2
     low, high = (float(q) for q in np.quantile(bend, (0.001, 0.999)))
-    # Both are required, since the skewness alone may be that of a few points if heights are not Gaussian.
-    if bend.std() == 0 or not 0 < -low * BLUNT < high or float(np.mean((bend / bend.std()) ** 3)) < CUSPS:
+    if topography.cutoff is not None or bend.std() == 0 or not 0 < -low * BLUNT < high:
         return None
-    return -2 / low
+    # Both are required, since the skewness alone may be that of a few points if heights are not Gaussian.
+    if float(np.mean((bend / bend.std()) ** 3)) < CUSPS:
+        return None
+    tip = -2 / low
+    wavelength = min((wave for wave in waves.roughness.followed_by(tip) if _cut(topography, wave)), default=None)
+    text = f"summits are rounded to {_length(tip)}, with cusps between them: by a blunt tip, or spheres"
+    return MapFault("tip", text, _cut(topography, wavelength))
 
 
 def _anisotropy(topography: Topography, waves: SpectrumFindings) -> MapFault | None:

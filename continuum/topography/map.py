@@ -104,15 +104,14 @@ class Topography:
         if heights.ndim != 2 or min(heights.shape) < FEWEST:
             shape = " x ".join(map(str, heights.shape))
             what = f"an array of {shape} heights" if shape else "heights that are one number"
-            self._refuse(f"{what}: a map is two-dimensional, with at least {FEWEST} points along each side")
-        if fault := fault_of(heights, lengths):
-            self._refuse(fault)
+            fault = f"{what}: a map is two-dimensional, with at least {FEWEST} points along each side"
+        else:
+            fault = fault_of(heights, lengths)
+        if fault:
+            raise TopographyError(f"{self.source}: {fault}")
         heights.flags.writeable = False
         object.__setattr__(self, "heights", heights)
         object.__setattr__(self, "lengths", lengths)
-
-    def _refuse(self, why: str) -> None:
-        raise TopographyError(f"{self.source}: {why}")
 
     @cached_property
     def grid(self) -> Grid:

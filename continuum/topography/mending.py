@@ -10,14 +10,14 @@ from typing import Literal, get_args
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 from continuum import units
 from continuum.arguments import ArgumentError, array, choice, count, instance, number, pair
 from continuum.model.fourier import Real
 from continuum.tables import LARGEST_N
-from continuum.topography.map import FLAT, Bands, Topography, TopographyError, mirror
+from continuum.topography.map import FLAT, Topography, TopographyError, mirror
 from continuum.topography.quantities import length_of
 from continuum.topography.scanlines import Mask, line_offsets, scan_lines, spikes
 
@@ -129,28 +129,17 @@ def harmonic(heights: Real, holes: Mask) -> Real:
         return heights.copy()
     if holes.all():
         raise ValueError("all heights are missing")
-    number = np.full(heights.shape, -1)
-    number[holes] = np.arange(np.count_nonzero(holes))
-    rows, columns, weights = [], [], []
-    known = np.zeros(np.count_nonzero(holes))
-    count = np.zeros(np.count_nonzero(holes))
-    for axis in (0, 1):
-        for here, there in (((slice(1, None)), slice(None, -1)), (slice(None, -1), slice(1, None))):
-            mine, its = np.moveaxis(number, axis, 0)[here], np.moveaxis(number, axis, 0)[there]
-            height = np.moveaxis(heights, axis, 0)[there]
-            inside = mine >= 0
-            np.add.at(count, mine[inside], 1)
-            open_side, edge = inside & (its >= 0), inside & (its < 0)
-            rows.append(mine[open_side])
-            columns.append(its[open_side])
-            weights.append(np.full(np.count_nonzero(open_side), -1.0))
-            np.add.at(known, mine[edge], height[edge])
-    diagonal = np.arange(count.size)
-    matrix = csr_array(
-        (np.concatenate([*weights, count]), (np.concatenate([*rows, diagonal]), np.concatenate([*columns, diagonal])))
-    )
+    unknown = np.full(heights.shape, -1)
+    unknown[holes] = np.arange(np.count_nonzero(holes))
+    padded, numbers = np.pad(heights, 1), np.pad(unknown, 1, constant_values=-2)  # -1 is known, -2 beyond the edge
+    i, j = np.nonzero(holes)
+    beside = [(i, j + 1), (i + 2, j + 1), (i + 1, j), (i + 1, j + 2)]
+    its = np.array([numbers[place] for place in beside])
+    known = np.where(its == -1, [padded[place] for place in beside], 0.0).sum(axis=0)
+    _, rows = np.nonzero(its >= 0)
+    links = csr_array((np.full(rows.size, -1.0), (rows, its[its >= 0])), shape=(i.size, i.size))
     filled = heights.copy()
-    filled[holes] = spsolve(matrix.tocsc(), known)
+    filled[holes] = spsolve((diags_array((its > -2).sum(axis=0).astype(float)) + links).tocsc(), known)
     return filled
 
 
@@ -190,16 +179,12 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
     nx, ny = topography.heights.shape
     heights = grid.inverse(heights_q)[:nx, :ny]
     step = f"waves shorter than {units.readable(wavelength, 'length', 3)} left out"
-    bands = None if topography.bands is None else _longer(topography.bands, wavelength)
+    bands = topography.bands
+    if bands is not None:
+        (edges, density), last = bands, 2 * np.pi / wavelength
+        kept = edges[:-1] < last
+        bands = np.append(edges[:-1][kept], min(last, float(edges[-1]))), density[kept]
     return topography.after(heights, step, cutoff=wavelength, bands=bands)
-
-
-def _longer(bands: Bands, wavelength: float) -> Bands:
-    """Bands of waves longer than a wavelength."""
-    edges, density = bands
-    last = 2 * np.pi / wavelength
-    kept = edges[:-1] < last
-    return np.append(edges[:-1][kept], min(last, float(edges[-1]))), density[kept]
 
 
 def wall_from_map(

@@ -216,20 +216,12 @@ def together(first: Roughness, second: Roughness) -> Roughness:
     wavenumber = np.concatenate([first.wavenumber, second.wavenumber])
     order = np.argsort(wavenumber, kind="stable")
     a, b, c, d = (np.concatenate(pair)[order] for pair in zip(first.shares, second.shares, strict=True))
-
-    def add(one: Moments, other: Moments) -> Moments:
-        return Moments(*np.hypot(one, other).tolist())
-
+    kinds = ((one.moments, one.stencil, one.spectral) for one in (first, second))
+    whole, stencil, spectral = (Moments(*np.hypot(*both).tolist()) for both in zip(*kinds, strict=True))
     return Roughness(
-        add(first.moments, second.moments),
-        add(first.stencil, second.stencil),
-        add(first.spectral, second.spectral),
-        first.conformal_energy + second.conformal_energy,
-        wavenumber[order],
-        (a, b, c, d),
-        max(first.pixel, second.pixel),
-        min(first.size, second.size),
-    )
+        whole, stencil, spectral, first.conformal_energy + second.conformal_energy, wavenumber[order], (a, b, c, d),
+        max(first.pixel, second.pixel), min(first.size, second.size),
+    )  # fmt: skip
 
 
 def fit_self_affine(wavenumber: Real, density: Real) -> Fit | None:

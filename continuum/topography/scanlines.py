@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, binary_opening
+from scipy.ndimage import binary_dilation, binary_opening, maximum_filter1d
 
 from continuum.arguments import ArgumentError
 from continuum.arguments import field as map_of
@@ -87,7 +87,7 @@ def scan_lines(heights: Real) -> ScanLines:
     limit = FAR * max(*spreads, 1e-300)
     outliers = [
         np.setdiff1d(
-            _displaced(bends[axis], limit, _agreement(heights, axis)),
+            _displaced(bends[axis], limit, np.mean(_across(heights, axis) > 0, axis=axis)[1:-1]),
             np.flatnonzero(scars[axis].mean(axis=axis) > SCARRED),
         )
         for axis in (0, 1)
@@ -155,27 +155,21 @@ def _scars(heights: Real, axis: int) -> Mask:
         return mask
     # The lines beside a scar bend half as much the other way, and are not scars.
     size = np.abs(np.where(mask, bend, 0.0))
-    lines = np.moveaxis(size, axis, 1)
-    beside = np.zeros_like(lines)
-    beside[1:] = lines[:-1]
-    beside[:-1] = np.maximum(beside[:-1], lines[1:])
-    mask &= np.moveaxis(lines >= 0.75 * beside, 1, axis)
+    mask &= size >= 0.75 * maximum_filter1d(size, 3, 1 - axis, mode="constant")
     # The ends of a scar are lower.
     return np.asarray(binary_dilation(mask, run, iterations=1))
 
 
-def _agreement(heights: Real, axis: int) -> Real:
-    """Part of the points of each inner line that lie to the same side of the neighbouring lines."""
-    above = np.mean(_across(heights, axis) > 0, axis=axis)[1:-1]
-    return np.asarray(np.maximum(above, 1 - above))
+def _displaced(bend: Real, limit: float, above: Real) -> NDArray[np.intp]:
+    """Lines displaced as a whole: the neighbours of such a line bend half as much the other way.
 
-
-def _displaced(bend: Real, limit: float, agreement: Real) -> NDArray[np.intp]:
-    """Lines displaced as a whole: the neighbours of such a line bend half as much the other way."""
+    Of each inner line ``above`` is the part of the points that lie above the neighbouring lines.
+    """
     before, after = np.roll(bend, 1), np.roll(bend, -1)
     peak = np.abs(bend) >= np.maximum(np.abs(before), np.abs(after))
     opposite = np.minimum(before * np.sign(bend), after * np.sign(bend)) < -np.abs(bend) / 4
-    return np.flatnonzero((np.abs(bend) > limit) & peak & opposite & (agreement > AGREEING)) + 1
+    agree = np.maximum(above, 1 - above) > AGREEING
+    return np.flatnonzero((np.abs(bend) > limit) & peak & opposite & agree) + 1
 
 
 def _spread(values: Real) -> float:

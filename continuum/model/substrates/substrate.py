@@ -13,6 +13,7 @@ from continuum.tables import TableFamily
 
 MeanMode = float | Literal["clamped", "free"]
 """Stiffness of the mean displacement: a number in E*/a0, "clamped" (infinite) or "free" (zero)."""
+_NAMED = {"clamped": np.inf, "free": 0.0}
 
 
 class Substrate(Protocol):
@@ -24,18 +25,13 @@ class Substrate(Protocol):
 
 def with_mean(stiffness_q: Real, mean: MeanMode) -> Real:
     """Set the stiffness of the mean mode; the three choices become a number here and nowhere else."""
-    if mean == "clamped":
-        stiffness_q[0, 0] = np.inf
-    elif mean == "free":
-        stiffness_q[0, 0] = 0.0
-    else:
-        stiffness_q[0, 0] = mean
+    stiffness_q[0, 0] = _NAMED[mean] if isinstance(mean, str) else mean
     return stiffness_q
 
 
 def check_mean(mean: object) -> None:
     """Check that a value is a :data:`MeanMode`."""
-    if isinstance(mean, str) and mean in ("clamped", "free"):
+    if isinstance(mean, str) and mean in _NAMED:
         return
     try:
         number("mean", mean, least=0)

@@ -46,29 +46,22 @@ def attraction_on_core(
     reach = r / LennardJonesSpline(1.0).effective_range
     law = LennardJonesSpline(reach, 12 * w / reach**2)
     stiffness = max(number("core_stiffness", core_stiffness, above=0), law.minimum_stiffness)
-    return _exponential(w, r, stiffness) if shape == "exponential" else _spline(law, stiffness, depth)
+    if shape == "spline":
+        # Dense on both sides of the kink, so that the cubic through the knots follows it.
+        dense = np.linspace(0.0, 1.0, _KNOTS) ** 4
+        outside, inside = law.range * dense, -depth * dense[:0:-1]
+        attraction = law.evaluate(law.zero_gap + outside).traction
+        attraction[0] = attraction[-1] = 0.0
+        return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([-stiffness * inside, attraction]))
 
-
-def _spline(law: LennardJonesSpline, core_stiffness: float, depth: float) -> TabulatedWall:
-    # Dense on both sides of the kink, so that the cubic through the knots follows it.
-    dense = np.linspace(0.0, 1.0, _KNOTS) ** 4
-    outside, inside = law.range * dense, -depth * dense[:0:-1]
-    attraction = law.evaluate(law.zero_gap + outside).traction
-    attraction[0] = attraction[-1] = 0.0
-    repulsion = -core_stiffness * inside
-    return TabulatedWall(np.concatenate([inside, outside]), np.concatenate([repulsion, attraction]))
-
-
-def _exponential(w: float, effective_range: float, core_stiffness: float) -> Exponential:
-    def law(decay: float) -> Exponential:
+    def exponential(decay: float) -> Exponential:
         # γ + γ²/(2 ρ² K) = w
-        k = decay**2 * core_stiffness
-        return Exponential(2 * w / (1 + np.sqrt(1 + 2 * w / k)), decay, core_stiffness)
+        k = decay**2 * stiffness
+        return Exponential(2 * w / (1 + np.sqrt(1 + 2 * w / k)), decay, stiffness)
 
     # On a hard core Δr = 1.35 ρ; on the softest, which overlaps by a part of Δr, ρ is smaller.
-    low, high = effective_range / 10, effective_range
-    decay = brentq(lambda rho: law(rho).effective_range - effective_range, low, high, rtol=1e-13)
-    return law(float(decay))
+    decay = brentq(lambda rho: exponential(rho).effective_range - r, r / 10, r, rtol=1e-13)
+    return exponential(float(decay))
 
 
 class AttractionWall(WallTable):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -30,15 +30,12 @@ class Exponential(Wall):
     surface_energy: float
     decay_length: float
     core_stiffness: float
+    core: ClassVar[float] = -np.inf
+    """A harmonic core holds at any gap."""
 
     def __post_init__(self) -> None:
         for name in ("surface_energy", "decay_length", "core_stiffness"):
             number(name, getattr(self, name), above=0)
-
-    @property
-    def core(self) -> float:
-        """Minus infinity: a harmonic core holds at any gap."""
-        return -np.inf
 
     @cached_property
     def law(self) -> Law:
@@ -49,10 +46,6 @@ class Exponential(Wall):
     def zero_gap(self) -> float:
         """Gap where core and attraction balance."""
         return -self.surface_energy / (self.decay_length * self.core_stiffness)
-
-    @property
-    def range(self) -> float:
-        return self.effective_range
 
     @property
     def largest_tension(self) -> float:

@@ -2,7 +2,7 @@
 
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -34,6 +34,7 @@ class InversePowers(Wall):
     minimum_stiffness: float = field(default=np.nan)
     core: float = CORE
     adhesion_length: InitVar[float | None] = None
+    zero_gap: ClassVar[float] = 1.0
 
     def __post_init__(self, adhesion_length: float | None) -> None:
         repulsion, attraction = pair("powers", self.powers)
@@ -52,14 +53,6 @@ class InversePowers(Wall):
         m, n = self.powers
         parameters = np.array([self.minimum_stiffness, self.core, float(m), float(n)])
         return Law(laws.INVERSE_POWERS, parameters, np.inf)
-
-    @property
-    def zero_gap(self) -> float:
-        return 1.0
-
-    @property
-    def range(self) -> float:
-        return self.effective_range
 
 
 class InversePowersWall(WallTable):

@@ -47,6 +47,7 @@ class LennardJonesSpline(Wall):
     minimum_stiffness: float = 0.5
     core: float = CORE
     adhesion_length: InitVar[float | None] = None
+    zero_gap: ClassVar[float] = 1.0
 
     def __post_init__(self, adhesion_length: float | None) -> None:
         number("minimum_stiffness", self.minimum_stiffness, above=0)
@@ -77,10 +78,6 @@ class LennardJonesSpline(Wall):
     def largest_softening(self) -> float:
         """k/3, in E*/a0, at a0 + 2Δr/3, for any range above zero."""
         return self.minimum_stiffness / 3 if self.range > 0 else 0.0
-
-    @property
-    def zero_gap(self) -> float:
-        return 1.0
 
 
 class SplineWall(WallTable):

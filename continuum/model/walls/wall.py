@@ -51,12 +51,13 @@ class Wall:
             """Gap at which the traction changes sign."""
 
         @property
-        def range(self) -> float:
-            """Distance beyond ``zero_gap`` over which the wall attracts: its cut-off, or its effective range."""
-
-        @property
         def core(self) -> float:
             """Gap below which the law is continued with constant stiffness."""
+
+    @property
+    def range(self) -> float:
+        """Distance beyond ``zero_gap`` over which the wall attracts: its cut-off, or its effective range."""
+        return self.effective_range
 
     hardness: float = np.inf
     """Traction at which one of the bodies yields, in E*; infinite where none does."""
@@ -142,17 +143,16 @@ class WallTable(TableFamily):
 
     kind_key: ClassVar[str] = "law"
     has_law: ClassVar[bool] = True
-
-    @property
-    def largest_pressure(self) -> float:
-        """Upper bound of the mean pressure, in E*, that of full yield; infinite if the wall does not yield."""
-        return np.inf
-
     """Whether the traction is a function of the gap."""
     work_key: ClassVar[str] = ""
     """The key that sets the work of adhesion, or most of it; empty if there is none."""
 
     law: str
+
+    @property
+    def largest_pressure(self) -> float:
+        """Upper bound of the mean pressure, in E*, that of full yield; infinite if the wall does not yield."""
+        return np.inf
 
     @property
     def equivalent_range(self) -> float:

@@ -115,12 +115,6 @@ def test_a_table_serves_its_own_grid_only() -> None:
         TabulatedSubstrate(-HalfSpace(0.1).stiffness(grid), grid.lengths, "negative")
 
 
-@pytest.mark.parametrize(("depth", "nu"), [(0.0, 0.3), (-1.0, 0.3), (1.0, 0.51), (1.0, -1.0)])
-def test_a_layer_that_is_none_is_refused(depth: float, nu: float) -> None:
-    with pytest.raises(ArgumentError, match="allowed: a finite number"):
-        Layer(depth, nu, "free")
-
-
 def isotropic(nu: float) -> CubicConstants:
     """Constants of the isotropic material with E* = 1."""
     shear = (1 - nu) / 2

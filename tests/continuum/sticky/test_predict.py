@@ -319,13 +319,7 @@ def test_what_cannot_be_solved_is_reported_all_the_same(tmp_path: Path, capsys: 
     command = [
         "predict",
         str(tmp_path / "map.npy"),
-        "--size",
-        "3.2um",
-        "--unit",
-        "nm",
-        "--material",
-        "rubber",
-        "--solve",
+        *["--size", "3.2um", "--unit", "nm", "--material", "rubber", "--solve"],
     ]
     assert main([*command, "-o", str(tmp_path)]) == 1
     assert "not solved" in capsys.readouterr().out
