@@ -6,12 +6,10 @@ One key of ``[sweep.axes]`` may be searched for instead: then each combination o
 """
 
 import ast
-import copy
 import itertools
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any, Self
 
 from pydantic import Field
@@ -21,7 +19,7 @@ from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, document, text_of
 from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
-from continuum.sweeps.conditions import condition, dotted, holds
+from continuum.sweeps.conditions import condition, dotted, holds, is_range
 from continuum.tables import Fault, Table, constraint
 
 _Values = dict[str, Any]
@@ -52,16 +50,15 @@ class SweepTable(Table):
     @property
     def all_axes(self) -> tuple[Axis, ...]:
         """The axes in their order, the zipped ones last; without the key that is searched for."""
-        listed = ((name, given) for name, given in _flat(self.axes) if not is_bisection(given))
+        listed = ((name, given) for name, given in self.axes.items() if not is_bisection(given))
         single = [Axis((name,), tuple((v,) for v in expand_range(given))) for name, given in listed]
-        columns = [dict(_flat(table)) for table in self.zipped]
-        together = [Axis(tuple(t), tuple(zip(*map(expand_range, t.values()), strict=True))) for t in columns]
+        together = [Axis(tuple(t), tuple(zip(*map(expand_range, t.values()), strict=True))) for t in self.zipped]
         return (*single, *together)
 
     @property
     def bisection(self) -> Bisection | None:
         """The search along one key, if there is one."""
-        return next((Bisection.of(name, given) for name, given in _flat(self.axes) if is_bisection(given)), None)
+        return next((Bisection.of(name, given) for name, given in self.axes.items() if is_bisection(given)), None)
 
     @constraint
     def _sound(self) -> Iterator[Fault]:
@@ -70,12 +67,12 @@ class SweepTable(Table):
 
     def _lists(self) -> Iterator[Fault]:
         places = [(("axes",), self.axes), *((("zipped", i), table) for i, table in enumerate(self.zipped))]
-        searched = [name for name, given in _flat(self.axes) if is_bisection(given)]
+        searched = [name for name, given in self.axes.items() if is_bisection(given)]
         if len(searched) > 1:
             yield Fault(("axes",), f"one search: {' and '.join(searched)} are searched for")
         for place, table in places:
-            for name, given in _flat(table):
-                here = (*place, *_parts(table, name))
+            for name, given in table.items():
+                here = (*place, name)
                 if place == ("axes",) and is_bisection(given):
                     yield from (replace(fault, key=(*here, *fault.key)) for fault in bisection_faults(given))
                     continue
@@ -91,12 +88,12 @@ class SweepTable(Table):
 
     def _together(self) -> Iterator[Fault]:
         for i, table in enumerate(self.zipped):
-            lengths = {name: len(expand_range(given)) for name, given in _flat(table)}
+            lengths = {name: len(expand_range(given)) for name, given in table.items()}
             if len(set(lengths.values())) > 1:
                 counts = ", ".join(f"{name} has {count}" for name, count in lengths.items())
                 yield Fault(("zipped", i), "lists of one length where keys change together", counts)
                 return
-        names = [name for table in (self.axes, *self.zipped) for name, _ in _flat(table)]
+        names = [name for table in (self.axes, *self.zipped) for name in table]
         for name in sorted({name for name in names if names.count(name) > 1}):
             yield Fault((), f"each key on one axis only: {name} is on several")
         for one, other in itertools.combinations(sorted(set(names)), 2):
@@ -117,17 +114,16 @@ class SweepTable(Table):
                 yield Fault(("keep", i), f'a condition such as "lambda_s * 8 <= lambda_L": {error}')
 
 
-_flat = partial(dotted, ranges=True)
-_LISTS = ("from", "bisect")
-"""Keys that mark a table as a range or a search, not as one value."""
+def _flat(table: Any) -> Any:
+    """A table by dotted keys, quoted or not; unchanged if it is none, or has a key in both spellings."""
+    pairs = list(dotted(table, ranges=True)) if isinstance(table, Mapping) else []
+    return dict(pairs) if len(dict(pairs)) == len(pairs) > 0 else table
 
 
-def _parts(table: Mapping[str, Any], name: str) -> tuple[str, ...]:
-    """The parts of a dotted key, whether it is quoted or not."""
-    if name in table:
-        return (name,)
-    first = next(part for part in table if name.startswith(f"{part}."))
-    return (first, *_parts(table[first], name.removeprefix(f"{first}.")))
+def _flattened(table: Mapping[str, Any]) -> _Values:
+    """The table [sweep], its axes by dotted keys."""
+    axes, zipped = table.get("axes", {}), table.get("zipped", [])
+    return {**table, "axes": _flat(axes), "zipped": list(map(_flat, zipped)) if isinstance(zipped, list) else zipped}
 
 
 def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Values, _Values]:
@@ -138,29 +134,21 @@ def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Val
     changes : values of keys of the input, which for a key on an axis become its values; also of keys of the table
         itself, such as ``sweep.keep``, or ``sweep.axes.surface.seed``, which adds an axis.
     """
-    found, plain = copy.deepcopy(dict(table)), _Values()
+    found, plain = _flattened(table), _Values()
     for key, value in changes.items():
         if key.startswith("sweep.") and not key.startswith("sweep.axes."):
-            found[key.removeprefix("sweep.")] = value
+            found = _flattened({**found, key.removeprefix("sweep."): value})
             continue
         name = key.replace('"', "").removeprefix("sweep.axes.")
-        axes, zipped = found.setdefault("axes", {}), found.get("zipped", ())
+        axes, zipped = found["axes"], found["zipped"]
         tables = [one for one in (axes, *(zipped if isinstance(zipped, list) else ())) if isinstance(one, dict)]
-        holder = next((one for one in tables if name in dict(_flat(one))), axes if name != key else None)
+        holder = next((one for one in tables if name in one), axes if name != key else None)
         if isinstance(holder, dict):
-            _put(holder, name, value)
+            several = isinstance(value, (tuple, list)) or (isinstance(value, Mapping) and is_range(value))
+            holder[name] = value if several else [value]
         else:
             plain[key] = value
     return found, plain
-
-
-def _put(table: _Values, name: str, value: Any) -> None:
-    """Set the values of an axis: a list, a range or a search; anything else is its only value."""
-    several = isinstance(value, (tuple, list)) or (isinstance(value, Mapping) and not value.keys().isdisjoint(_LISTS))
-    *outer, last = _parts(table, name) if name in dict(_flat(table)) else (name,)
-    for part in outer:
-        table = table[part]
-    table[last] = value if several else [value]
 
 
 def _hashable(value: Any) -> Hashable:
@@ -265,7 +253,7 @@ class Sweep:
             cause = "this is the input of a single run: use `continuum run`, or add a table [sweep] with axes"
             raise ConfigError(source.path, [Fault((), "", cause)])
         reducing = table.get("reduced", {}) if reduced else {}
-        changes = {**(dict(_flat(reducing)) if isinstance(reducing, Mapping) else {}), **(settings or {})}
+        changes = {**(_flat(reducing) if isinstance(reducing, Mapping) else {}), **(settings or {})}
         table, plain = _changed(table, changes)
         source = replace(source, data={**data, "sweep": table})
         found = parsed(replace(source, data={"sweep": table}), _Sweeps).sweep
@@ -316,7 +304,7 @@ class Sweep:
         """Check that the column of a search is on the path, and that values between its ends are valid inputs."""
         targets = [target for _, leg in config.loading.legs for target in leg]
         if search.target is not None and not any(map(search.is_target, targets)):
-            at = ("sweep", "axes", *_parts(self.source.data["sweep"]["axes"], search.key), "bisect")
+            at = ("sweep", "axes", search.key, "bisect")
             named = ", ".join(f"{target:g}" for target in targets[:8]) + (", ..." if len(targets) > 8 else "")
             cause = (
                 f"{search.column} is read at a point of the path, and {search.target:g} is none of [loading] targets"

@@ -92,10 +92,15 @@ def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
         raise ValueError(f"a number is larger than 1e{_DIGITS}") from None
 
 
+def is_range(table: Mapping[str, Any]) -> bool:
+    """Whether a table is a range or a search, which is one value of a key."""
+    return "from" in table or "bisect" in table
+
+
 def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) -> Iterator[tuple[str, Any]]:
     """Dotted keys with their values, whether the keys are quoted or not; ``ranges`` and searches are values."""
     for name, value in table.items():
-        if isinstance(value, Mapping) and not (ranges and ("from" in value or "bisect" in value)):
+        if isinstance(value, Mapping) and not (ranges and is_range(value)):
             yield from dotted(value, f"{prefix}{name}.", ranges=ranges)
         else:
             yield prefix + name, value
