@@ -67,7 +67,7 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
         _check_environment()
         done = app(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        sys.stderr.write(f"{app.name[0]}: {_without_stop(str(error))}; see `{app.name[0]} --help`\n")
+        sys.stderr.write(f"{app.name[0]}: {str(error).rstrip('.')}; see `{app.name[0]} --help`\n")
         raise SystemExit(BAD_INPUT) from None
     except InputError as error:
         sys.stderr.write(f"{error}\n")
@@ -78,10 +78,6 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
     if done is None and not {"--help", "-h", "--version"} & set(words):  # no command: the help was printed
         raise SystemExit(BAD_INPUT)
     return int(done or OK)
-
-
-def _without_stop(text: str) -> str:
-    return text if text.endswith("...") else text.rstrip(".")
 
 
 def _with_lone_dashes(words: Sequence[str]) -> list[str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from continuum.arguments import choice, file_name, flag, function, number, several
+from continuum.arguments import file_name, flag, function, number, several
 from continuum.files.inputs import InputFile, load, settings_of, source_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep
@@ -16,7 +16,6 @@ from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.result import Result
 from continuum.runs.run import Progress, follow_run
 from continuum.show.sheet import Column, Sheet
-from continuum.solve.backend import BACK_ENDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +124,6 @@ def run(
     given = settings_of(settings)
     function("progress", progress)
     function("warn", warn)
-    if device is not None:
-        choice("device", device, BACK_ENDS)
     config = load(file, RunConfig, given)
     config = config if device is None else config.on(device)
     path = file_name("output", output)

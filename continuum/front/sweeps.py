@@ -6,7 +6,7 @@ later, from another process or machine.
 
 import re
 import shlex
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -187,15 +187,12 @@ def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepR
     held = tuple(one for one in ended if isinstance(one.error, LockedError) and not is_done(one.task))
     failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
     done = sum(one.ok and not one.found for one in ended)
-    crossings = _crossings(root, {one.task.path for one in ended}) if searched else ()
+    crossings: tuple[Crossing, ...] = ()
+    if searched:
+        listing, paths = systems_of(root), {one.task.path for one in ended}
+        mine = tuple(one for one in listing.searches if Folder(root).search(one.name) in paths)
+        crossings = crossings_of(root, replace(listing, searches=mine))
     return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held, crossings)
-
-
-def _crossings(root: Path, paths: Set[Path]) -> tuple[Crossing, ...]:
-    """Results of the searches of these files."""
-    listing = systems_of(root)
-    mine = tuple(one for one in listing.searches if Folder(root).search(one.name) in paths)
-    return crossings_of(root, replace(listing, searches=mine))
 
 
 def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:

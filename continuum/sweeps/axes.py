@@ -165,18 +165,25 @@ def _overlap(one: str, other: str) -> bool:
 
 
 @dataclass(frozen=True)
-class SystemPlan:
+class System:
     """One system of a sweep."""
 
-    source: Source = field(repr=False)
-    """The common input of all systems."""
-    settings: Mapping[str, Any]
-    """Key and value on each axis."""
     key: str
     """Identity: hash of physics, solver settings and schema."""
+    settings: Mapping[str, Any]
+    """Key and value on each axis."""
+    cost: float = math.nan
+    memory: float = math.nan
+    source: Source | None = field(default=None, repr=False, compare=False)
+    """The common input of all systems; None of a system of a stored listing."""
+
+    @property
+    def label(self) -> str:
+        return label_of(self.settings)
 
     @property
     def config(self) -> RunConfig:
+        assert self.source is not None
         return parsed(self.source.changed(self.settings), RunConfig)
 
 
@@ -267,20 +274,20 @@ class Sweep:
         base = base.changed(plain) if plain else base
         return cls(f"{own}-reduced" if reduced else own, source, base, axes, found.keep, bool(changes), bisection)
 
-    def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
+    def systems(self) -> Iterator[tuple[System, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changes fastest.
 
         A search has its lower and then its upper end.  Raises ConfigError if a system is not a valid input, the column
         of a search does not exist, or there is no system.
         """
-        conditions, seen = [condition(text) for text in self.keep], dict[str, SystemPlan]()
+        conditions, seen = [condition(text) for text in self.keep], dict[str, System]()
         for places in itertools.product(*(axis.values for axis in self.axes)):
             each = zip(self.axes, places, strict=True)
             combination = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
             config = None
             for settings in self._kept(self._ends(combination), conditions):
                 config = parsed(self.base.changed(settings), RunConfig)
-                plan = SystemPlan(self.base, settings, identity(config))
+                plan = System(identity(config), settings, source=self.base)
                 if plan.key in seen:
                     cause = (
                         "values that are equal, files of the same content, or a key such as solver.threads on an axis"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -23,12 +22,12 @@ from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
-from continuum.sweeps.axes import Sweep
+from continuum.sweeps.axes import Sweep, System
 from continuum.sweeps.crossings import Crossing, crossings_of
 from continuum.sweeps.cube import as_cell, cube_of
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS, numbers_of
-from continuum.sweeps.sweep import SweepListing, System, changes_of, systems_of
+from continuum.sweeps.sweep import SweepListing, changes_of, systems_of
 
 if TYPE_CHECKING:
     import pandas
@@ -274,19 +273,13 @@ def sweep_status(
         asked = Sweep.read(file_name("why", why), settings_of(settings), reduced=flag("reduced", reduced))
         changes = changes_of(root, asked) or ["nothing: these are the same systems"]
     folder, listing = Folder(root), systems_of(root)
-    ended = {}
-    with os.scandir(folder.points) as entries:
-        for entry in entries:
-            if entry.name.endswith(".h5"):
-                ended[entry.name.removesuffix(".h5")] = entry.stat().st_mtime
+    ended = {path.stem: path.stat().st_mtime for path in folder.points.glob("*.h5")}
     costs = {folder.point(system.key).stem: system for system in listing.systems}
     done = {name: when for name, when in ended.items() if name in costs}
-    failed = []
-    for name, system in costs.items():
-        if name not in done and (reason := folder.failure_reason(name)):
-            failed.append((system.label, reason))
     crossings = crossings_of(root, listing)
-    failed += [(one.label, reason) for one in crossings if (reason := folder.failure_reason(one.name))]
+    tried = [(name, system.label) for name, system in costs.items() if name not in done]
+    tried += [(one.name, one.label) for one in crossings]
+    failed = [(label, reason) for name, label in tried if (reason := folder.failure_reason(name))]
     running = []
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")

@@ -14,7 +14,7 @@ from continuum.files.store import Dataset
 from continuum.files.tables import identity
 from continuum.files.toml import text_of
 from continuum.model.fourier import Real
-from continuum.sweeps.axes import SystemPlan, label_of
+from continuum.sweeps.axes import System, label_of
 from continuum.sweeps.bisection import Bisection, Bracket
 from continuum.sweeps.folder import Folder, names
 from continuum.sweeps.measured import COLUMNS, numbers_of
@@ -74,11 +74,11 @@ def solve_task(root: Path, task: SystemTask) -> None:
 
 def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
     folder = Folder(root)
-    trials, known = dict[float, SystemPlan](), dict[float, float | None]()
+    trials, known = dict[float, System](), dict[float, float | None]()
 
     def column_at(value: float) -> float | None:
         if value not in trials:
-            plan = SystemPlan(task.plan.source, {**task.plan.settings, search.key: value}, "")
+            plan = System("", {**task.plan.settings, search.key: value}, source=task.plan.source)
             trials[value] = replace(plan, key=identity(plan.config))
         if known.get(value) is None:
             try:
@@ -96,7 +96,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
         while (value := next_value()) is not None:
             plan = trials[value]
             try:
-                solve_system(root, SystemTask(folder.point(plan.key), label_of(plan.settings), plan=plan))
+                solve_system(root, SystemTask(folder.point(plan.key), plan.label, plan=plan))
             except OutputError:
                 raise
             except Exception as error:

@@ -19,7 +19,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.growth import Growth, growths
 from continuum.runs.run import follow_run
-from continuum.sweeps.axes import Axis, Sweep, SystemPlan, label_of
+from continuum.sweeps.axes import Axis, Sweep, System, label_of
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
@@ -28,21 +28,6 @@ from continuum.sweeps.workers import Death, Task, TaskResult, say
 
 _EVERY = 20.0
 """Largest time of a path that a killed process loses; shorter pieces are not stored."""
-
-
-@dataclass(frozen=True)
-class System:
-    """A system in the listing of a sweep."""
-
-    key: str
-    settings: Mapping[str, Any]
-    """Key and value on each axis."""
-    cost: float
-    memory: float
-
-    @property
-    def label(self) -> str:
-        return label_of(self.settings)
 
 
 @dataclass(frozen=True)
@@ -75,7 +60,7 @@ class SweepListing:
 class SystemTask(Task):
     """A task of the engine: a system, or a whole search, whose file lists its trials."""
 
-    plan: SystemPlan = field(kw_only=True)
+    plan: System = field(kw_only=True)
     """The plan of the system, or of that at the lower end of a search."""
     growth: Growth | None = field(default=None, kw_only=True)
     """A stored path of the same contact, from an earlier input of the sweep."""
@@ -127,7 +112,7 @@ def begin(
     left = [task for task in mine if task.path.stem not in failed]
     if threads == 1:
         return left
-    sources = (task.plan.source.changed({"solver.threads": threads}) for task in left)
+    sources = (task.plan.source.changed({"solver.threads": threads}) for task in left if task.plan.source is not None)
     return [replace(t, plan=replace(t.plan, source=source)) for t, source in zip(left, sources, strict=True)]
 
 
@@ -214,14 +199,14 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
         common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
         cost = cost_of(config)
         nx, ny = config.grid.n
-        work = float(cost.fft_pairs) * nx * ny
-        tasks.append(SystemTask(folder.point(plan.key), label_of(plan.settings), work, float(cost.memory), plan=plan))
+        plan = replace(plan, cost=float(cost.fft_pairs) * nx * ny, memory=float(cost.memory))
+        tasks.append(SystemTask(folder.point(plan.key), plan.label, plan.cost, plan.memory, plan=plan))
     axes, search = sweep.axes, sweep.bisection
     if search is not None:
         axes += (Axis((search.key,), ((search.first,), (search.last,))),)
     on_axes = {key for axis in axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
-    systems = tuple(System(task.plan.key, task.plan.settings, task.cost, task.memory) for task in tasks)
+    systems = tuple(task.plan for task in tasks)
     listing = _with_trials(folder, SweepListing(sweep.name, axes, common, systems, search))
     if search is not None:
         ends = zip(tasks[::2], tasks[1::2], strict=True)
