@@ -67,7 +67,8 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
         _check_environment()
         done = app(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        sys.stderr.write(f"{app.name[0]}: {str(error).rstrip('.')}; see `{app.name[0]} --help`\n")
+        text = re.sub(r"(?<!\.)\.$", "", str(error))  # without its full stop
+        sys.stderr.write(f"{app.name[0]}: {text}; see `{app.name[0]} --help`\n")
         raise SystemExit(BAD_INPUT) from None
     except InputError as error:
         sys.stderr.write(f"{error}\n")

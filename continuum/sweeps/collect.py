@@ -26,7 +26,7 @@ from continuum.sweeps.axes import Sweep, System
 from continuum.sweeps.crossings import Crossing, crossings_of
 from continuum.sweeps.cube import as_cell, cube_of
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.measured import COLUMNS, numbers_of
+from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
 from continuum.sweeps.sweep import SweepListing, changes_of, systems_of
 
 if TYPE_CHECKING:
@@ -186,34 +186,26 @@ def collect(root: str | Path) -> PointTable:
     Raises SweepError if there is no sweep.
     """
     folder, listing = Folder(Path(root)), systems_of(root)
-    keys, system, tables, seconds, faults = list[str](), list[int](), list[Real](), list[float](), list[str]()
-    made: Counter[str] = Counter()
-    of_searches = dict[str, Real]()
-    unconverged = missing = 0
-    for each in listing.systems:
-        path = folder.point(each.key)
-        if not path.is_file():
-            missing += 1
-            continue
+    found, faults = dict[str, SystemTable](), list[str]()
+    there = [(each.key, path) for each in listing.systems if (path := folder.point(each.key)).is_file()]
+    for key, path in there:
         try:
-            found = numbers_of(path, each.key)
+            found[key] = numbers_of(path, key)
         except StoreError as error:
             faults.append(str(error))
-            continue
-        if listing.searches:
-            of_searches[each.key] = found.table
-        good = found.table[:, list(COLUMNS).index("converged")] == 1
-        unconverged += int((~good).sum())
-        system += [len(keys)] * int(good.sum())
-        tables.append(found.table[good])
-        keys.append(each.key)
-        seconds.append(found.seconds)
-        made[found.made] += 1
-    values = np.concatenate(tables) if tables else np.empty((0, len(COLUMNS)))
+    good = [one.table[one.table[:, list(COLUMNS).index("converged")] == 1] for one in found.values()]
     return PointTable(
-        listing, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
-        tuple(faults), dict(made), crossings=crossings_of(folder.root, listing, of_searches.get),
-    )  # fmt: skip
+        listing,
+        tuple(found),
+        np.repeat(np.arange(len(good)), np.array([len(table) for table in good], dtype=int)),
+        np.concatenate(good) if good else np.empty((0, len(COLUMNS))),
+        np.array([one.seconds for one in found.values()]),
+        sum(len(one.table) for one in found.values()) - sum(map(len, good)),
+        len(listing.systems) - len(there),
+        tuple(faults),
+        dict(Counter(one.made for one in found.values())),
+        crossings=crossings_of(folder.root, listing, lambda key: found[key].table if key in found else None),
+    )
 
 
 @dataclass(frozen=True)
