@@ -118,9 +118,23 @@ class _Handler(RequestHandler):
         if not secrets.compare_digest(given.encode(), self.view.token.encode()):
             raise HTTPError(403, reason="the address lacks its token: use the one that the program has printed")
 
+    def log_exception(self, kind: Any, error: Any, trace: Any) -> None:
+        if not isinstance(error, InputError):
+            super().log_exception(kind, error, trace)
+
     def write_error(self, status_code: int, **more: Any) -> None:
+        """Answer what is wrong, with the message of the command and without names of folders."""
+        _, error, _ = more.get("exc_info", (None, None, None))
+        said, opened, results = self._reason, self.view.opened, self.view.results
+        if isinstance(error, InputError):
+            self.set_status(422)
+            hidden = {str(opened.path): opened.shown} if opened is not None else {}
+            hidden |= {f"{file.parent}/": "" for file in results.runs.values()} if results is not None else {}
+            said = str(error)[:2000]
+            for place, shown in hidden.items():
+                said = said.replace(place, shown)
         self.set_header("Content-Type", "application/json")
-        self.finish(json.dumps({"error": self._reason}))
+        self.finish(json.dumps({"error": said}))
 
     @property
     def opened(self) -> OpenedMap:
@@ -136,11 +150,6 @@ class _Handler(RequestHandler):
         if not isinstance(found, dict):
             raise HTTPError(400, reason="no form")
         return found
-
-    def refuse(self, error: InputError) -> None:
-        """Answer an error with the message of the command."""
-        self.set_status(422)
-        self.write({"error": str(error).replace(str(self.opened.path), self.opened.shown)[:2000]})
 
 
 class _Static(_Handler):
@@ -197,11 +206,8 @@ class _Predict(_Handler):
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
-        try:
-            found = await _aside(opened.predict, asked)
-            self.write(answer(found) | {"command": opened.repeated_by(asked)})
-        except InputError as error:
-            self.refuse(error)
+        found = await _aside(opened.predict, asked)
+        self.write(answer(found) | {"command": opened.repeated_by(asked)})
 
 
 class _Report(_Handler):
@@ -209,14 +215,10 @@ class _Report(_Handler):
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
-        try:
-            found = await _aside(opened.predict, asked)
-            async with self.view.drawing:
-                page = await _aside(_written, found, opened.folder)
-                image = await _aside(opened.mending, asked, found)
-        except InputError as error:
-            self.refuse(error)
-            return
+        found = await _aside(opened.predict, asked)
+        async with self.view.drawing:
+            page = await _aside(_written, found, opened.folder)
+            image = await _aside(opened.mending, asked, found)
         self.write({"page": page, "mending": f"data:image/png;base64,{base64.b64encode(image).decode()}"})
 
 
@@ -227,16 +229,10 @@ class _States(_Handler):
         results = self.view.results
         if results is None:
             raise HTTPError(409, reason="no results are open")
-        try:
-            if step is None:
-                self.write(await _aside(results.states, int(run)))
-                return
-            found = await _aside(results.map, int(run), int(step), kind)
-        except InputError as error:
-            self.set_status(422)
-            file = next(iter(results.runs.values()))
-            self.write({"error": str(error).replace(str(file.parent), "").lstrip("/")[:2000]})
+        if step is None:
+            self.write(await _aside(results.states, int(run)))
             return
+        found = await _aside(results.map, int(run), int(step), kind)
         self.set_header("Content-Type", "application/octet-stream")
         self.write(found.astype(found.dtype.newbyteorder("<")).tobytes())
 
@@ -246,12 +242,8 @@ class _Solve(_Handler):
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
-        try:
-            await _aside(opened.predict, asked)  # errors are reported at once
-            command = opened.solving(asked)
-        except InputError as error:
-            self.refuse(error)
-            return
+        await _aside(opened.predict, asked)  # errors are reported at once
+        command = opened.solving(asked)
         self.view.stop()
         with (opened.folder / "said.txt").open("w") as said:
             process = subprocess.Popen(
