@@ -202,8 +202,6 @@ class _Upload(_Handler):
 
 
 class _Predict(_Handler):
-    """The answer for a form, without the solver."""
-
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
         found = await _aside(opened.predict, asked)
@@ -268,8 +266,6 @@ class _Solve(_Handler):
 
 
 class _Solved(_Handler):
-    """The page of the solved map."""
-
     def get(self) -> None:
         pages = sorted((self.opened.folder / "solved").glob("*.html"))
         if not pages:

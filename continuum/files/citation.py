@@ -43,5 +43,4 @@ class Citation:
 
 
 def _all(text: str, key: str) -> tuple[str, ...]:
-    """All values of a key, in order."""
     return tuple(re.findall(rf'^[ -]*{key}: "?(.*?)"?$', text, re.MULTILINE))

@@ -237,7 +237,6 @@ class LoadingPath(Sequence[State]):
 
 
 def _with_picture(shown: State | LoadingPath) -> str:
-    """Table and figure for a notebook."""
     from continuum.show.page import picture
     from continuum.show.plot import image_bytes
 

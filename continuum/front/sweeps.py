@@ -182,7 +182,6 @@ def _hear(
 
 
 def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepRun:
-    """Results of the systems of a call."""
     is_done = done_before(root)
     held = tuple(one for one in ended if isinstance(one.error, LockedError) and not is_done(one.task))
     failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))

@@ -115,7 +115,6 @@ def stored_state(source: Path, step: int) -> PathState | None:
 
 
 def _points(config: RunConfig) -> Iterator[tuple[Control, float, Search]]:
-    """The targets of each point of a path."""
     for control, targets, search in config.loading.stretches:
         for target in targets:
             yield control, target, search

@@ -197,8 +197,6 @@ def label_of(settings: Mapping[str, Any]) -> str:
 
 
 class _Sweeps(Document):
-    """The [sweep] table of an input."""
-
     sweep: SweepTable
 
 

@@ -153,7 +153,6 @@ def _on_disk(folder: Folder) -> Numbers:
 
 
 def _bracket(search: Bisection, keys: Mapping[float, str], numbers: Numbers) -> Bracket:
-    """The state of a search from systems of these identities."""
     return search.follow(lambda value: _column(search, keys[value], numbers) if value in keys else None)
 
 

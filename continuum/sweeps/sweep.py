@@ -134,7 +134,6 @@ def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -
 
 
 def _growth_in_words(tasks: Sequence[SystemTask]) -> list[str]:
-    """The use of stored paths by new systems, as text."""
     found = [task for task in tasks if task.growth is not None]
     points = sum(task.plan.config.loading.points for task in found)
     kept, refined = (sum(getattr(task.growth, name) for task in found) for name in ("kept", "refined"))
@@ -305,7 +304,6 @@ def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str])
 
 
 def _differences(before: SweepListing, now: SweepListing) -> list[str]:
-    """Keys whose values have changed."""
     values = [
         {
             **one.common,
