@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import continuum.sweeps.collect
-from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, pair
+from continuum.arguments import ArgumentError, count, file_name, flag, function, instance, number, pair
 from continuum.files.inputs import InputFile, settings_of
 from continuum.files.output import LockedError, folder, save
 from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds, physical_memory
 from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet
-from continuum.solve.backend import BACK_ENDS, back_end
+from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
 from continuum.sweeps.collect import PointTable, TableSource
@@ -301,10 +301,8 @@ def sweep_slurm(
     ArgumentError
         If an argument is not allowed.
     """
-    given, path = settings_of(settings), file_name("file", file)
-    if device is not None:
-        choice("device", device, BACK_ENDS)
-        given["solver.device"] = device
+    given = settings_of(settings) | ({} if device is None else {"solver.device": device})
+    path = file_name("file", file)
     described = Sweep.read(path, given, reduced=flag("reduced", reduced))
     configs = [config for _, config in described.systems()]
     needed = max(cost_of(config).memory for config in configs)

@@ -20,7 +20,7 @@ from continuum.files.toml import ConfigError, Source, document, text_of
 from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
 from continuum.sweeps.conditions import condition, dotted, holds, is_range
-from continuum.tables import Fault, Table, constraint
+from continuum.tables import Fault, Key, Table, constraint
 
 _Values = dict[str, Any]
 
@@ -221,15 +221,15 @@ class Sweep:
         """The input of this sweep as text, including values that were given elsewhere."""
         if not self.changed:
             return self.source.text
-        zipped = [dict(zip(axis.keys, zip(*axis.values, strict=True), strict=True)) for axis in self.axes]
-        said = (
+        head = (
             f"# {self.source.path.name}, with the values that were given beside it, of [sweep.reduced] or by --set.\n"
         )
-        axes: _Values = {key: values for each in zipped if len(each) == 1 for key, values in each.items()}
-        axes |= {} if self.bisection is None else {self.bisection.key: self.bisection.table}
-        together = [each for each in zipped if len(each) > 1]
-        sweep = {"keep": self.keep, "axes": axes, "zipped": together}
-        return said + document({**self.base.data, "sweep": {name: value for name, value in sweep.items() if value}})
+        table = self.source.data["sweep"]
+        sweep = {name: table[name] for name in ("keep", "axes", "zipped") if table.get(name)}
+        return head + document({**self.base.data, "sweep": sweep})
+
+    def _refused(self, key: Key, allowed: str, cause: str = "") -> ConfigError:
+        return ConfigError(self.source, [Fault(("sweep", *key), allowed, cause)])
 
     @classmethod
     def read(
@@ -283,38 +283,29 @@ class Sweep:
             each = zip(self.axes, places, strict=True)
             combination = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
             config = None
-            for settings in self._kept(self._ends(combination), conditions):
+            search = self.bisection
+            ends = [{}] if search is None else [{search.key: value} for value in (search.first, search.last)]
+            for settings in self._kept([combination | end for end in ends], conditions):
                 config = parsed(self.base.changed(settings), RunConfig)
                 plan = System(identity(config), settings, source=self.base)
                 if plan.key in seen:
-                    cause = (
-                        "values that are equal, files of the same content, or a key such as solver.threads on an axis"
-                    )
-                    same = f"{label_of(seen[plan.key].settings)} and {label_of(settings)} are one and the same"
-                    raise ConfigError(self.source, [Fault(("sweep",), f"systems that differ: {same}", cause)])
+                    cause = "equal values, files of the same content, or a key such as solver.threads on an axis"
+                    same = f"{seen[plan.key].label} and {plan.label} are one and the same"
+                    raise self._refused((), f"systems that differ: {same}", cause)
                 seen[plan.key] = plan
                 yield plan, config
-            if config is not None and self.bisection is not None:
-                self._require_column(config, self.bisection, combination)
+            if config is not None and search is not None:
+                self._require_column(config, search, combination)
         if not seen:
-            raise ConfigError(self.source, [Fault(("sweep", "keep"), "conditions that at least one system meets")])
-
-    def _ends(self, combination: _Values) -> list[_Values]:
-        """The settings of a combination of the axes, or those of both ends of a search."""
-        if (search := self.bisection) is None:
-            return [combination]
-        return [{**combination, search.key: value} for value in (search.first, search.last)]
+            raise self._refused(("keep",), "conditions that at least one system meets")
 
     def _require_column(self, config: RunConfig, search: Bisection, combination: _Values) -> None:
         """Check that the column of a search is on the path, and that values between its ends are valid inputs."""
         targets = [target for _, leg in config.loading.legs for target in leg]
         if search.target is not None and not any(map(search.is_target, targets)):
-            at = ("sweep", "axes", search.key, "bisect")
             named = ", ".join(f"{target:g}" for target in targets[:8]) + (", ..." if len(targets) > 8 else "")
-            cause = (
-                f"{search.column} is read at a point of the path, and {search.target:g} is none of [loading] targets"
-            )
-            raise ConfigError(self.source, [Fault(at, f"a column at a target of the path: {named}", cause)])
+            cause = f"{search.column} is read at a point of the path, and {search.target:g} is none of its targets"
+            raise self._refused(("axes", search.key, "bisect"), f"a column at a target of the path: {named}", cause)
         parsed(self.base.changed({**combination, search.key: search.middle(search.first, search.last)}), RunConfig)
 
     def _kept(self, settings: list[_Values], conditions: Sequence[ast.expr]) -> list[_Values]:
@@ -322,9 +313,7 @@ class Sweep:
         found = [one for one in settings if self._holds(self.base.changed(one), conditions)]
         if 0 < len(found) < len(settings):
             cause = f"{label_of(found[0])} is kept, and the other end of the search is not"
-            raise ConfigError(
-                self.source, [Fault(("sweep", "keep"), "conditions on both ends of a search alike", cause)]
-            )
+            raise self._refused(("keep",), "conditions on both ends of a search alike", cause)
         return found
 
     def _holds(self, source: Source, conditions: Sequence[ast.expr]) -> bool:
@@ -333,6 +322,5 @@ class Sweep:
                 if not holds(each, source.data):
                     return False
             except ValueError as error:
-                fault = Fault(("sweep", "keep", i), f"a condition that holds or not: {error}")
-                raise ConfigError(self.source, [fault]) from None
+                raise self._refused(("keep", i), f"a condition that holds or not: {error}") from None
         return True
