@@ -55,6 +55,10 @@ class SweepListing:
     """What is searched for, if anything is."""
     searches: tuple[SweepSearch, ...] = ()
 
+    @property
+    def keys(self) -> set[str]:
+        return {system.key for system in self.systems}
+
 
 @dataclass(frozen=True)
 class SystemTask(Task):
@@ -119,7 +123,7 @@ def begin(
 def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -> list[SystemTask]:
     """Tasks with the stored paths that unfinished ones continue, and their remaining cost."""
     # Only files that are not a system of this sweep, so that an interrupted sweep is not searched.
-    listed = {folder.point(system.key).stem for system in listing.systems}
+    listed = {folder.point(key).stem for key in listing.keys}
     others = [folder.points / f"{name}.h5" for name in names(folder.points) - listed]
     if not others or listing.bisection is not None:
         return list(tasks)
@@ -208,23 +212,16 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
     systems = tuple(task.plan for task in tasks)
     listing = _with_trials(folder, SweepListing(sweep.name, axes, common, systems, search))
     if search is not None:
-        ends = zip(tasks[::2], tasks[1::2], strict=True)
-        tasks = [_search_task(folder, search, lower, upper) for lower, upper in ends]
+        tasks = [_search_task(folder, search, each) for each in listing.searches]
     return listing, tasks
 
 
-def _search_task(folder: Folder, search: Bisection, lower: SystemTask, upper: SystemTask) -> SystemTask:
-    settings = {**lower.plan.settings, search.key: f"{search.first:g} to {search.last:g}"}
-    cost = search.most * max(lower.cost, upper.cost)
-    path = folder.search(_name_of(search, lower.plan.key, upper.plan.key))
-    return SystemTask(path, label_of(settings), cost, max(lower.memory, upper.memory), plan=lower.plan,
-                         bisection=search, upper=upper.plan.key)  # fmt: skip
-
-
-def _name_of(search: Bisection, lower: str, upper: str) -> str:
-    """Name of a search between two systems; with another tolerance it is continued under the same name."""
-    content = json.dumps([lower, upper, search.column, search.target, search.crosses, search.scale])
-    return hashlib.sha256(content.encode()).hexdigest()[:24]
+def _search_task(folder: Folder, search: Bisection, of: SweepSearch) -> SystemTask:
+    lower, *_, upper = of.systems
+    label = label_of({**lower.settings, search.key: f"{search.first:g} to {search.last:g}"})
+    cost, memory = search.most * max(lower.cost, upper.cost), max(lower.memory, upper.memory)
+    path = folder.search(of.name)
+    return SystemTask(path, label, cost, memory, plan=lower, bisection=search, upper=upper.key)
 
 
 def save_trials(path: Path, trials: Mapping[float, str]) -> None:
@@ -246,7 +243,9 @@ def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
         return listing
     searches = []
     for lower, upper in zip(listing.systems[::2], listing.systems[1::2], strict=True):
-        name = _name_of(search, lower.key, upper.key)
+        # With another tolerance it is continued under the same name.
+        content = json.dumps([lower.key, upper.key, search.column, search.target, search.crosses, search.scale])
+        name = hashlib.sha256(content.encode()).hexdigest()[:24]
         cost, memory = max(lower.cost, upper.cost), max(lower.memory, upper.memory)
         between = (
             System(key, {**lower.settings, search.key: value}, cost, memory)
@@ -269,7 +268,7 @@ def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[s
         earlier = systems_of(folder.root)
     except SweepError:
         return []
-    before, now = ({system.key for system in one.systems} for one in (earlier, listing))
+    before, now = earlier.keys, listing.keys
     if folder.begun and not before & now and not grown:
         raise OutputError(
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
@@ -292,7 +291,7 @@ def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
 
 
 def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str]) -> list[str]:
-    before, now = ({system.key for system in one.systems} for one in (earlier, listing))
+    before, now = earlier.keys, listing.keys
     if before == now and earlier.bisection == listing.bisection:
         return []
     counts = f"new systems: {len(now - before)}, the same: {len(before & now)}, no longer listed: {len(before - now)}"
