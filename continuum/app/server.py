@@ -42,14 +42,6 @@ _POLICY = (
 
 
 @dataclass
-class Solving:
-    """A solver running on a map in its own process."""
-
-    process: subprocess.Popen[str]
-    began: float = field(default_factory=time.monotonic)
-
-
-@dataclass
 class View:
     """The state of one call of ``continuum view``; the only mutable object here."""
 
@@ -59,7 +51,9 @@ class View:
     port: int = 0
     opened: OpenedMap | None = None
     results: OpenedResults | None = None
-    solving: Solving | None = None
+    solving: subprocess.Popen[str] | None = None
+    """The solver, running on the map in its own process."""
+    began: float = 0.0
     uploads: int = 0
     drawing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Lock for drawing figures, as their style is global to the process."""
@@ -86,9 +80,9 @@ class View:
 
     def stop(self) -> None:
         """End the solver, if it is running."""
-        if self.solving is not None and self.solving.process.poll() is None:
-            self.solving.process.terminate()
-            self.solving.process.wait()
+        if self.solving is not None and self.solving.poll() is None:
+            self.solving.terminate()
+            self.solving.wait()
         self.solving = None
 
 
@@ -244,10 +238,10 @@ class _Solve(_Handler):
         command = opened.solving(asked)
         self.view.stop()
         with (opened.folder / "said.txt").open("w") as said:
-            process = subprocess.Popen(
+            self.view.solving = subprocess.Popen(
                 command, cwd=opened.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=said, text=True
             )
-        self.view.solving = Solving(process)
+        self.view.began = time.monotonic()
         self.write({"solving": True})
 
     def get(self) -> None:
@@ -255,9 +249,9 @@ class _Solve(_Handler):
         if solving is None:
             self.write({"solving": False})
             return
-        code = solving.process.poll()
+        code = solving.poll()
         said = (opened.folder / "said.txt").read_text(encoding="utf-8").replace(str(opened.path), opened.shown)
-        seconds = round(time.monotonic() - solving.began)
+        seconds = round(time.monotonic() - self.view.began)
         self.write({"solving": code is None, "code": code, "seconds": seconds, "said": said[-2000:]})
 
     def delete(self) -> None:

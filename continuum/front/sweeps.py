@@ -8,7 +8,7 @@ import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,8 @@ from continuum.show.sheet import Column, Sheet
 from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
-from continuum.sweeps.collect import PointTable, TableSource
+from continuum.sweeps.collect import PointTable
+from continuum.sweeps.collect import SweepRun as SweepRun
 from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
 from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
@@ -35,35 +36,6 @@ from continuum.sweeps.workers import Message, Task, TaskResult
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
 """Called after each system with its result, the number of finished systems, and the number of all."""
-
-
-@dataclass(frozen=True)
-class SweepRun(TableSource):
-    """Result of one call of :func:`sweep`."""
-
-    folder: Path
-    total: int
-    """Number of systems (or of searches, if a key is searched for) that this call had to do."""
-    found: int
-    """Number that was done before, or meanwhile by another process."""
-    done: int
-    failed: tuple[TaskResult, ...]
-    """Systems that failed, with the reasons."""
-    held: tuple[TaskResult, ...]
-    """Systems that are locked by another process."""
-    crossings: tuple[Crossing, ...] = ()
-    """Results of the searches of this call."""
-    died: tuple[str, ...] = ()
-    """Processes that died, each with its system, which was then done again."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether all systems are done."""
-        return not self.failed and not self.held
-
-    def collect(self) -> PointTable:
-        """All points that are done."""
-        return continuum.sweeps.collect.collect(self.folder)
 
 
 def sweep(

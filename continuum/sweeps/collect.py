@@ -28,6 +28,7 @@ from continuum.sweeps.cube import as_cell, cube_of
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
 from continuum.sweeps.sweep import SweepListing, changes_of, systems_of
+from continuum.sweeps.workers import TaskResult
 
 if TYPE_CHECKING:
     import pandas
@@ -163,23 +164,6 @@ class PointTable:
         return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
 
 
-class TableSource:
-    """An object with the points of a sweep, in the forms of :class:`PointTable`."""
-
-    def collect(self) -> PointTable:
-        """All points that are done."""
-        raise NotImplementedError
-
-    def to_pandas(self) -> pandas.DataFrame:
-        return self.collect().to_pandas()
-
-    def to_xarray(self) -> xarray.Dataset:
-        return self.collect().to_xarray()
-
-    def means(self, over: str = "surface.seed") -> pandas.DataFrame:
-        return self.collect().means(over)
-
-
 def collect(root: str | Path) -> PointTable:
     """Read all finished systems; a file that cannot be read is reported as a fault.
 
@@ -206,6 +190,44 @@ def collect(root: str | Path) -> PointTable:
         dict(Counter(one.made for one in found.values())),
         crossings=crossings_of(folder.root, listing, lambda key: found[key].table if key in found else None),
     )
+
+
+@dataclass(frozen=True)
+class SweepRun:
+    """Result of one call of :func:`continuum.sweep`, with its points in the forms of :class:`PointTable`."""
+
+    folder: Path
+    total: int
+    """Number of systems (or of searches, if a key is searched for) that this call had to do."""
+    found: int
+    """Number that was done before, or meanwhile by another process."""
+    done: int
+    failed: tuple[TaskResult, ...]
+    """Systems that failed, with the reasons."""
+    held: tuple[TaskResult, ...]
+    """Systems that are locked by another process."""
+    crossings: tuple[Crossing, ...] = ()
+    """Results of the searches of this call."""
+    died: tuple[str, ...] = ()
+    """Processes that died, each with its system, which was then done again."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether all systems are done."""
+        return not self.failed and not self.held
+
+    def collect(self) -> PointTable:
+        """All points that are done."""
+        return collect(self.folder)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        return self.collect().to_pandas()
+
+    def to_xarray(self) -> xarray.Dataset:
+        return self.collect().to_xarray()
+
+    def means(self, over: str = "surface.seed") -> pandas.DataFrame:
+        return self.collect().means(over)
 
 
 @dataclass(frozen=True)
