@@ -202,10 +202,11 @@ def _option(annotation: Any) -> Any:
 
 
 def _help(work: Callable[..., object]) -> dict[str, str]:
-    """The descriptions of the arguments in the docstring of a function, as plain text."""
+    """The descriptions of the arguments in the docstring of a function, as plain text, but for what only Python has."""
     text = inspect.cleandoc(work.__doc__ or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
     found = dict[str, str]()
     for names, said in re.findall(r"^(\w[\w, ]*) : (.*(?:\n .*)*)", text, re.MULTILINE):
-        plain = re.sub(r":\w+:`[\w.]*?(\w+)`|``", r"\1", " ".join(said.split()))
+        of_command = " ".join(said.split()).partition("; in Python ")[0]
+        plain = re.sub(r":\w+:`[\w.]*?(\w+)`|``", r"\1", of_command)
         found |= dict.fromkeys(names.split(", "), plain)
     return found

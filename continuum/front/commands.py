@@ -41,7 +41,8 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
 
     Parameters
     ----------
-    file : input (TOML); ``inputs/...`` finds those that come with the package.
+    file : input (TOML); ``inputs/...`` finds those that come with the package; in Python also a dictionary of its
+        tables, which is then named "input".
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
     reduced : use the values of [sweep.reduced] (sweeps only).
 
@@ -51,10 +52,6 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
         With all faults of the file, or of the first faulty system of a sweep.
     ArgumentError
         If an argument is not allowed.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     given, source = settings_of(settings), source_of(file)
     if flag("reduced", reduced) or "sweep" in source.data:
@@ -101,7 +98,8 @@ def run(
 
     Parameters
     ----------
-    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
+    file : input (TOML); ``inputs/...`` finds those that come with the package; in Python also one that was loaded, or
+        a dictionary of its tables, which is then named "input".
     output : folder for the result, which is named after the input; or its file, ``NAME.h5``.  Points stored there are
         kept.
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
@@ -116,10 +114,6 @@ def run(
         If the input cannot be run, this machine has not the device, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     given = settings_of(settings)
     function("progress", progress)
@@ -151,7 +145,8 @@ def turn(
 
     Parameters
     ----------
-    file : input of a run (TOML); its [loading] is not used.
+    file : input of a run (TOML); its [loading] is not used; in Python also a dictionary of its tables, which is then
+        named "input".
     output : folder for the result, which is named after the input; or its file, ``NAME.h5``.
     area : repulsive areas, as fractions of A0, increasing; the paper takes 1 %.
     width : width of the bracket of works, relative to the turn.
@@ -166,10 +161,6 @@ def turn(
         If the input cannot be run, its wall has no work of adhesion, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     areas = [number("area", each, above=0, below=1) for each in several("area", area)]
     number("width", width, above=0, below=1)

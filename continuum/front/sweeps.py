@@ -64,7 +64,8 @@ def sweep(
 
     Parameters
     ----------
-    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
+    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package; in Python
+        also a dictionary of its tables, which is named "sweep" unless it gets a name.
     output : folder in which the folder of the sweep is made, named after the input.
     name : name of the folder of the sweep, instead of that of the input.
     settings : values for keys of the input; a list for a key on an axis.
@@ -89,10 +90,6 @@ def sweep(
         or there is no such cluster.
     ArgumentError, InputError
         If an argument is not allowed; or this machine has not the device, or fewer GPUs than workers.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "sweep" unless it gets a name.
     """
     for argument, called in (("progress", progress), ("begun", begun), ("warn", warn), ("meanwhile", meanwhile)):
         function(argument, called)
