@@ -40,104 +40,22 @@ Random numbers
     gives one surface on every grid that resolves it.
 """
 
+import re
 from importlib import import_module
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from continuum.files.hdf5 import StoreError as StoreError
-    from continuum.files.toml import ConfigError as ConfigError
-    from continuum.front.certify import Certificate as Certificate
-    from continuum.front.certify import certify as certify
-    from continuum.front.commands import analyse as analyse
-    from continuum.front.commands import check as check
-    from continuum.front.commands import plot as plot
-    from continuum.front.commands import run as run
-    from continuum.front.commands import turn as turn
-    from continuum.front.contact import Contact as Contact
-    from continuum.front.predict import predict as predict
-    from continuum.front.states import LoadingPath as LoadingPath
-    from continuum.front.states import State as State
-    from continuum.front.states import Turn as Turn
-    from continuum.front.study import study as study
-    from continuum.front.sweeps import sweep as sweep
-    from continuum.front.sweeps import sweep_collect as sweep_collect
-    from continuum.front.sweeps import sweep_slurm as sweep_slurm
-    from continuum.model.grid import Grid as Grid
-    from continuum.model.substrates import CubicLayer as CubicLayer
-    from continuum.model.substrates import HalfSpace as HalfSpace
-    from continuum.model.substrates import Layer as Layer
-    from continuum.model.substrates import LayeredHalfSpace as LayeredHalfSpace
-    from continuum.model.substrates import NonPeriodicHalfSpace as NonPeriodicHalfSpace
-    from continuum.model.substrates import TabulatedSubstrate as TabulatedSubstrate
-    from continuum.model.surface import SelfAffine as SelfAffine
-    from continuum.model.surface import moments as moments
-    from continuum.model.surfaces import sine as sine
-    from continuum.model.surfaces import sphere as sphere
-    from continuum.model.walls import Exponential as Exponential
-    from continuum.model.walls import HardWall as HardWall
-    from continuum.model.walls import InversePowers as InversePowers
-    from continuum.model.walls import LennardJonesSpline as LennardJonesSpline
-    from continuum.model.walls import TabulatedWall as TabulatedWall
-    from continuum.model.walls import attraction_on_core as attraction_on_core
-    from continuum.paper.examples import examples as examples
-    from continuum.paper.page import figure as figure
-    from continuum.runs.analysis import Analysis as Analysis
-    from continuum.runs.result import Result as Result
-    from continuum.solve.solution import NotConvergedError as NotConvergedError
-    from continuum.sticky.prediction import Prediction as Prediction
-    from continuum.sticky.study import Study as Study
-    from continuum.sweeps.collect import sweep_status as sweep_status
-    from continuum.sweeps.collect import sweep_verify as sweep_verify
+from pathlib import Path
 
 __version__ = "0.1.0"
 
-_WHERE = {
-    "front.contact": ("Contact",),
-    "front.states": ("LoadingPath", "State", "Turn"),
-    "front.commands": ("analyse", "check", "plot", "run", "turn"),
-    "front.certify": ("Certificate", "certify"),
-    "front.predict": ("predict",),
-    "front.study": ("study",),
-    "front.sweeps": ("sweep", "sweep_collect", "sweep_slurm"),
-    "sweeps.collect": ("sweep_status", "sweep_verify"),
-    "paper.examples": ("examples",),
-    "paper.page": ("figure",),
-    "model.grid": ("Grid",),
-    "model.surface": ("SelfAffine", "moments"),
-    "model.surfaces": ("sine", "sphere"),
-    "model.walls": (
-        "Exponential",
-        "HardWall",
-        "InversePowers",
-        "LennardJonesSpline",
-        "TabulatedWall",
-        "attraction_on_core",
-    ),
-    "model.substrates": (
-        "CubicLayer",
-        "HalfSpace",
-        "Layer",
-        "LayeredHalfSpace",
-        "NonPeriodicHalfSpace",
-        "TabulatedSubstrate",
-    ),
-    "files.tables": ("ConfigError",),
-    "files.store": ("StoreError",),
-    "runs.analysis": ("Analysis",),
-    "runs.result": ("Result",),
-    "solve.solution": ("NotConvergedError",),
-    "sticky.prediction": ("Prediction",),
-    "sticky.study": ("Study",),
-}
-# Read when they are asked for: `continuum --help` needs none of them.
-_MODULES = {name: module for module, names in _WHERE.items() for name in names}
+_NAMES = re.compile(r"^from (\S+) import (\w+)", re.MULTILINE)
+# Imported when they are asked for: `continuum --help` needs none of them.
+_MODULES = {name: module for module, name in _NAMES.findall(Path(__file__).with_suffix(".pyi").read_text())}
 __all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> object:
     if name not in _MODULES:
         raise AttributeError(f"module 'continuum' has no attribute {name!r}")
-    return getattr(import_module(f"continuum.{_MODULES[name]}"), name)
+    return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:

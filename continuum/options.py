@@ -67,7 +67,8 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
         _check_environment()
         done = app(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        sys.stderr.write(f"{app.name[0]}: {_without_stop(str(error))}; see `{app.name[0]} --help`\n")
+        text = re.sub(r"(?<!\.)\.$", "", str(error))  # without its full stop
+        sys.stderr.write(f"{app.name[0]}: {text}; see `{app.name[0]} --help`\n")
         raise SystemExit(BAD_INPUT) from None
     except InputError as error:
         sys.stderr.write(f"{error}\n")
@@ -78,10 +79,6 @@ def run_program(app: App, arguments: Sequence[str] | None) -> int:
     if done is None and not {"--help", "-h", "--version"} & set(words):  # no command: the help was printed
         raise SystemExit(BAD_INPUT)
     return int(done or OK)
-
-
-def _without_stop(text: str) -> str:
-    return text if text.endswith("...") else text.rstrip(".")
 
 
 def _with_lone_dashes(words: Sequence[str]) -> list[str]:
@@ -205,10 +202,11 @@ def _option(annotation: Any) -> Any:
 
 
 def _help(work: Callable[..., object]) -> dict[str, str]:
-    """The descriptions of the arguments in the docstring of a function, as plain text."""
+    """The descriptions of the arguments in the docstring of a function, as plain text, but for what only Python has."""
     text = inspect.cleandoc(work.__doc__ or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
     found = dict[str, str]()
     for names, said in re.findall(r"^(\w[\w, ]*) : (.*(?:\n .*)*)", text, re.MULTILINE):
-        plain = re.sub(r":\w+:`[\w.]*?(\w+)`|``", r"\1", " ".join(said.split()))
+        of_command = " ".join(said.split()).partition("; in Python ")[0]
+        plain = re.sub(r":\w+:`[\w.]*?(\w+)`|``", r"\1", of_command)
         found |= dict.fromkeys(names.split(", "), plain)
     return found

@@ -42,14 +42,6 @@ _POLICY = (
 
 
 @dataclass
-class Solving:
-    """A solver running on a map in its own process."""
-
-    process: subprocess.Popen[str]
-    began: float = field(default_factory=time.monotonic)
-
-
-@dataclass
 class View:
     """The state of one call of ``continuum view``; the only mutable object here."""
 
@@ -59,7 +51,9 @@ class View:
     port: int = 0
     opened: OpenedMap | None = None
     results: OpenedResults | None = None
-    solving: Solving | None = None
+    solving: subprocess.Popen[str] | None = None
+    """The solver, running on the map in its own process."""
+    began: float = 0.0
     uploads: int = 0
     drawing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Lock for drawing figures, as their style is global to the process."""
@@ -86,9 +80,9 @@ class View:
 
     def stop(self) -> None:
         """End the solver, if it is running."""
-        if self.solving is not None and self.solving.process.poll() is None:
-            self.solving.process.terminate()
-            self.solving.process.wait()
+        if self.solving is not None and self.solving.poll() is None:
+            self.solving.terminate()
+            self.solving.wait()
         self.solving = None
 
 
@@ -118,9 +112,23 @@ class _Handler(RequestHandler):
         if not secrets.compare_digest(given.encode(), self.view.token.encode()):
             raise HTTPError(403, reason="the address lacks its token: use the one that the program has printed")
 
+    def log_exception(self, kind: Any, error: Any, trace: Any) -> None:
+        if not isinstance(error, InputError):
+            super().log_exception(kind, error, trace)
+
     def write_error(self, status_code: int, **more: Any) -> None:
+        """Answer what is wrong, with the message of the command and without names of folders."""
+        _, error, _ = more.get("exc_info", (None, None, None))
+        said, opened, results = self._reason, self.view.opened, self.view.results
+        if isinstance(error, InputError):
+            self.set_status(422)
+            hidden = {str(opened.path): opened.shown} if opened is not None else {}
+            hidden |= {f"{file.parent}/": "" for file in results.runs.values()} if results is not None else {}
+            said = str(error)[:2000]
+            for place, shown in hidden.items():
+                said = said.replace(place, shown)
         self.set_header("Content-Type", "application/json")
-        self.finish(json.dumps({"error": self._reason}))
+        self.finish(json.dumps({"error": said}))
 
     @property
     def opened(self) -> OpenedMap:
@@ -136,11 +144,6 @@ class _Handler(RequestHandler):
         if not isinstance(found, dict):
             raise HTTPError(400, reason="no form")
         return found
-
-    def refuse(self, error: InputError) -> None:
-        """Answer an error with the message of the command."""
-        self.set_status(422)
-        self.write({"error": str(error).replace(str(self.opened.path), self.opened.shown)[:2000]})
 
 
 class _Static(_Handler):
@@ -193,15 +196,10 @@ class _Upload(_Handler):
 
 
 class _Predict(_Handler):
-    """The answer for a form, without the solver."""
-
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
-        try:
-            found = await _aside(opened.predict, asked)
-            self.write(answer(found) | {"command": opened.repeated_by(asked)})
-        except InputError as error:
-            self.refuse(error)
+        found = await _aside(opened.predict, asked)
+        self.write(answer(found) | {"command": opened.repeated_by(asked)})
 
 
 class _Report(_Handler):
@@ -209,14 +207,10 @@ class _Report(_Handler):
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
-        try:
-            found = await _aside(opened.predict, asked)
-            async with self.view.drawing:
-                page = await _aside(_written, found, opened.folder)
-                image = await _aside(opened.mending, asked, found)
-        except InputError as error:
-            self.refuse(error)
-            return
+        found = await _aside(opened.predict, asked)
+        async with self.view.drawing:
+            page = await _aside(_written, found, opened.folder)
+            image = await _aside(opened.mending, asked, found)
         self.write({"page": page, "mending": f"data:image/png;base64,{base64.b64encode(image).decode()}"})
 
 
@@ -227,16 +221,10 @@ class _States(_Handler):
         results = self.view.results
         if results is None:
             raise HTTPError(409, reason="no results are open")
-        try:
-            if step is None:
-                self.write(await _aside(results.states, int(run)))
-                return
-            found = await _aside(results.map, int(run), int(step), kind)
-        except InputError as error:
-            self.set_status(422)
-            file = next(iter(results.runs.values()))
-            self.write({"error": str(error).replace(str(file.parent), "").lstrip("/")[:2000]})
+        if step is None:
+            self.write(await _aside(results.states, int(run)))
             return
+        found = await _aside(results.map, int(run), int(step), kind)
         self.set_header("Content-Type", "application/octet-stream")
         self.write(found.astype(found.dtype.newbyteorder("<")).tobytes())
 
@@ -246,18 +234,14 @@ class _Solve(_Handler):
 
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
-        try:
-            await _aside(opened.predict, asked)  # errors are reported at once
-            command = opened.solving(asked)
-        except InputError as error:
-            self.refuse(error)
-            return
+        await _aside(opened.predict, asked)  # errors are reported at once
+        command = opened.solving(asked)
         self.view.stop()
         with (opened.folder / "said.txt").open("w") as said:
-            process = subprocess.Popen(
+            self.view.solving = subprocess.Popen(
                 command, cwd=opened.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=said, text=True
             )
-        self.view.solving = Solving(process)
+        self.view.began = time.monotonic()
         self.write({"solving": True})
 
     def get(self) -> None:
@@ -265,9 +249,9 @@ class _Solve(_Handler):
         if solving is None:
             self.write({"solving": False})
             return
-        code = solving.process.poll()
+        code = solving.poll()
         said = (opened.folder / "said.txt").read_text(encoding="utf-8").replace(str(opened.path), opened.shown)
-        seconds = round(time.monotonic() - solving.began)
+        seconds = round(time.monotonic() - self.view.began)
         self.write({"solving": code is None, "code": code, "seconds": seconds, "said": said[-2000:]})
 
     def delete(self) -> None:
@@ -276,8 +260,6 @@ class _Solve(_Handler):
 
 
 class _Solved(_Handler):
-    """The page of the solved map."""
-
     def get(self) -> None:
         pages = sorted((self.opened.folder / "solved").glob("*.html"))
         if not pages:

@@ -29,12 +29,8 @@ class Citation:
 
     @classmethod
     def read(cls) -> Self:
-        """Read the file that comes with the package."""
-        return cls.of(packaged("CITATION.cff").read_text(encoding="utf-8"))
-
-    @classmethod
-    def of(cls, text: str) -> Self:
-        """Parse a text of this form, and only as much of YAML as the file of this project uses."""
+        """Read the file that comes with the package: only as much of YAML as it uses."""
+        text = packaged("CITATION.cff").read_text(encoding="utf-8")
         program, _, article = text.partition("references:")
         names = zip(_all(article, "family-names"), _all(article, "given-names"), strict=True)
         authors = [" ".join([re.sub(r"(\w)\w*\.?", r"\1.", given), family]) for family, given in names]
@@ -47,5 +43,4 @@ class Citation:
 
 
 def _all(text: str, key: str) -> tuple[str, ...]:
-    """All values of a key, in order."""
     return tuple(re.findall(rf'^[ -]*{key}: "?(.*?)"?$', text, re.MULTILINE))

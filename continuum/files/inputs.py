@@ -109,18 +109,24 @@ def parsed(source: Source, model: type[_Document], values: Mapping[str, Any] | N
     return config
 
 
-_CAUSES = {
-    "finite_number": "NaN or infinity, from a failed calculation",
-    "float_type": "a number in quotes, or true/false",
-    "greater_than": "a sign, or a value in other units than a0 and E*",
-    "greater_than_equal": "a sign, or a value in other units than a0 and E*",
-    "bool_type": "quotes, or a capital letter",
-    "string_type": "quotes left out",
-    "int_type": "a decimal point or quotes where a count belongs",
-    "missing": "a line left out, or a misspelt key",
-    "missing_file": "a misspelt name, or a path relative to another folder",
-    "tuple_type": "one value without [brackets]",
+_SIGN = "a sign, or a value in other units than a0 and E*"
+_SAID: Mapping[str, tuple[str, str]] = {
+    "bool_type": ("true or false", "quotes, or a capital letter"),
+    "finite_number": ("", "NaN or infinity, from a failed calculation"),
+    "float_type": ("a number", "a number in quotes, or true/false"),
+    "greater_than": ("", _SIGN),
+    "greater_than_equal": ("", _SIGN),
+    "int_type": ("a whole number", "a decimal point or quotes where a count belongs"),
+    "missing": ("this key is required", "a line left out, or a misspelt key"),
+    "missing_file": ("", "a misspelt name, or a path relative to another folder"),
+    "model_type": ("a table, [{place}]", ""),
+    "string_pattern_mismatch": ("text of this form", ""),
+    "string_type": ("text in quotes", "quotes left out"),
+    "too_long": ("at most {max_length} entries", ""),
+    "too_short": ("at least {min_length} entries", ""),
+    "tuple_type": ("a list in [brackets]", "one value without [brackets]"),
 }
+"""For kinds of pydantic's errors what is allowed, if it says so less well, and the usual cause."""
 
 
 def _complete(
@@ -176,20 +182,11 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         meant = nearest(str(error["input"]), choices)
         allowed = ("one of " if len(choices) > 1 else "") + ", ".join(f'"{name}"' for name in choices)
         return Fault(key, allowed + about, f'misspelt; did you mean "{meant}"?' if meant else "")
-    allowed = {
-        "missing": "this key is required",
-        "model_type": "a table, [" + ".".join(map(str, key)) + "]",
-        "tuple_type": "a list in [brackets]",
-        "int_type": "a whole number",
-        "bool_type": "true or false",
-        "float_type": "a number",
-        "string_type": "text in quotes",
-        "too_short": f"at least {error.get('ctx', {}).get('min_length')} entries",
-        "too_long": f"at most {error.get('ctx', {}).get('max_length')} entries",
-        "string_pattern_mismatch": "text of this form",
-        "greater_than_equal": _at_least(error.get("ctx", {}).get("ge", 0)),
-    }.get(kind, error["msg"].removeprefix("Input should be ").removeprefix("a valid "))
-    return Fault(key, allowed + about, _CAUSES.get(kind, ""))
+    context, (said, cause) = error.get("ctx", {}), _SAID.get(kind, ("", ""))
+    allowed = said.format(place=".".join(map(str, key)), **context) or error["msg"].removeprefix("Input should be ")
+    if kind == "greater_than_equal":
+        allowed = _at_least(context["ge"])
+    return Fault(key, allowed.removeprefix("a valid ") + about, cause)
 
 
 def _at_least(bound: float) -> str:

@@ -85,12 +85,8 @@ def _is_ours(path: Path, new: bytes) -> bool:
         raise OutputError(f"{path}: cannot be replaced, as it cannot be read: {reason(error)}") from error
     if MARK in new:
         return not old or MARK in old
-    return not old or _first_cell(old) == _first_cell(new)
-
-
-def _first_cell(content: bytes) -> bytes:
-    """The first line of a text, or of a table its first cell."""
-    return content.partition(b"\n")[0].partition(b",")[0].strip()
+    first = (content.partition(b"\n")[0].partition(b",")[0].strip() for content in (old, new))  # line, or cell
+    return not old or len({*first}) == 1
 
 
 def distinct(path: Path, inputs: Iterable[Path]) -> None:

@@ -72,18 +72,13 @@ def write(path: str | Path, datasets: Mapping[str, Dataset], attributes: Mapping
     """
     if not isinstance(attributes.get("schema"), str) or not isinstance(attributes.get("schema_version"), int):
         raise ValueError('a file names its "schema" (text) and "schema_version" (a whole number)')
-    lengths = _dimensions(datasets)
-    with created(path) as file:
-        _fill(file, datasets, attributes, lengths)
-
-
-def _dimensions(datasets: Mapping[str, Dataset]) -> dict[str, int]:
     lengths: dict[str, int] = {}
     for name, dataset in datasets.items():
         for dim, length in zip(dataset.dims, dataset.values.shape, strict=True):
             if lengths.setdefault(dim, length) != length:
                 raise ValueError(f"dimension {dim} of {name} has {length} entries, elsewhere it has {lengths[dim]}")
-    return lengths
+    with created(path) as file:
+        _fill(file, datasets, attributes, lengths)
 
 
 def _fill(

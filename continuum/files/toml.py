@@ -53,7 +53,8 @@ class Source:
     path: Path
     text: str = field(repr=False)
     data: Mapping[str, Any] = field(repr=False)
-    lines: Mapping[Key, int] = field(repr=False)
+    lines: Mapping[str, int] = field(repr=False)
+    """Line of each key, by its dotted name."""
 
     @classmethod
     def read(cls, path: Path) -> Source:
@@ -82,7 +83,7 @@ class Source:
         except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
             cause = "text without quotes, or a capital letter in true or false"
             at = re.search(r"line (\d+)", str(error))
-            lines: dict[Key, int] = {(): int(at[1]) if at else text.count("\n") + 1}
+            lines = {"": int(at[1]) if at else text.count("\n") + 1}
             raise ConfigError(cls(path, text, {}, lines), [Fault((), f"valid TOML; found: {error}", cause)]) from None
         if deep:
             raise ConfigError(path, [Fault((), f"TOML with at most {_DEEPEST} levels of nesting")])
@@ -107,10 +108,8 @@ class Source:
 
     def line(self, key: Key) -> int:
         """Line of a key, or of the innermost table that should hold it; 1 if there is none."""
-        for length in range(len(key), -1, -1):
-            if key[:length] in self.lines:
-                return self.lines[key[:length]]
-        return 1
+        names = (_name(key[:length]) for length in range(len(key), -1, -1))
+        return next((self.lines[name] for name in names if name in self.lines), 1)
 
     def describe(self, fault: Fault) -> str:
         """Two or three lines: place and value, what is allowed, the usual cause."""
@@ -119,6 +118,10 @@ class Source:
         given = f" = {_toml(value)}" if found and fault.key else "" if not fault.key else " is not given"
         text = f"{self.path}:{self.line(fault.key)}: {name}{given}\n    allowed: {fault.allowed}"
         return f"{text}\n    usual cause: {fault.cause}" if fault.cause else text
+
+
+def _name(key: Key) -> str:
+    return ".".join(map(str, key))
 
 
 def _text(path: Path) -> str:
@@ -253,7 +256,7 @@ class _Positions:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self._ends = [match.start() for match in re.finditer("\n", text)]
-        self.lines: dict[Key, int] = {}
+        self.lines: dict[str, int] = {}
         tables: dict[Key, int] = {}  # arrays of tables, with the index of the current one
         table: Key = ()
         while self._skip() < len(text):
@@ -283,7 +286,7 @@ class _Positions:
     def _record(self, key: Key, at: int) -> None:
         line = bisect.bisect_left(self._ends, at) + 1
         for length in range(1, len(key) + 1):
-            self.lines.setdefault(key[:length], line)
+            self.lines.setdefault(_name(key[:length]), line)
 
     def _dotted(self) -> list[str]:
         names = []

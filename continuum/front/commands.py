@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from continuum.arguments import choice, file_name, flag, function, number, several
+from continuum.arguments import file_name, flag, function, number, several
 from continuum.files.inputs import InputFile, load, settings_of, source_of
 from continuum.files.tables import identity
 from continuum.front.sweeps import check_sweep
@@ -16,7 +16,6 @@ from continuum.runs.cost import cost_of, pair_seconds
 from continuum.runs.result import Result
 from continuum.runs.run import Progress, follow_run
 from continuum.show.sheet import Column, Sheet
-from continuum.solve.backend import BACK_ENDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +41,8 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
 
     Parameters
     ----------
-    file : input (TOML); ``inputs/...`` finds those that come with the package.
+    file : input (TOML); ``inputs/...`` finds those that come with the package; in Python also a dictionary of its
+        tables, which is then named "input".
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
     reduced : use the values of [sweep.reduced] (sweeps only).
 
@@ -52,10 +52,6 @@ def check(file: InputFile, settings: Mapping[str, Any] | None = None, *, reduced
         With all faults of the file, or of the first faulty system of a sweep.
     ArgumentError
         If an argument is not allowed.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     given, source = settings_of(settings), source_of(file)
     if flag("reduced", reduced) or "sweep" in source.data:
@@ -102,7 +98,8 @@ def run(
 
     Parameters
     ----------
-    file : input (TOML), or one that was loaded; ``inputs/...`` finds those that come with the package.
+    file : input (TOML); ``inputs/...`` finds those that come with the package; in Python also one that was loaded, or
+        a dictionary of its tables, which is then named "input".
     output : folder for the result, which is named after the input; or its file, ``NAME.h5``.  Points stored there are
         kept.
     settings : values for keys of the input, as ``{"surface.seed": 3}``.
@@ -117,16 +114,10 @@ def run(
         If the input cannot be run, this machine has not the device, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     given = settings_of(settings)
     function("progress", progress)
     function("warn", warn)
-    if device is not None:
-        choice("device", device, BACK_ENDS)
     config = load(file, RunConfig, given)
     config = config if device is None else config.on(device)
     path = file_name("output", output)
@@ -154,7 +145,8 @@ def turn(
 
     Parameters
     ----------
-    file : input of a run (TOML); its [loading] is not used.
+    file : input of a run (TOML); its [loading] is not used; in Python also a dictionary of its tables, which is then
+        named "input".
     output : folder for the result, which is named after the input; or its file, ``NAME.h5``.
     area : repulsive areas, as fractions of A0, increasing; the paper takes 1 %.
     width : width of the bracket of works, relative to the turn.
@@ -169,10 +161,6 @@ def turn(
         If the input cannot be run, its wall has no work of adhesion, or the result cannot be stored.
     ArgumentError
         If an argument is not allowed.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "input".
     """
     areas = [number("area", each, above=0, below=1) for each in several("area", area)]
     number("width", width, above=0, below=1)

@@ -275,7 +275,6 @@ def _chosen(**given: Any) -> tuple[str, Any]:
 
 
 def _target(name: str, value: Any) -> float:
-    """A value of a control, checked to be possible."""
     if name == "area":
         return number(name, value, above=0, below=1)
     return number(name, value, least=-FARTHEST, most=FARTHEST)

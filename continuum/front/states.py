@@ -16,6 +16,7 @@ from continuum.measure.curve import Adhesion, Curve, adhesion
 from continuum.model.fourier import Real
 from continuum.path import state
 from continuum.path.equilibrium import solver_of
+from continuum.path.state import Event
 from continuum.show.sheet import Column, Sheet, pairs
 from continuum.solve.stability import Stability
 
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from continuum.front.contact import Contact
-
-
-from continuum.path.state import Event
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +235,6 @@ class LoadingPath(Sequence[State]):
 
 
 def _with_picture(shown: State | LoadingPath) -> str:
-    """Table and figure for a notebook."""
     from continuum.show.page import picture
     from continuum.show.plot import image_bytes
 

@@ -6,25 +6,26 @@ later, from another process or machine.
 
 import re
 import shlex
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import continuum.sweeps.collect
-from continuum.arguments import ArgumentError, choice, count, file_name, flag, function, instance, number, pair
+from continuum.arguments import ArgumentError, count, file_name, flag, function, instance, number, pair
 from continuum.files.inputs import InputFile, settings_of
 from continuum.files.output import LockedError, folder, save
 from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds, physical_memory
 from continuum.show.runs import crossings_sheet
 from continuum.show.sheet import Column, Sheet
-from continuum.solve.backend import BACK_ENDS, back_end
+from continuum.solve.backend import back_end
 from continuum.sweeps.axes import Sweep
 from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
-from continuum.sweeps.collect import PointTable, TableSource
+from continuum.sweeps.collect import PointTable
+from continuum.sweeps.collect import SweepRun as SweepRun
 from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
 from continuum.sweeps.cube import write_cube
 from continuum.sweeps.engine import check_workers, run_tasks
@@ -35,35 +36,6 @@ from continuum.sweeps.workers import Message, Task, TaskResult
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
 After = Callable[[TaskResult, int, int], None]
 """Called after each system with its result, the number of finished systems, and the number of all."""
-
-
-@dataclass(frozen=True)
-class SweepRun(TableSource):
-    """Result of one call of :func:`sweep`."""
-
-    folder: Path
-    total: int
-    """Number of systems (or of searches, if a key is searched for) that this call had to do."""
-    found: int
-    """Number that was done before, or meanwhile by another process."""
-    done: int
-    failed: tuple[TaskResult, ...]
-    """Systems that failed, with the reasons."""
-    held: tuple[TaskResult, ...]
-    """Systems that are locked by another process."""
-    crossings: tuple[Crossing, ...] = ()
-    """Results of the searches of this call."""
-    died: tuple[str, ...] = ()
-    """Processes that died, each with its system, which was then done again."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether all systems are done."""
-        return not self.failed and not self.held
-
-    def collect(self) -> PointTable:
-        """All points that are done."""
-        return continuum.sweeps.collect.collect(self.folder)
 
 
 def sweep(
@@ -92,7 +64,8 @@ def sweep(
 
     Parameters
     ----------
-    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package.
+    file : input of a run with a table [sweep]; ``inputs/sweep/...`` finds those that come with the package; in Python
+        also a dictionary of its tables, which is named "sweep" unless it gets a name.
     output : folder in which the folder of the sweep is made, named after the input.
     name : name of the folder of the sweep, instead of that of the input.
     settings : values for keys of the input; a list for a key on an axis.
@@ -117,10 +90,6 @@ def sweep(
         or there is no such cluster.
     ArgumentError, InputError
         If an argument is not allowed; or this machine has not the device, or fewer GPUs than workers.
-
-    Notes
-    -----
-    In Python the input may also be a dictionary of its tables; it is then named "sweep" unless it gets a name.
     """
     for argument, called in (("progress", progress), ("begun", begun), ("warn", warn), ("meanwhile", meanwhile)):
         function(argument, called)
@@ -182,20 +151,16 @@ def _hear(
 
 
 def _ended(root: Path, ended: Sequence[TaskResult], *, searched: bool) -> SweepRun:
-    """Results of the systems of a call."""
     is_done = done_before(root)
     held = tuple(one for one in ended if isinstance(one.error, LockedError) and not is_done(one.task))
     failed = tuple(one for one in ended if not one.ok and not isinstance(one.error, LockedError))
     done = sum(one.ok and not one.found for one in ended)
-    crossings = _crossings(root, {one.task.path for one in ended}) if searched else ()
+    crossings: tuple[Crossing, ...] = ()
+    if searched:
+        listing, paths = systems_of(root), {one.task.path for one in ended}
+        mine = tuple(one for one in listing.searches if Folder(root).search(one.name) in paths)
+        crossings = crossings_of(root, replace(listing, searches=mine))
     return SweepRun(root, len(ended), len(ended) - done - len(held) - len(failed), done, failed, held, crossings)
-
-
-def _crossings(root: Path, paths: Set[Path]) -> tuple[Crossing, ...]:
-    """Results of the searches of these files."""
-    listing = systems_of(root)
-    mine = tuple(one for one in listing.searches if Folder(root).search(one.name) in paths)
-    return crossings_of(root, replace(listing, searches=mine))
 
 
 def check_sweep(file: InputFile, settings: Mapping[str, Any], *, reduced: bool) -> Sheet:
@@ -305,10 +270,8 @@ def sweep_slurm(
     ArgumentError
         If an argument is not allowed.
     """
-    given, path = settings_of(settings), file_name("file", file)
-    if device is not None:
-        choice("device", device, BACK_ENDS)
-        given["solver.device"] = device
+    given = settings_of(settings) | ({} if device is None else {"solver.device": device})
+    path = file_name("file", file)
     described = Sweep.read(path, given, reduced=flag("reduced", reduced))
     configs = [config for _, config in described.systems()]
     needed = max(cost_of(config).memory for config in configs)

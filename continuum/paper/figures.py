@@ -108,7 +108,7 @@ def _inverse_kappa(title: str, column: str, key: str, label: str, *along: str) -
     )
 
 
-FIGURES = {
+FIGURES: dict[str, PaperFigure] = {
     "figure1": PaperFigure(
         "Fig. 1", fields.near_target_area, "no system has a converged point to draw", fields.contact_areas,
         fields.draw_contact_maps,

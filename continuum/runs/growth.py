@@ -62,7 +62,10 @@ def growth_of(config: RunConfig, source: Path) -> Growth | None:
         return None  # damaged, or of another version
     done, asked, identity = len(held["step"]), config.loading.points, str(found["identity"])
     yields, turns = np.isfinite(config.wall.largest_pressure), config.loading.turn is not None
-    alike = min(done, sum(1 for _ in takewhile(_same, zip(_points(config), _points(earlier), strict=False))))
+    alike = min(
+        done,
+        sum(1 for _ in takewhile(lambda two: two[0] == two[1], zip(_points(config), _points(earlier), strict=False))),
+    )
     if config.output.fields and not earlier.output.fields:
         return None
     if config.solver.tolerance < earlier.solver.tolerance:
@@ -112,11 +115,6 @@ def stored_state(source: Path, step: int) -> PathState | None:
 
 
 def _points(config: RunConfig) -> Iterator[tuple[Control, float, Search]]:
-    """The targets of each point of a path."""
     for control, targets, search in config.loading.stretches:
         for target in targets:
             yield control, target, search
-
-
-def _same(pair: tuple[object, object]) -> bool:
-    return pair[0] == pair[1]

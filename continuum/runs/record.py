@@ -132,17 +132,10 @@ class Record:
 
     def beginning(self, points: int, good: list[PathState]) -> Self:
         """The record after the first points, with the states that the next one starts from."""
-        return replace(
-            self,
-            points=self.points[:points],
-            events=[passed for passed in self.events if passed.step < points],
-            repulsive=self.repulsive[:points],
-            attracted=self.attracted[:points],
-            gaps=self.gaps[:points],
-            work=self.work[:points],
-            seconds=self.seconds[:points],
-            good=good,
-        )
+        events = [passed for passed in self.events if passed.step < points]
+        of_points = ("points", "repulsive", "attracted", "gaps", "work", "seconds")
+        first = {name: getattr(self, name)[:points] for name in of_points}
+        return replace(self, events=events, good=good, **first)
 
     def datasets(self, *, restart: bool) -> dict[str, Dataset]:
         """Datasets of the record; with ``restart`` also the state that the next point starts from."""

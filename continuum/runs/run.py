@@ -7,6 +7,7 @@ to a bitwise identical result.
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -77,10 +78,7 @@ def follow_run(
     with reserved(path):
         record, _ = _stored(system, path, key, growth, force=force)  # read again, now that no other process writes it
         resumed = len(record.points)
-
-        def write(known: Record) -> None:
-            _write(known, system, path, key, resumed)
-
+        write = partial(_write, system, path, key, resumed)
         if resumed == config.loading.points:  # all points are those of a longer path
             write(record)
         _follow(system, record, growth, write, every, progress)
@@ -150,7 +148,7 @@ def _begin_at_stored(record: Record, growth: Growth | None) -> None:
         record.good[:] = [state]
 
 
-def _write(record: Record, system: RunSetup, path: Path, key: str, resumed: int) -> None:
+def _write(system: RunSetup, path: Path, key: str, resumed: int, record: Record) -> None:
     config, grid = system.config, system.grid
     finished = len(record.points) == config.loading.points
     x, y = grid.positions

@@ -76,7 +76,6 @@ def solving(prediction: Prediction, state: bool) -> str:
 
 
 def _seconds(prediction: Prediction, nx: int, ny: int) -> str:
-    """Core-seconds of the turn, from the measured time of a transform."""
     contact = prediction.contact
     adhesion_length = 0.5 * (contact.conformal_energy or 0.0) / contact.contact_modulus
     resolved = contact.range >= shortest_range(prediction.facing, adhesion_length)
@@ -104,7 +103,6 @@ def percent(probability: float) -> str:
 
 
 def _faults(prediction: Prediction) -> str:
-    """The faults of the maps and their remedies."""
     if not prediction.faults:
         return ""
     found = "; ".join(fault.text for fault in prediction.faults)
@@ -113,7 +111,6 @@ def _faults(prediction: Prediction) -> str:
 
 
 def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
-    """A warning if unmeasured waves would change the solution."""
     waves = prediction.continuation
     if solved is None or solved == "undecided" or waves is None or answer_of(prediction) == solved:
         return ""
@@ -128,7 +125,6 @@ def _unmeasured_of_solved(prediction: Prediction, solved: Answer | None) -> str:
 
 
 def _stays(prediction: Prediction) -> str:
-    """A line that says so if unmeasured waves do not change the answer."""
     beyond, waves = unmeasured(prediction), prediction.continuation
     if beyond is None or waves is None or beyond.changes is not None:
         return ""
@@ -213,7 +209,6 @@ def _why_not_solved(prediction: Prediction) -> str:
 
 
 def _full_contact(prediction: Prediction) -> str:
-    """The energy of full contact over w, and whether the surface conforms."""
     contact = prediction.contact
     energy, w = contact.conformal_energy, contact.work_of_adhesion
     if energy is None:
@@ -227,7 +222,6 @@ def _full_contact(prediction: Prediction) -> str:
 
 
 def _probe(prediction: Prediction, probe: ProbePullOff) -> str:
-    """The pull-off force of the probe, as far as it is bounded."""
     w = prediction.contact.work_of_adhesion
     start = f"Pull-off force of a probe of radius {length(probe.radius)}: "
     kind = f"Maugis' parameter {_times(probe.maugis)}"

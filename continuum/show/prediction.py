@@ -80,7 +80,6 @@ def _surfaces(prediction: Prediction) -> Sheet:
 
 
 def _unmeasured(prediction: Prediction) -> str:
-    """The missing waves, and their continuation."""
     waves = prediction.continuation
     if waves is None:
         return "none are missing, or no power law is known that continues what was measured"

@@ -60,7 +60,6 @@ def run_contact_maps(result: Result) -> Figure:
 
 
 def _maps(number: int) -> tuple[Figure, Any]:
-    """Axes for a row of maps, with their labels."""
     figure, axes = plot.new_axes(
         plot.PAGE if number > 1 else plot.COLUMN, 8.4 / max(number, 2.2), 1, number, squeeze=False, sharey=True
     )
@@ -154,7 +153,6 @@ def _patch_maps(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
 
 @plot.styled
 def _sizes(points: list[MeasuredPoint]) -> Figure:
-    """Number of patches against their area."""
     figure, axis = plot.new_axes(plot.COLUMN, 2.6)
     for point, colour in zip(points, plot.SERIES, strict=False):
         size, density = size_distribution(point.patch_areas)
@@ -195,7 +193,6 @@ def run_gap_profiles(analysis: Analysis, points: list[MeasuredPoint]) -> Figure:
 
 @plot.styled
 def _distributions(points: list[MeasuredPoint]) -> Figure:
-    """Distributions of gap and pressure over the area."""
     figure, (left, right) = plot.new_axes(plot.PAGE, 2.8, 1, 2)
     for point, colour in zip(points, plot.SERIES, strict=False):
         if point.fields is None:

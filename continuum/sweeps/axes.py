@@ -6,12 +6,10 @@ One key of ``[sweep.axes]`` may be searched for instead: then each combination o
 """
 
 import ast
-import copy
 import itertools
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any, Self
 
 from pydantic import Field
@@ -21,8 +19,8 @@ from continuum.files.tables import Document, identity
 from continuum.files.toml import ConfigError, Source, document, text_of
 from continuum.runs.config import MOST, RunConfig, expand_range
 from continuum.sweeps.bisection import Bisection, bisection_faults, is_bisection
-from continuum.sweeps.conditions import condition, dotted, holds
-from continuum.tables import Fault, Table, constraint
+from continuum.sweeps.conditions import condition, dotted, holds, is_range
+from continuum.tables import Fault, Key, Table, constraint
 
 _Values = dict[str, Any]
 
@@ -52,16 +50,15 @@ class SweepTable(Table):
     @property
     def all_axes(self) -> tuple[Axis, ...]:
         """The axes in their order, the zipped ones last; without the key that is searched for."""
-        listed = ((name, given) for name, given in _flat(self.axes) if not is_bisection(given))
+        listed = ((name, given) for name, given in self.axes.items() if not is_bisection(given))
         single = [Axis((name,), tuple((v,) for v in expand_range(given))) for name, given in listed]
-        columns = [dict(_flat(table)) for table in self.zipped]
-        together = [Axis(tuple(t), tuple(zip(*map(expand_range, t.values()), strict=True))) for t in columns]
+        together = [Axis(tuple(t), tuple(zip(*map(expand_range, t.values()), strict=True))) for t in self.zipped]
         return (*single, *together)
 
     @property
     def bisection(self) -> Bisection | None:
         """The search along one key, if there is one."""
-        return next((Bisection.of(name, given) for name, given in _flat(self.axes) if is_bisection(given)), None)
+        return next((Bisection.of(name, given) for name, given in self.axes.items() if is_bisection(given)), None)
 
     @constraint
     def _sound(self) -> Iterator[Fault]:
@@ -70,12 +67,12 @@ class SweepTable(Table):
 
     def _lists(self) -> Iterator[Fault]:
         places = [(("axes",), self.axes), *((("zipped", i), table) for i, table in enumerate(self.zipped))]
-        searched = [name for name, given in _flat(self.axes) if is_bisection(given)]
+        searched = [name for name, given in self.axes.items() if is_bisection(given)]
         if len(searched) > 1:
             yield Fault(("axes",), f"one search: {' and '.join(searched)} are searched for")
         for place, table in places:
-            for name, given in _flat(table):
-                here = (*place, *_parts(table, name))
+            for name, given in table.items():
+                here = (*place, name)
                 if place == ("axes",) and is_bisection(given):
                     yield from (replace(fault, key=(*here, *fault.key)) for fault in bisection_faults(given))
                     continue
@@ -91,12 +88,12 @@ class SweepTable(Table):
 
     def _together(self) -> Iterator[Fault]:
         for i, table in enumerate(self.zipped):
-            lengths = {name: len(expand_range(given)) for name, given in _flat(table)}
+            lengths = {name: len(expand_range(given)) for name, given in table.items()}
             if len(set(lengths.values())) > 1:
                 counts = ", ".join(f"{name} has {count}" for name, count in lengths.items())
                 yield Fault(("zipped", i), "lists of one length where keys change together", counts)
                 return
-        names = [name for table in (self.axes, *self.zipped) for name, _ in _flat(table)]
+        names = [name for table in (self.axes, *self.zipped) for name in table]
         for name in sorted({name for name in names if names.count(name) > 1}):
             yield Fault((), f"each key on one axis only: {name} is on several")
         for one, other in itertools.combinations(sorted(set(names)), 2):
@@ -117,17 +114,16 @@ class SweepTable(Table):
                 yield Fault(("keep", i), f'a condition such as "lambda_s * 8 <= lambda_L": {error}')
 
 
-_flat = partial(dotted, ranges=True)
-_LISTS = ("from", "bisect")
-"""Keys that mark a table as a range or a search, not as one value."""
+def _flat(table: Any) -> Any:
+    """A table by dotted keys, quoted or not; unchanged if it is none, or has a key in both spellings."""
+    pairs = list(dotted(table, ranges=True)) if isinstance(table, Mapping) else []
+    return dict(pairs) if len(dict(pairs)) == len(pairs) > 0 else table
 
 
-def _parts(table: Mapping[str, Any], name: str) -> tuple[str, ...]:
-    """The parts of a dotted key, whether it is quoted or not."""
-    if name in table:
-        return (name,)
-    first = next(part for part in table if name.startswith(f"{part}."))
-    return (first, *_parts(table[first], name.removeprefix(f"{first}.")))
+def _flattened(table: Mapping[str, Any]) -> _Values:
+    """The table [sweep], its axes by dotted keys."""
+    axes, zipped = table.get("axes", {}), table.get("zipped", [])
+    return {**table, "axes": _flat(axes), "zipped": list(map(_flat, zipped)) if isinstance(zipped, list) else zipped}
 
 
 def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Values, _Values]:
@@ -138,29 +134,21 @@ def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[_Val
     changes : values of keys of the input, which for a key on an axis become its values; also of keys of the table
         itself, such as ``sweep.keep``, or ``sweep.axes.surface.seed``, which adds an axis.
     """
-    found, plain = copy.deepcopy(dict(table)), _Values()
+    found, plain = _flattened(table), _Values()
     for key, value in changes.items():
         if key.startswith("sweep.") and not key.startswith("sweep.axes."):
-            found[key.removeprefix("sweep.")] = value
+            found = _flattened({**found, key.removeprefix("sweep."): value})
             continue
         name = key.replace('"', "").removeprefix("sweep.axes.")
-        axes, zipped = found.setdefault("axes", {}), found.get("zipped", ())
+        axes, zipped = found["axes"], found["zipped"]
         tables = [one for one in (axes, *(zipped if isinstance(zipped, list) else ())) if isinstance(one, dict)]
-        holder = next((one for one in tables if name in dict(_flat(one))), axes if name != key else None)
+        holder = next((one for one in tables if name in one), axes if name != key else None)
         if isinstance(holder, dict):
-            _put(holder, name, value)
+            several = isinstance(value, (tuple, list)) or (isinstance(value, Mapping) and is_range(value))
+            holder[name] = value if several else [value]
         else:
             plain[key] = value
     return found, plain
-
-
-def _put(table: _Values, name: str, value: Any) -> None:
-    """Set the values of an axis: a list, a range or a search; anything else is its only value."""
-    several = isinstance(value, (tuple, list)) or (isinstance(value, Mapping) and not value.keys().isdisjoint(_LISTS))
-    *outer, last = _parts(table, name) if name in dict(_flat(table)) else (name,)
-    for part in outer:
-        table = table[part]
-    table[last] = value if several else [value]
 
 
 def _hashable(value: Any) -> Hashable:
@@ -177,18 +165,25 @@ def _overlap(one: str, other: str) -> bool:
 
 
 @dataclass(frozen=True)
-class SystemPlan:
+class System:
     """One system of a sweep."""
 
-    source: Source = field(repr=False)
-    """The common input of all systems."""
-    settings: Mapping[str, Any]
-    """Key and value on each axis."""
     key: str
     """Identity: hash of physics, solver settings and schema."""
+    settings: Mapping[str, Any]
+    """Key and value on each axis."""
+    cost: float = math.nan
+    memory: float = math.nan
+    source: Source | None = field(default=None, repr=False, compare=False)
+    """The common input of all systems; None of a system of a stored listing."""
+
+    @property
+    def label(self) -> str:
+        return label_of(self.settings)
 
     @property
     def config(self) -> RunConfig:
+        assert self.source is not None
         return parsed(self.source.changed(self.settings), RunConfig)
 
 
@@ -202,8 +197,6 @@ def label_of(settings: Mapping[str, Any]) -> str:
 
 
 class _Sweeps(Document):
-    """The [sweep] table of an input."""
-
     sweep: SweepTable
 
 
@@ -228,15 +221,15 @@ class Sweep:
         """The input of this sweep as text, including values that were given elsewhere."""
         if not self.changed:
             return self.source.text
-        zipped = [dict(zip(axis.keys, zip(*axis.values, strict=True), strict=True)) for axis in self.axes]
-        said = (
+        head = (
             f"# {self.source.path.name}, with the values that were given beside it, of [sweep.reduced] or by --set.\n"
         )
-        axes: _Values = {key: values for each in zipped if len(each) == 1 for key, values in each.items()}
-        axes |= {} if self.bisection is None else {self.bisection.key: self.bisection.table}
-        together = [each for each in zipped if len(each) > 1]
-        sweep = {"keep": self.keep, "axes": axes, "zipped": together}
-        return said + document({**self.base.data, "sweep": {name: value for name, value in sweep.items() if value}})
+        table = self.source.data["sweep"]
+        sweep = {name: table[name] for name in ("keep", "axes", "zipped") if table.get(name)}
+        return head + document({**self.base.data, "sweep": sweep})
+
+    def _refused(self, key: Key, allowed: str, cause: str = "") -> ConfigError:
+        return ConfigError(self.source, [Fault(("sweep", *key), allowed, cause)])
 
     @classmethod
     def read(
@@ -265,7 +258,7 @@ class Sweep:
             cause = "this is the input of a single run: use `continuum run`, or add a table [sweep] with axes"
             raise ConfigError(source.path, [Fault((), "", cause)])
         reducing = table.get("reduced", {}) if reduced else {}
-        changes = {**(dict(_flat(reducing)) if isinstance(reducing, Mapping) else {}), **(settings or {})}
+        changes = {**(_flat(reducing) if isinstance(reducing, Mapping) else {}), **(settings or {})}
         table, plain = _changed(table, changes)
         source = replace(source, data={**data, "sweep": table})
         found = parsed(replace(source, data={"sweep": table}), _Sweeps).sweep
@@ -279,49 +272,40 @@ class Sweep:
         base = base.changed(plain) if plain else base
         return cls(f"{own}-reduced" if reduced else own, source, base, axes, found.keep, bool(changes), bisection)
 
-    def systems(self) -> Iterator[tuple[SystemPlan, RunConfig]]:
+    def systems(self) -> Iterator[tuple[System, RunConfig]]:
         """Its systems, each once, with the input of its run; the last axis changes fastest.
 
         A search has its lower and then its upper end.  Raises ConfigError if a system is not a valid input, the column
         of a search does not exist, or there is no system.
         """
-        conditions, seen = [condition(text) for text in self.keep], dict[str, SystemPlan]()
+        conditions, seen = [condition(text) for text in self.keep], dict[str, System]()
         for places in itertools.product(*(axis.values for axis in self.axes)):
             each = zip(self.axes, places, strict=True)
             combination = {key: value for axis, values in each for key, value in zip(axis.keys, values, strict=True)}
             config = None
-            for settings in self._kept(self._ends(combination), conditions):
+            search = self.bisection
+            ends = [{}] if search is None else [{search.key: value} for value in (search.first, search.last)]
+            for settings in self._kept([combination | end for end in ends], conditions):
                 config = parsed(self.base.changed(settings), RunConfig)
-                plan = SystemPlan(self.base, settings, identity(config))
+                plan = System(identity(config), settings, source=self.base)
                 if plan.key in seen:
-                    cause = (
-                        "values that are equal, files of the same content, or a key such as solver.threads on an axis"
-                    )
-                    same = f"{label_of(seen[plan.key].settings)} and {label_of(settings)} are one and the same"
-                    raise ConfigError(self.source, [Fault(("sweep",), f"systems that differ: {same}", cause)])
+                    cause = "equal values, files of the same content, or a key such as solver.threads on an axis"
+                    same = f"{seen[plan.key].label} and {plan.label} are one and the same"
+                    raise self._refused((), f"systems that differ: {same}", cause)
                 seen[plan.key] = plan
                 yield plan, config
-            if config is not None and self.bisection is not None:
-                self._require_column(config, self.bisection, combination)
+            if config is not None and search is not None:
+                self._require_column(config, search, combination)
         if not seen:
-            raise ConfigError(self.source, [Fault(("sweep", "keep"), "conditions that at least one system meets")])
-
-    def _ends(self, combination: _Values) -> list[_Values]:
-        """The settings of a combination of the axes, or those of both ends of a search."""
-        if (search := self.bisection) is None:
-            return [combination]
-        return [{**combination, search.key: value} for value in (search.first, search.last)]
+            raise self._refused(("keep",), "conditions that at least one system meets")
 
     def _require_column(self, config: RunConfig, search: Bisection, combination: _Values) -> None:
         """Check that the column of a search is on the path, and that values between its ends are valid inputs."""
         targets = [target for _, leg in config.loading.legs for target in leg]
         if search.target is not None and not any(map(search.is_target, targets)):
-            at = ("sweep", "axes", *_parts(self.source.data["sweep"]["axes"], search.key), "bisect")
             named = ", ".join(f"{target:g}" for target in targets[:8]) + (", ..." if len(targets) > 8 else "")
-            cause = (
-                f"{search.column} is read at a point of the path, and {search.target:g} is none of [loading] targets"
-            )
-            raise ConfigError(self.source, [Fault(at, f"a column at a target of the path: {named}", cause)])
+            cause = f"{search.column} is read at a point of the path, and {search.target:g} is none of its targets"
+            raise self._refused(("axes", search.key, "bisect"), f"a column at a target of the path: {named}", cause)
         parsed(self.base.changed({**combination, search.key: search.middle(search.first, search.last)}), RunConfig)
 
     def _kept(self, settings: list[_Values], conditions: Sequence[ast.expr]) -> list[_Values]:
@@ -329,9 +313,7 @@ class Sweep:
         found = [one for one in settings if self._holds(self.base.changed(one), conditions)]
         if 0 < len(found) < len(settings):
             cause = f"{label_of(found[0])} is kept, and the other end of the search is not"
-            raise ConfigError(
-                self.source, [Fault(("sweep", "keep"), "conditions on both ends of a search alike", cause)]
-            )
+            raise self._refused(("keep",), "conditions on both ends of a search alike", cause)
         return found
 
     def _holds(self, source: Source, conditions: Sequence[ast.expr]) -> bool:
@@ -340,6 +322,5 @@ class Sweep:
                 if not holds(each, source.data):
                     return False
             except ValueError as error:
-                fault = Fault(("sweep", "keep", i), f"a condition that holds or not: {error}")
-                raise ConfigError(self.source, [fault]) from None
+                raise self._refused(("keep", i), f"a condition that holds or not: {error}") from None
         return True

@@ -107,31 +107,27 @@ class Bisection:
         column_at : function that returns the column at a value of the key; None if it is not known, NaN if it has no
             value.
         """
-        lowest, highest = column_at(self.first), column_at(self.last)
-        known = [math.nan if end is None else end for end in (lowest, highest)]
-        bracket = Bracket(self.first, self.last, at_lower=known[0], at_upper=known[1])
-        for value, found in ((self.first, lowest), (self.last, highest)):
+        ends = column_at(self.first), column_at(self.last)
+        lower, upper = (math.nan if end is None else end for end in ends)
+        start, end = lower - self.crosses, upper - self.crosses
+        bracket = Bracket(self.first, self.last, lower, upper)
+        for number in range(self.most):
+            if number < 2:
+                value, found = (self.first, self.last)[number], ends[number]
+            else:
+                value = self.middle(bracket.lower, bracket.upper)
+                found = column_at(value)
             if found is None:
                 return replace(bracket, next=value)
-            bracket = replace(bracket, trials=bracket.trials + 1)
+            bracket = replace(bracket, trials=number + 1)
             if math.isnan(found):
                 return replace(bracket, reason=self._nothing(value))
-        start, end = bracket.at_lower - self.crosses, bracket.at_upper - self.crosses
-        if start == end or not min(start, end) <= 0 <= max(start, end):
-            said = f"no crossing between {self.first:g} and {self.last:g}"
-            return replace(
-                bracket, reason=f"{said}: {self.column} is {bracket.at_lower:.4g} and {bracket.at_upper:.4g}"
-            )
-        for _ in range(self.halvings):
-            value = self.middle(bracket.lower, bracket.upper)
-            if (found := column_at(value)) is None:
-                return replace(bracket, next=value)
-            bracket = replace(bracket, trials=bracket.trials + 1)
-            if math.isnan(found):
-                return replace(bracket, reason=self._nothing(value))
-            if found >= self.crosses if end > start else found <= self.crosses:
+            if number == 1 and (start == end or not min(start, end) <= 0 <= max(start, end)):
+                said = f"no crossing between {self.first:g} and {self.last:g}"
+                return replace(bracket, reason=f"{said}: {self.column} is {lower:.4g} and {upper:.4g}")
+            if number > 1 and (found >= self.crosses if end > start else found <= self.crosses):
                 bracket = replace(bracket, upper=value, at_upper=found)
-            else:
+            elif number > 1:
                 bracket = replace(bracket, lower=value, at_lower=found)
         return replace(bracket, value=self._between(bracket))
 

@@ -75,19 +75,7 @@ def require_scheduler(scheduler_file: Path) -> None:
 
 @dataclass(frozen=True)
 class Allocation:
-    """Resources of a SLURM job.
-
-    Parameters
-    ----------
-    nodes, time : of the allocation, as SLURM has them.
-    workers : processes a node.
-    threads : of each process.
-    memory : that a process needs, in bytes.
-    shards : jobs of an array instead of one cluster, each on one node.
-    gpus : whether each process takes a GPU.
-    partition, account : as SLURM names them.
-    modules : that are loaded before the work.
-    lines : of your own, after these.
+    """Resources of a SLURM job, as :func:`continuum.sweep_slurm` describes them; ``gpus``: each process takes a GPU.
 
     Raises ArgumentError if a number is not allowed, or SLURM would refuse a time or a name.
     """

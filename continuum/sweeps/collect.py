@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -23,12 +22,13 @@ from continuum.files.toml import ConfigError
 from continuum.model.fourier import Real
 from continuum.model.grid import Grid, GridTable
 from continuum.runs.config import RunConfig
-from continuum.sweeps.axes import Sweep
+from continuum.sweeps.axes import Sweep, System
 from continuum.sweeps.crossings import Crossing, crossings_of
 from continuum.sweeps.cube import as_cell, cube_of
 from continuum.sweeps.folder import Folder
-from continuum.sweeps.measured import COLUMNS, numbers_of
-from continuum.sweeps.sweep import SweepListing, System, changes_of, systems_of
+from continuum.sweeps.measured import COLUMNS, SystemTable, numbers_of
+from continuum.sweeps.sweep import SweepListing, changes_of, systems_of
+from continuum.sweeps.workers import TaskResult
 
 if TYPE_CHECKING:
     import pandas
@@ -164,12 +164,61 @@ class PointTable:
         return head, ([key, *(as_cell(self.setting(key, name)) for name in axes), *numbers] for key, numbers in each)
 
 
-class TableSource:
-    """An object with the points of a sweep, in the forms of :class:`PointTable`."""
+def collect(root: str | Path) -> PointTable:
+    """Read all finished systems; a file that cannot be read is reported as a fault.
+
+    Raises SweepError if there is no sweep.
+    """
+    folder, listing = Folder(Path(root)), systems_of(root)
+    found, faults = dict[str, SystemTable](), list[str]()
+    there = [(each.key, path) for each in listing.systems if (path := folder.point(each.key)).is_file()]
+    for key, path in there:
+        try:
+            found[key] = numbers_of(path, key)
+        except StoreError as error:
+            faults.append(str(error))
+    good = [one.table[one.table[:, list(COLUMNS).index("converged")] == 1] for one in found.values()]
+    return PointTable(
+        listing,
+        tuple(found),
+        np.repeat(np.arange(len(good)), np.array([len(table) for table in good], dtype=int)),
+        np.concatenate(good) if good else np.empty((0, len(COLUMNS))),
+        np.array([one.seconds for one in found.values()]),
+        sum(len(one.table) for one in found.values()) - sum(map(len, good)),
+        len(listing.systems) - len(there),
+        tuple(faults),
+        dict(Counter(one.made for one in found.values())),
+        crossings=crossings_of(folder.root, listing, lambda key: found[key].table if key in found else None),
+    )
+
+
+@dataclass(frozen=True)
+class SweepRun:
+    """Result of one call of :func:`continuum.sweep`, with its points in the forms of :class:`PointTable`."""
+
+    folder: Path
+    total: int
+    """Number of systems (or of searches, if a key is searched for) that this call had to do."""
+    found: int
+    """Number that was done before, or meanwhile by another process."""
+    done: int
+    failed: tuple[TaskResult, ...]
+    """Systems that failed, with the reasons."""
+    held: tuple[TaskResult, ...]
+    """Systems that are locked by another process."""
+    crossings: tuple[Crossing, ...] = ()
+    """Results of the searches of this call."""
+    died: tuple[str, ...] = ()
+    """Processes that died, each with its system, which was then done again."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether all systems are done."""
+        return not self.failed and not self.held
 
     def collect(self) -> PointTable:
         """All points that are done."""
-        raise NotImplementedError
+        return collect(self.folder)
 
     def to_pandas(self) -> pandas.DataFrame:
         return self.collect().to_pandas()
@@ -179,42 +228,6 @@ class TableSource:
 
     def means(self, over: str = "surface.seed") -> pandas.DataFrame:
         return self.collect().means(over)
-
-
-def collect(root: str | Path) -> PointTable:
-    """Read all finished systems; a file that cannot be read is reported as a fault.
-
-    Raises SweepError if there is no sweep.
-    """
-    folder, listing = Folder(Path(root)), systems_of(root)
-    keys, system, tables, seconds, faults = list[str](), list[int](), list[Real](), list[float](), list[str]()
-    made: Counter[str] = Counter()
-    of_searches = dict[str, Real]()
-    unconverged = missing = 0
-    for each in listing.systems:
-        path = folder.point(each.key)
-        if not path.is_file():
-            missing += 1
-            continue
-        try:
-            found = numbers_of(path, each.key)
-        except StoreError as error:
-            faults.append(str(error))
-            continue
-        if listing.searches:
-            of_searches[each.key] = found.table
-        good = found.table[:, list(COLUMNS).index("converged")] == 1
-        unconverged += int((~good).sum())
-        system += [len(keys)] * int(good.sum())
-        tables.append(found.table[good])
-        keys.append(each.key)
-        seconds.append(found.seconds)
-        made[found.made] += 1
-    values = np.concatenate(tables) if tables else np.empty((0, len(COLUMNS)))
-    return PointTable(
-        listing, tuple(keys), np.array(system, dtype=np.int64), values, np.array(seconds), unconverged, missing,
-        tuple(faults), dict(made), crossings=crossings_of(folder.root, listing, of_searches.get),
-    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -274,19 +287,13 @@ def sweep_status(
         asked = Sweep.read(file_name("why", why), settings_of(settings), reduced=flag("reduced", reduced))
         changes = changes_of(root, asked) or ["nothing: these are the same systems"]
     folder, listing = Folder(root), systems_of(root)
-    ended = {}
-    with os.scandir(folder.points) as entries:
-        for entry in entries:
-            if entry.name.endswith(".h5"):
-                ended[entry.name.removesuffix(".h5")] = entry.stat().st_mtime
+    ended = {path.stem: path.stat().st_mtime for path in folder.points.glob("*.h5")}
     costs = {folder.point(system.key).stem: system for system in listing.systems}
     done = {name: when for name, when in ended.items() if name in costs}
-    failed = []
-    for name, system in costs.items():
-        if name not in done and (reason := folder.failure_reason(name)):
-            failed.append((system.label, reason))
     crossings = crossings_of(root, listing)
-    failed += [(one.label, reason) for one in crossings if (reason := folder.failure_reason(one.name))]
+    tried = [(name, system.label) for name, system in costs.items() if name not in done]
+    tried += [(one.name, one.label) for one in crossings]
+    failed = [(label, reason) for name, label in tried if (reason := folder.failure_reason(name))]
     running = []
     for mark in sorted(folder.work.glob(".*.lock")):
         name = mark.name.removeprefix(".").removesuffix(".lock")

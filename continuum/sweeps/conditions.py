@@ -6,13 +6,11 @@ a floating-point number, so that no condition takes long or much memory.
 
 import ast
 import itertools
-import math
 import operator
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 _LONGEST = 1000  # characters; one of ours has 70
-_DIGITS = 308  # of a power of whole numbers, at most: as of a floating-point number
 
 _ARITHMETIC: Mapping[type[ast.AST], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -83,19 +81,21 @@ def _calculated(op: ast.operator, left: Any, right: Any) -> Any:
     for value in (left, right):
         if not isinstance(value, int | float):  # text times a number is a longer text
             raise ValueError(f"numbers only can be added and multiplied, not {str(value)[:60]!r}")
-    whole = isinstance(op, ast.Pow) and isinstance(left, int) and isinstance(right, int)
     try:
-        if whole and abs(left) > 1 and right * math.log10(abs(left)) > _DIGITS:
-            raise OverflowError
-        return _ARITHMETIC[type(op)](left, right)
+        return _ARITHMETIC[type(op)](float(left), float(right))  # a power of whole numbers could be endless
     except OverflowError:
-        raise ValueError(f"a number is larger than 1e{_DIGITS}") from None
+        raise ValueError("a number is larger than 1e308") from None
+
+
+def is_range(table: Mapping[str, Any]) -> bool:
+    """Whether a table is a range or a search, which is one value of a key."""
+    return "from" in table or "bisect" in table
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "", *, ranges: bool = False) -> Iterator[tuple[str, Any]]:
     """Dotted keys with their values, whether the keys are quoted or not; ``ranges`` and searches are values."""
     for name, value in table.items():
-        if isinstance(value, Mapping) and not (ranges and ("from" in value or "bisect" in value)):
+        if isinstance(value, Mapping) and not (ranges and is_range(value)):
             yield from dotted(value, f"{prefix}{name}.", ranges=ranges)
         else:
             yield prefix + name, value

@@ -1,23 +1,20 @@
 """The searches of a sweep: each trial is an ordinary system, and results follow from their files."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from continuum.errors import OutputError, StickinessError
 from continuum.files import output
 from continuum.files.hdf5 import StoreError
-from continuum.files.store import Dataset
 from continuum.files.tables import identity
 from continuum.files.toml import text_of
 from continuum.model.fourier import Real
-from continuum.sweeps.axes import SystemPlan, label_of
+from continuum.sweeps.axes import System, label_of
 from continuum.sweeps.bisection import Bisection, Bracket
 from continuum.sweeps.folder import Folder, names
-from continuum.sweeps.measured import COLUMNS, numbers_of
+from continuum.sweeps.measured import numbers_of
 from continuum.sweeps.sweep import SweepListing, SystemTask, read_trials, save_trials, solve_system
 
 Numbers = Callable[[str], Real | None]
@@ -74,11 +71,11 @@ def solve_task(root: Path, task: SystemTask) -> None:
 
 def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
     folder = Folder(root)
-    trials, known = dict[float, SystemPlan](), dict[float, float | None]()
+    trials, known = dict[float, System](), dict[float, float | None]()
 
     def column_at(value: float) -> float | None:
         if value not in trials:
-            plan = SystemPlan(task.plan.source, {**task.plan.settings, search.key: value}, "")
+            plan = System("", {**task.plan.settings, search.key: value}, source=task.plan.source)
             trials[value] = replace(plan, key=identity(plan.config))
         if known.get(value) is None:
             try:
@@ -96,7 +93,7 @@ def _solve_search(root: Path, task: SystemTask, search: Bisection) -> None:
         while (value := next_value()) is not None:
             plan = trials[value]
             try:
-                solve_system(root, SystemTask(folder.point(plan.key), label_of(plan.settings), plan=plan))
+                solve_system(root, SystemTask(folder.point(plan.key), plan.label, plan=plan))
             except OutputError:
                 raise
             except Exception as error:
@@ -156,43 +153,9 @@ def _on_disk(folder: Folder) -> Numbers:
 
 
 def _bracket(search: Bisection, keys: Mapping[float, str], numbers: Numbers) -> Bracket:
-    """The state of a search from systems of these identities."""
     return search.follow(lambda value: _column(search, keys[value], numbers) if value in keys else None)
 
 
 def _column(search: Bisection, key: str, numbers: Numbers) -> float | None:
     table = numbers(key)
     return None if table is None else search.at(table)
-
-
-def crossing_datasets(crossings: Sequence[Crossing], places: Sequence[tuple[int, ...]], dims: Mapping[str, int],
-                      listing: SweepListing) -> dict[str, Dataset]:  # fmt: skip
-    """Results of the searches, with one dimension for each other axis.
-
-    Parameters
-    ----------
-    places : index on each axis of each crossing.
-    dims : name and size of each axis.
-    """
-    search = listing.bisection
-    assert search is not None
-    unit = COLUMNS[search.column][0]
-    found = {
-        "crossing": (
-            "",
-            f"{search.key} where {search.column} crosses {search.crosses:g}; NaN where it does not",
-            "value",
-        ),
-        "crossing_lower": ("", "lower end of its bracket, as far as the search is", "lower"),
-        "crossing_upper": ("", "upper end of its bracket", "upper"),
-        "crossing_at_lower": (unit, f"{search.column} at the lower end", "at_lower"),
-        "crossing_at_upper": (unit, f"{search.column} at the upper end", "at_upper"),
-        "crossing_trials": ("1", "systems that the search took", "trials"),
-    }
-    datasets = {}
-    for name, (units, what, attribute) in found.items():
-        values = np.full(tuple(dims.values()), np.nan)
-        for place, one in zip(places, crossings, strict=True):
-            values[place] = getattr(one.bracket, attribute)
-        datasets[name] = Dataset(values, tuple(dims), units, what)
-    return datasets

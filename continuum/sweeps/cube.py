@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from continuum.files import store
 from continuum.files.provenance import provenance
 from continuum.files.store import Dataset
-from continuum.sweeps.crossings import crossing_datasets
 from continuum.sweeps.folder import TABLE_SCHEMA
 from continuum.sweeps.measured import COLUMNS
 
@@ -50,16 +50,11 @@ def cube_of(found: PointTable) -> tuple[dict[str, Dataset], dict[str, Any]]:
     if searches:
         dims, of_system = _with_searches(found, datasets, dims, of_system)
     steps = found["step"].astype(int)
-    shape = (*dims.values(), int(steps.max(initial=-1)) + 1)
-    of_point = [of_system[found.keys[i]] for i in found.system]
-    where = tuple(np.array(of_point, dtype=int).reshape(len(of_point), len(dims)).T)
-    for i, (name, (unit, what)) in enumerate(COLUMNS.items()):
-        if name == "step":
-            continue
-        cube = np.full(shape, np.nan)
-        cube[(*where, steps)] = found.values[:, i]
-        datasets[name] = Dataset(cube, (*dims, "step"), unit, what)
-    datasets["step"] = Dataset(np.arange(shape[-1]), ("step",), "1", COLUMNS["step"][1])
+    dims = {**dims, "step": int(steps.max(initial=-1)) + 1}
+    where = [(*of_system[found.keys[i]], step) for i, step in zip(found.system, steps, strict=True)]
+    for name, (unit, what) in COLUMNS.items():
+        datasets[name] = _spread(dims, where, found[name], unit, what)
+    datasets["step"] = Dataset(np.arange(dims["step"]), ("step",), "1", COLUMNS["step"][1])
     said = {
         "schema": TABLE_SCHEMA, "schema_version": 1, "name": found.listing.name,
         "common": json.dumps(found.listing.common), "systems": len(found.keys), "systems_missing": found.missing,
@@ -78,17 +73,35 @@ def _with_searches(
     dims = dims or {"search": 1}  # a dataset has a dimension
     trials = {system.key: i for each in searches for i, system in enumerate(each.systems)}
     combination = {key: place or (0,) for key, place in of_system.items()}
-    known = [(one, combination[s.key]) for one, each in zip(found.crossings, searches, strict=True)
-             for s in each.systems[:1] if s.key in combination]  # fmt: skip
-    datasets |= crossing_datasets([one for one, _ in known], [place for _, place in known], dims, found.listing)
-    all_dims = {**dims, "trial": max(len(each.systems) for each in searches)}
+    brackets = {each.systems[0].key: one.bracket for one, each in zip(found.crossings, searches, strict=True)}
+    known = [(bracket, combination[key]) for key, bracket in brackets.items() if key in combination]
+    where, unit = [place for _, place in known], COLUMNS[search.column][0]
+    for name, attribute, units, what in (
+        ("", "value", "", f"{search.key} where {search.column} crosses {search.crosses:g}; NaN where it does not"),
+        ("_lower", "lower", "", "lower end of its bracket, as far as the search is"),
+        ("_upper", "upper", "", "upper end of its bracket"),
+        ("_at_lower", "at_lower", unit, f"{search.column} at the lower end"),
+        ("_at_upper", "at_upper", unit, f"{search.column} at the upper end"),
+        ("_trials", "trials", "1", "systems that the search took"),
+    ):
+        values = [getattr(bracket, attribute) for bracket, _ in known]
+        datasets[f"crossing{name}"] = _spread(dims, where, values, units, what)
+    dims = {**dims, "trial": max(len(each.systems) for each in searches)}
     places = {key: (*place, trials[key]) for key, place in combination.items()}
-    tried = np.full(tuple(all_dims.values()), np.nan)
-    for key, place in places.items():
-        tried[place] = found.setting(key, search.key)
-    datasets[search.key] = Dataset(tried, tuple(all_dims), "", "value of this key of the input, which is searched for")
-    datasets["trial"] = Dataset(np.arange(all_dims["trial"]), ("trial",), "1", "systems of a search, by that value")
-    return all_dims, places
+    tried = [found.setting(key, search.key) for key in places]
+    what = "value of this key of the input, which is searched for"
+    datasets[search.key] = _spread(dims, list(places.values()), tried, "", what)
+    datasets["trial"] = Dataset(np.arange(dims["trial"]), ("trial",), "1", "systems of a search, by that value")
+    return dims, places
+
+
+def _spread(
+    dims: Mapping[str, int], places: Sequence[tuple[int, ...]], values: ArrayLike, units: str, what: str
+) -> Dataset:
+    """Values at their places on the axes, NaN elsewhere."""
+    cube = np.full(tuple(dims.values()), np.nan)
+    cube[tuple(np.array(places, dtype=int).reshape(len(places), len(dims)).T)] = values
+    return Dataset(cube, tuple(dims), units, what)
 
 
 def as_cell(value: Any) -> Any:

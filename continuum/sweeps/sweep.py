@@ -19,7 +19,7 @@ from continuum.runs.config import RunConfig
 from continuum.runs.cost import cost_of
 from continuum.runs.growth import Growth, growths
 from continuum.runs.run import follow_run
-from continuum.sweeps.axes import Axis, Sweep, SystemPlan, label_of
+from continuum.sweeps.axes import Axis, Sweep, System, label_of
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
@@ -28,21 +28,6 @@ from continuum.sweeps.workers import Death, Task, TaskResult, say
 
 _EVERY = 20.0
 """Largest time of a path that a killed process loses; shorter pieces are not stored."""
-
-
-@dataclass(frozen=True)
-class System:
-    """A system in the listing of a sweep."""
-
-    key: str
-    settings: Mapping[str, Any]
-    """Key and value on each axis."""
-    cost: float
-    memory: float
-
-    @property
-    def label(self) -> str:
-        return label_of(self.settings)
 
 
 @dataclass(frozen=True)
@@ -70,12 +55,16 @@ class SweepListing:
     """What is searched for, if anything is."""
     searches: tuple[SweepSearch, ...] = ()
 
+    @property
+    def keys(self) -> set[str]:
+        return {system.key for system in self.systems}
+
 
 @dataclass(frozen=True)
 class SystemTask(Task):
     """A task of the engine: a system, or a whole search, whose file lists its trials."""
 
-    plan: SystemPlan = field(kw_only=True)
+    plan: System = field(kw_only=True)
     """The plan of the system, or of that at the lower end of a search."""
     growth: Growth | None = field(default=None, kw_only=True)
     """A stored path of the same contact, from an earlier input of the sweep."""
@@ -127,14 +116,14 @@ def begin(
     left = [task for task in mine if task.path.stem not in failed]
     if threads == 1:
         return left
-    sources = (task.plan.source.changed({"solver.threads": threads}) for task in left)
+    sources = (task.plan.source.changed({"solver.threads": threads}) for task in left if task.plan.source is not None)
     return [replace(t, plan=replace(t.plan, source=source)) for t, source in zip(left, sources, strict=True)]
 
 
 def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -> list[SystemTask]:
     """Tasks with the stored paths that unfinished ones continue, and their remaining cost."""
     # Only files that are not a system of this sweep, so that an interrupted sweep is not searched.
-    listed = {folder.point(system.key).stem for system in listing.systems}
+    listed = {folder.point(key).stem for key in listing.keys}
     others = [folder.points / f"{name}.h5" for name in names(folder.points) - listed]
     if not others or listing.bisection is not None:
         return list(tasks)
@@ -149,7 +138,6 @@ def _grown(folder: Folder, listing: SweepListing, tasks: Sequence[SystemTask]) -
 
 
 def _growth_in_words(tasks: Sequence[SystemTask]) -> list[str]:
-    """The use of stored paths by new systems, as text."""
     found = [task for task in tasks if task.growth is not None]
     points = sum(task.plan.config.loading.points for task in found)
     kept, refined = (sum(getattr(task.growth, name) for task in found) for name in ("kept", "refined"))
@@ -214,33 +202,26 @@ def _listed(sweep: Sweep, folder: Folder) -> tuple[SweepListing, list[SystemTask
         common = {key: value for key, value in common.items() if values.get(key) == value} if tasks else values
         cost = cost_of(config)
         nx, ny = config.grid.n
-        work = float(cost.fft_pairs) * nx * ny
-        tasks.append(SystemTask(folder.point(plan.key), label_of(plan.settings), work, float(cost.memory), plan=plan))
+        plan = replace(plan, cost=float(cost.fft_pairs) * nx * ny, memory=float(cost.memory))
+        tasks.append(SystemTask(folder.point(plan.key), plan.label, plan.cost, plan.memory, plan=plan))
     axes, search = sweep.axes, sweep.bisection
     if search is not None:
         axes += (Axis((search.key,), ((search.first,), (search.last,))),)
     on_axes = {key for axis in axes for key in axis.keys}
     common = {key: value for key, value in common.items() if key not in on_axes}
-    systems = tuple(System(task.plan.key, task.plan.settings, task.cost, task.memory) for task in tasks)
+    systems = tuple(task.plan for task in tasks)
     listing = _with_trials(folder, SweepListing(sweep.name, axes, common, systems, search))
     if search is not None:
-        ends = zip(tasks[::2], tasks[1::2], strict=True)
-        tasks = [_search_task(folder, search, lower, upper) for lower, upper in ends]
+        tasks = [_search_task(folder, search, each) for each in listing.searches]
     return listing, tasks
 
 
-def _search_task(folder: Folder, search: Bisection, lower: SystemTask, upper: SystemTask) -> SystemTask:
-    settings = {**lower.plan.settings, search.key: f"{search.first:g} to {search.last:g}"}
-    cost = search.most * max(lower.cost, upper.cost)
-    path = folder.search(_name_of(search, lower.plan.key, upper.plan.key))
-    return SystemTask(path, label_of(settings), cost, max(lower.memory, upper.memory), plan=lower.plan,
-                         bisection=search, upper=upper.plan.key)  # fmt: skip
-
-
-def _name_of(search: Bisection, lower: str, upper: str) -> str:
-    """Name of a search between two systems; with another tolerance it is continued under the same name."""
-    content = json.dumps([lower, upper, search.column, search.target, search.crosses, search.scale])
-    return hashlib.sha256(content.encode()).hexdigest()[:24]
+def _search_task(folder: Folder, search: Bisection, of: SweepSearch) -> SystemTask:
+    lower, *_, upper = of.systems
+    label = label_of({**lower.settings, search.key: f"{search.first:g} to {search.last:g}"})
+    cost, memory = search.most * max(lower.cost, upper.cost), max(lower.memory, upper.memory)
+    path = folder.search(of.name)
+    return SystemTask(path, label, cost, memory, plan=lower, bisection=search, upper=upper.key)
 
 
 def save_trials(path: Path, trials: Mapping[float, str]) -> None:
@@ -262,7 +243,9 @@ def _with_trials(folder: Folder, listing: SweepListing) -> SweepListing:
         return listing
     searches = []
     for lower, upper in zip(listing.systems[::2], listing.systems[1::2], strict=True):
-        name = _name_of(search, lower.key, upper.key)
+        # With another tolerance it is continued under the same name.
+        content = json.dumps([lower.key, upper.key, search.column, search.target, search.crosses, search.scale])
+        name = hashlib.sha256(content.encode()).hexdigest()[:24]
         cost, memory = max(lower.cost, upper.cost), max(lower.memory, upper.memory)
         between = (
             System(key, {**lower.settings, search.key: value}, cost, memory)
@@ -285,7 +268,7 @@ def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[s
         earlier = systems_of(folder.root)
     except SweepError:
         return []
-    before, now = ({system.key for system in one.systems} for one in (earlier, listing))
+    before, now = earlier.keys, listing.keys
     if folder.begun and not before & now and not grown:
         raise OutputError(
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
@@ -308,7 +291,7 @@ def changes_of(root: str | Path, sweep: Sweep) -> list[str]:
 
 
 def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str]) -> list[str]:
-    before, now = ({system.key for system in one.systems} for one in (earlier, listing))
+    before, now = earlier.keys, listing.keys
     if before == now and earlier.bisection == listing.bisection:
         return []
     counts = f"new systems: {len(now - before)}, the same: {len(before & now)}, no longer listed: {len(before - now)}"
@@ -320,7 +303,6 @@ def _changes(earlier: SweepListing, listing: SweepListing, grown: Sequence[str])
 
 
 def _differences(before: SweepListing, now: SweepListing) -> list[str]:
-    """Keys whose values have changed."""
     values = [
         {
             **one.common,

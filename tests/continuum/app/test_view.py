@@ -194,7 +194,7 @@ def test_the_solver_is_stopped(client: Client, map_file: Path) -> None:
     client("PUT", "/map", map_file.read_bytes(), X_Name="map.npy")
     client("POST", "/solve", FORM)
     assert client.view.solving is not None
-    process = client.view.solving.process
+    process = client.view.solving
     assert client("DELETE", "/solve").json == {"solving": False}
     assert process.poll() is not None
     assert client("GET", "/solve").json == {"solving": False}

@@ -27,10 +27,10 @@ from continuum.paper.dispute import (
 )
 from continuum.paper.points import FigureError
 from continuum.sticky.criteria import RoughContact
-from continuum.sweeps.axes import Axis
+from continuum.sweeps.axes import Axis, System
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
-from continuum.sweeps.sweep import SweepListing, System
+from continuum.sweeps.sweep import SweepListing
 from continuum.theory import rough
 from tests.printed import faults_in_print
 from tests.studies.record import added

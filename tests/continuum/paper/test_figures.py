@@ -20,11 +20,11 @@ from continuum.paper.findings import Finding
 from continuum.paper.page import plot_figure, write_page
 from continuum.paper.points import FigureError, SweepData, sweep_points
 from continuum.show import plot
-from continuum.sweeps.axes import Axis
+from continuum.sweeps.axes import Axis, System
 from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.measured import COLUMNS
-from continuum.sweeps.sweep import SweepListing, System
+from continuum.sweeps.sweep import SweepListing
 from continuum.theory import paper
 from tests.printed import faults_in_print
 from tests.studies.judge import judged_again

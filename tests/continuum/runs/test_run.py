@@ -107,14 +107,6 @@ def test_threads_do_not_change_results(small: Path, whole: Path) -> None:
     same(path, whole)
 
 
-def test_a_finished_run_is_not_done_again(small: Path, whole: Path) -> None:
-    before = whole.read_bytes()
-    summary = follow_run(load(small, RunConfig), whole, progress=stop_after(1, AssertionError))
-    assert summary.converged
-    assert summary.resumed == 5
-    assert whole.read_bytes() == before
-
-
 def test_another_run_in_the_way_is_left_alone(small: Path, whole: Path) -> None:
     before = whole.read_bytes()
     small.write_text(SMALL.replace("seed = 3", "seed = 4"))
@@ -122,14 +114,6 @@ def test_another_run_in_the_way_is_left_alone(small: Path, whole: Path) -> None:
         follow_run(load(small, RunConfig), whole)
     assert whole.read_bytes() == before
     assert follow_run(load(small, RunConfig), whole, force=True).resumed == 0
-
-
-def test_a_foreign_file_in_the_way_is_left_alone(small: Path) -> None:
-    path = small.with_name("thesis.h5")
-    path.write_text("years of work")
-    with pytest.raises(OutputError, match="is left alone"):
-        follow_run(load(small, RunConfig), path)
-    assert path.read_text() == "years of work"
 
 
 def test_points_that_did_not_converge_are_stored_and_told(

@@ -341,18 +341,8 @@ def test_kills_at_random_moments_lose_nothing(searched: Path, tmp_path: Path) ->
     chance = random.Random(1)
     for attempt in range(4):
         root = tmp_path / f"{attempt}" / "many"
-        command = [
-            sys.executable,
-            "-m",
-            "continuum",
-            "sweep",
-            "run",
-            str(path),
-            "-o",
-            str(root.parent),
-            "--workers",
-            "2",
-        ]
+        words = ["sweep", "run", str(path), "-o", str(root.parent), "--workers", "2"]
+        command = [sys.executable, "-m", "continuum", *words]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         most = chance.randrange(1, 9)
         while process.poll() is None and len(list((root / "points").glob("*.h5"))) < most:

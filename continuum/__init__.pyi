@@ -1,0 +1,49 @@
+"""The public names, each with its module: for type checkers, and for ``__init__.py``, which imports them when asked."""
+
+from continuum.files.hdf5 import StoreError as StoreError
+from continuum.files.toml import ConfigError as ConfigError
+from continuum.front.certify import Certificate as Certificate
+from continuum.front.certify import certify as certify
+from continuum.front.commands import analyse as analyse
+from continuum.front.commands import check as check
+from continuum.front.commands import plot as plot
+from continuum.front.commands import run as run
+from continuum.front.commands import turn as turn
+from continuum.front.contact import Contact as Contact
+from continuum.front.predict import predict as predict
+from continuum.front.states import LoadingPath as LoadingPath
+from continuum.front.states import State as State
+from continuum.front.states import Turn as Turn
+from continuum.front.study import study as study
+from continuum.front.sweeps import sweep as sweep
+from continuum.front.sweeps import sweep_collect as sweep_collect
+from continuum.front.sweeps import sweep_slurm as sweep_slurm
+from continuum.model.grid import Grid as Grid
+from continuum.model.substrates import CubicLayer as CubicLayer
+from continuum.model.substrates import HalfSpace as HalfSpace
+from continuum.model.substrates import Layer as Layer
+from continuum.model.substrates import LayeredHalfSpace as LayeredHalfSpace
+from continuum.model.substrates import NonPeriodicHalfSpace as NonPeriodicHalfSpace
+from continuum.model.substrates import TabulatedSubstrate as TabulatedSubstrate
+from continuum.model.surface import SelfAffine as SelfAffine
+from continuum.model.surface import moments as moments
+from continuum.model.surfaces import sine as sine
+from continuum.model.surfaces import sphere as sphere
+from continuum.model.walls import Exponential as Exponential
+from continuum.model.walls import HardWall as HardWall
+from continuum.model.walls import InversePowers as InversePowers
+from continuum.model.walls import LennardJonesSpline as LennardJonesSpline
+from continuum.model.walls import TabulatedWall as TabulatedWall
+from continuum.model.walls import attraction_on_core as attraction_on_core
+from continuum.paper.examples import examples as examples
+from continuum.paper.page import figure as figure
+from continuum.runs.analysis import Analysis as Analysis
+from continuum.runs.result import Result as Result
+from continuum.solve.solution import NotConvergedError as NotConvergedError
+from continuum.sticky.prediction import Prediction as Prediction
+from continuum.sticky.study import Study as Study
+from continuum.sweeps.collect import sweep_status as sweep_status
+from continuum.sweeps.collect import sweep_verify as sweep_verify
+
+__all__: list[str]
+__version__: str
