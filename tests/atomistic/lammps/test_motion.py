@@ -148,7 +148,7 @@ def test_a_stopped_motion_goes_on_with_the_same_numbers(tmp_path):
 def test_a_window_that_is_not_whole_leaves_no_averages(tmp_path):
     directory = write_deck(tmp_path, deck(resting(1e-5, 3, 1e4)))
     with pytest.raises(LammpsError, match="no complete result"):
-        run_in_process(directory, timeout=1.0)
+        run_command(directory, f"{script('lmp')} -var timeout 1")
     assert finished_steps(directory) == ()
 
 

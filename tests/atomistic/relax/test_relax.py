@@ -20,7 +20,7 @@ from atomistic.relax.relax import iterate, relax
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.grid import Grid
 from continuum.model.walls import LennardJonesSpline
-from tests.problems import crystal, lattice, on_atoms
+from tests.problems import crystal, lattice, on_atoms, two_ranks
 from tests.python_walls import WallSession
 
 SPRINGS = Springs()
@@ -75,7 +75,7 @@ def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
     deck = replace(deck, tolerance=1e-9 * slope)
     fast = relax(deck, tmp_path, lattice).require()
     plain = relax(deck, tmp_path).require()
-    ranks = relax(deck, tmp_path, lattice, run=lambda path: run_command(path, ranks=2)).require()
+    ranks = relax(deck, tmp_path, lattice, run=lambda path: run_command(path, two_ranks())).require()
     assert fast.evaluations < 20 < plain.evaluations
     pushing = np.maximum(fast.traction, 0).sum()
     for other in (plain, ranks):
