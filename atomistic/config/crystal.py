@@ -19,8 +19,6 @@ class Interatomic(TableFamily):
     """[interatomic]: what holds the atoms together."""
 
     kind_key: ClassVar[str] = "kind"
-    has_size: ClassVar[bool] = True
-    """Whether its lattice constant is a physical length, and not only the unit."""
 
     kind: str
 
@@ -39,7 +37,6 @@ class SpringsTable(Interatomic):
 
     kind: Literal["springs"]
     """interatomic model"""
-    has_size: ClassVar[bool] = False
 
     def potential(self) -> Potential:
         return Springs()
@@ -50,7 +47,6 @@ class LennardJonesTable(Interatomic):
 
     kind: Literal["lennard-jones"]
     """interatomic model"""
-    has_size: ClassVar[bool] = False
     cutoff: float = 2.5
     """in sigma"""
     truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"

@@ -69,10 +69,6 @@ class ProtocolTable(TableFamily):
     def steps(self) -> Steps:
         raise NotImplementedError
 
-    def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
-        """Faults of steps that the slab does not allow; for a real crystal checked once it is measured."""
-        yield from ()
-
 
 def beyond_strength(key: str, *pressures: float) -> Iterator[Fault]:
     """Faults of mean pressures beyond the strength of crystals, under a key of [protocol]."""
@@ -95,7 +91,7 @@ def beyond_physics(temperature: float | str, velocity: float, scale: Units | Non
     )  # fmt: skip
     if isinstance(temperature, str) and scale is None:
         yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no length scale, and so no kelvin")
-    elif _thermal_energy(temperature, scale) > HOTTEST:
+    elif thermal_energy(temperature, scale) > HOTTEST:
         allowed = f"k_B T of at most {HOTTEST:g} E* a0³{here[0]}: fcc crystals melt at 0.006 to 0.011"
         cause = "an error in the number"
         if not isinstance(temperature, str):
@@ -114,14 +110,12 @@ def beyond_physics(temperature: float | str, velocity: float, scale: Units | Non
         yield Fault(("velocity",), allowed, cause)
 
 
-def _thermal_energy(temperature: float | str, scale: Units | None) -> float:
-    """k_B T in E* a0³; 0 for an invalid text, which another check reports."""
-    if not isinstance(temperature, str):
-        return temperature
-    try:
-        return kelvin(temperature) / scale.si("temperature") if scale is not None else 0.0
-    except ValueError:
-        return 0.0
+def thermal_energy(temperature: float | str, scale: Units | None) -> float:
+    """k_B T in E* a0³ of a temperature in this unit, or in kelvin, for a crystal that has a length scale."""
+    if isinstance(temperature, str):
+        assert scale is not None
+        return kelvin(temperature) / scale.si("temperature")
+    return temperature
 
 
 def kelvin(text: str) -> float:
@@ -166,13 +160,6 @@ class MotionTable(ProtocolTable):
         velocity: float
 
         def windows(self) -> TimeWindows: ...
-
-    def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
-        if self.thermostat_layers >= mobile_layers:
-            allowed = f"fewer than the layers that move, {mobile_layers} at this depth"
-            yield Fault(("thermostat_layers",), allowed)
-        if not has_size:
-            yield from beyond_physics(self.temperature, self.velocity, None)
 
     def steps(self) -> Steps:
         windows = self.windows()

@@ -158,7 +158,7 @@ def write_archive(
     )
 
 
-def is_stored(path: Path, config: ValidateConfig, *, force: bool) -> bool:
+def is_complete(path: Path, config: ValidateConfig, *, force: bool) -> bool:
     """Whether this validation is there; never with ``force``.
 
     Raises OutputError, and leaves the file unchanged, if it is anything else or damaged.
@@ -183,7 +183,7 @@ def write_part(path: Path, config: ValidateConfig, result: PathResult) -> None:
     store.write(path, datasets_of([result]), about | {"identity": identity(config)})
 
 
-def read_part(path: Path, config: ValidateConfig) -> Mapping[str, Dataset]:
+def read_archive_part(path: Path, config: ValidateConfig) -> Mapping[str, Dataset]:
     """The datasets of one path.
 
     Raises continuum.files.store.StoreError if the file is missing, or belongs to another validation.
@@ -194,7 +194,7 @@ def read_part(path: Path, config: ValidateConfig) -> Mapping[str, Dataset]:
     return file.datasets
 
 
-def joined(parts: Sequence[Mapping[str, Dataset]]) -> dict[str, Dataset]:
+def join(parts: Sequence[Mapping[str, Dataset]]) -> dict[str, Dataset]:
     """The datasets of all paths, from those of each, in their order."""
     found = {}
     for name in dict.fromkeys(name for part in parts for name in part):

@@ -129,15 +129,15 @@ def validate(
     distinct(path, config.files)
     if decks is not None:
         folder(decks)
-    if not archive.is_stored(path, config, force=force):
+    if not archive.is_complete(path, config, force=force):
         about = specimen_of(config).about()  # measured once for all workers, before anything is written
         with reserved(path):
             parts = path.with_name(f"{path.stem}.parts")
             if force:
                 shutil.rmtree(parts, ignore_errors=True)
-            if not archive.is_stored(path, config, force=force):  # which another process may have written
+            if not archive.is_complete(path, config, force=force):  # which another process may have written
                 results = _compare_all(config, parts, workers, decks, lmp_command, progress)
-                archive.write_archive(path, config, archive.joined(results), about)
+                archive.write_archive(path, config, archive.join(results), about)
             shutil.rmtree(parts, ignore_errors=True)
     stored = archive.read_archive(path)
     return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
@@ -157,7 +157,7 @@ def _compare_all(
 
     def is_done(task: Task) -> bool:
         try:
-            archive.read_part(task.path, config)
+            archive.read_archive_part(task.path, config)
         except StoreError:
             return False
         return True
@@ -173,7 +173,7 @@ def _compare_all(
                 continue
             done += 1
             if progress is not None and not one.found:
-                part = archive.read_part(one.task.path, config)
+                part = archive.read_archive_part(one.task.path, config)
                 force, slope = part["largest_force"].values, part["rms_slope"].values
                 said = f"{force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
                 progress(f"{one.task.label}: {said}", done, len(tasks))
@@ -181,7 +181,7 @@ def _compare_all(
         reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
         msg = f"{len(failed)} of {len(tasks)} paths could not be compared; the others are stored in {parts}\n{reasons}"
         raise ValidationError(msg)
-    return [archive.read_part(path, config) for path in paths]
+    return [archive.read_archive_part(path, config) for path in paths]
 
 
 def _compared(

@@ -9,11 +9,9 @@ from typing import Literal, Self
 import numpy as np
 
 from atomistic.crystal.interatomic import Model
-from atomistic.crystal.potentials import PotentialError
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.protocol import Protocol, finite_numbers
 from continuum.model.walls import Wall
-from continuum.units import Units
 
 AVERAGES = {
     "separation": "v_separation",
@@ -93,13 +91,6 @@ def impedance(model: Model) -> float:
     Mech. Div. 95, 859 (1969), the viscous boundary); a softer contact in as much longer a time as it is softer.
     """
     return float(np.sqrt(np.sqrt(2) * model.elastic_constants[0]))
-
-
-def thermal_energy(kelvin: float, real: Units | None) -> float:
-    """k_B T of a temperature in kelvin, in E* a0³; raises PotentialError if the crystal has no length scale."""
-    if real is None:
-        raise PotentialError("this crystal has no length scale, and so no kelvin: give k_B T in E* a0³")
-    return kelvin / real.si("temperature")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import numpy as np
 
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
-from atomistic.config.motion import Steps, TimeWindows, kelvin
+from atomistic.config.motion import Steps, TimeWindows, thermal_energy
 from atomistic.config.quantities import in_reduced, with_units
 from atomistic.config.slab import DeckSolverTable
 from atomistic.crystal.crystal import Slab
@@ -22,7 +22,7 @@ from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
-from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
+from atomistic.lammps.motion import Motion, largest_timestep, swing
 from atomistic.lammps.neighbours import distortion
 from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
@@ -260,26 +260,21 @@ def _started(
     )  # fmt: skip
 
 
-def _thermal_energy(windows: TimeWindows, model: Model) -> float:
-    """k_B T, in E* a0³ of a model."""
-    given = windows.table.temperature
-    return thermal_energy(kelvin(given), model.real_units) if isinstance(given, str) else given
-
-
 def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
     """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
 
     A crystal of harmonic springs remains as at rest.
     """
     model, slab = specimen.model, specimen.slab
-    temperature = _thermal_energy(windows, model)
+    temperature = thermal_energy(windows.table.temperature, model.real_units)
     crystal = measured(model)
     if temperature == 0 or crystal is None:
         return model, specimen.response.rise, ()
     warm = warm_crystal(crystal, temperature, slab.mobile, default_folder(), progress)
     found = warm.of(crystal)
     unit = "Å" if model.units == "metal" else "σ"
-    kelvins = "" if model.real_units is None else f" ({temperature / thermal_energy(1.0, model.real_units):.4g} K)"
+    real = model.real_units
+    kelvins = "" if real is None else f" ({real.to_si(temperature, 'temperature'):.4g} K)"
     return found, warm.rise_of(slab), (
         f"Temperature: k_B T = {temperature:.6g} E* a0^3{kelvins}, of the crystal at rest.",
         f"Lattice constant at this temperature: {found.length * 2**0.5:.6g} {unit}, at rest "
@@ -305,7 +300,8 @@ def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
 
 def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
     """The motion of the atoms, at the lattice constant of its temperature."""
-    temperature, table = _thermal_energy(windows, rest) * rest.energy / model.energy, windows.table
+    table = windows.table
+    temperature = thermal_energy(table.temperature, rest.real_units) * rest.energy / model.energy
     return Motion(
         windows.separations, windows.offsets, windows.duration, temperature, table.thermostat_layers, table.damping,
         table.seed, largest_timestep(model, wall), windows.along, table.hold,

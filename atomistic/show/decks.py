@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from atomistic.lammps.directory import wall_mesh
-from atomistic.lammps.motion import thermal_energy
 from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
@@ -145,7 +144,7 @@ def _temperatures(run: DeckRun) -> str:
     if not description.temperature:
         return "Atoms and continuum are at rest, at 0 K."
     real = description.real_units
-    kelvin = "" if real is None else f" ({description.temperature / thermal_energy(1.0, real):.4g} K)"
+    kelvin = "" if real is None else f" ({real.to_si(description.temperature, 'temperature'):.4g} K)"
     return (
         f"The atoms are at k_B T = {description.temperature:.4g} E* a0³{kelvin}, the continuum at rest at 0 K; "
         "gaps count from the surface of each at its own temperature."

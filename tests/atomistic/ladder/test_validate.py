@@ -332,8 +332,8 @@ def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
     for name, order in (("a", results), ("b", results[::-1])):
         for result in order:
             archive.write_part(tmp_path / result.path.file_name, config, result)
-        parts = [archive.read_part(tmp_path / path.file_name, config) for path in paths_of(config)]
-        archive.write_archive(tmp_path / f"{name}.h5", config, archive.joined(parts), {})
+        parts = [archive.read_archive_part(tmp_path / path.file_name, config) for path in paths_of(config)]
+        archive.write_archive(tmp_path / f"{name}.h5", config, archive.join(parts), {})
         stored.append(archive.read_archive(tmp_path / f"{name}.h5"))
     a, b = stored
     assert list(a.columns["case"]) == ["plain", "plain", "sticky", "sticky"]
@@ -361,7 +361,7 @@ def test_a_validation_goes_on_where_it_stopped(
     assert "validate small 3/3" in out  # one part was left
     assert "validate small 1/3" not in out
     assert "bounds hold" in out
-    assert archive.is_stored(path, config, force=False)
+    assert archive.is_complete(path, config, force=False)
     assert not (tmp_path / "small.parts").exists()
     for figure in ("contact", "curves", "scaling"):
         assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
