@@ -7,11 +7,10 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from atomistic import front
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
-from atomistic.front import commands as front
-from atomistic.front import decks
 from atomistic.ladder import validate as validations
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps import engine
@@ -76,7 +75,7 @@ def check(**given: Any) -> int:
     return OK
 
 
-@like(decks.run_deck)
+@like(front.run_deck)
 def deck(
     file: Annotated[str, Parameter(help="input file (TOML); inputs/... finds those that come with the package")],
     *,
@@ -90,20 +89,20 @@ def deck(
     with ExitStack() as bars:
         # The bar appears only if a crystal has to be measured.
         bar = cache(lambda total: bars.enter_context(progress(total, "measuring the crystal at its temperature, once")))
-        made = decks.deck(file, progress=lambda done, total: bar(total)(done, ""))
+        made = front.deck(file, progress=lambda done, total: bar(total)(done, ""))
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if run:
         steps = 1 if made.protocol is None else made.protocol.steps
         with progress(steps, f"deck {directory.name}") as tell:
-            found = decks.run_deck(directory, lmp_command, lambda done, _: tell(done, ""))
+            found = front.run_deck(directory, lmp_command, lambda done, _: tell(done, ""))
         return _show(found)
     print("run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory")
     print(f"then     atomistic read {directory}")
     return OK
 
 
-@like(decks.read)
+@like(front.read)
 def read(
     directory: Path,
     *,
@@ -114,7 +113,7 @@ def read(
 ) -> int:
     from continuum.show.plot import written_as
 
-    run = decks.read(directory)
+    run = front.read(directory)
     code = _show(run, compare=compare)
     if certify:
         found = run.certify()

@@ -7,9 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from atomistic.config.crystal import Interatomic
+from atomistic.config.crystal import DeckSolverTable, Interatomic, SlabTable
 from atomistic.config.motion import ProtocolTable, Steps, beyond_strength
-from atomistic.config.slab import DeckSolverTable, SlabTable
 from continuum.files import kinds as kinds  # defines the tables that an input knows
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document

@@ -2,8 +2,7 @@
 
 A deck runs in three ways with one result: in this process (:func:`run_in_process`), by the ``lmp`` of the
 wheel, serial or under its ``mpiexec``, or by the command of a site (:func:`run_command`).  All leave the same
-files, which :func:`atomistic.lammps.result.read_result` reads.  :class:`atomistic.lammps.session.Session` keeps one
-LAMMPS open on the atoms of a deck; :class:`atomistic.lammps.cell.Cell` on any few atoms.
+files, which :func:`atomistic.lammps.result.read_result` reads.  :mod:`atomistic.lammps.session` keeps one LAMMPS open.
 """
 
 import contextlib

@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from atomistic.config.crystal import ElasticConfig
+from atomistic.config.crystal import DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
-from atomistic.config.motion import Steps, TimeWindows, thermal_energy
+from atomistic.config.motion import MotionTable, Steps, thermal_energy
 from atomistic.config.quantities import in_reduced, with_units
-from atomistic.config.slab import DeckSolverTable
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Model, Potential, Springs
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
@@ -132,20 +131,20 @@ def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights:
             "" if real is None else f"; a0 = {real.a0 / 1e-10:.5g} Å, E* = {real.contact_modulus / 1e9:.4g} GPa at rest"
         ),
     ]
-    windows = config.steps().windows
-    return (*lines, *([] if windows is None else _in_si(windows, model)))
+    motion = config.steps().motion
+    return (*lines, *([] if motion is None else _in_si(motion, model)))
 
 
-def _in_si(windows: TimeWindows, model: Model) -> Iterator[str]:
+def _in_si(motion: MotionTable, model: Model) -> Iterator[str]:
     """Velocity and times of a motion in m/s and ps."""
     real = model.real_units
     if real is None:
         return
-    velocity, longest = windows.table.velocity, max(windows.duration)
+    velocity, durations = motion.velocity, motion.windows[-1]
     yield (
         f"Motion: {velocity:.4g} (E* a0³/m)^(1/2) are {real.to_si(velocity, 'velocity'):.4g} m/s; "
-        f"{len(windows.duration)} windows, the longest of {longest:.4g} a0 (m/(E* a0³))^(1/2), "
-        f"{real.to_si(longest, 'time') / 1e-12:.4g} ps"
+        f"{len(durations)} windows, the longest of {max(durations):.4g} a0 (m/(E* a0³))^(1/2), "
+        f"{real.to_si(max(durations), 'time') / 1e-12:.4g} ps"
     )
 
 
@@ -239,11 +238,15 @@ def _started(
     else:
         gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
         separations = steps.values
-    if steps.windows is not None:
-        model, rise, notes = _warm(specimen, steps.windows, progress)
-        protocol = _motion(steps.windows, specimen.model, model, slab, wall)
-        if protocol.pressure is not None:
-            protocol = replace(protocol, separations=separations * len(protocol.separations))
+    if steps.motion is not None:
+        temperature = thermal_energy(steps.motion.temperature, model.real_units)
+        model, rise, notes = _warm(specimen, temperature, progress)
+        damping = 1 / (2 * swing(model, slab.depth))  # critical for the slab's slowest vibration
+        protocol = steps.motion.motion(
+            temperature * specimen.model.energy / model.energy,
+            largest_timestep(model, wall),
+            max(steps.motion.damping, damping),
+        ).from_separation(separations[0])
         notes += _hold_notes(protocol, model, slab)
     elif steps.control == "mean-pressure":
         protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
@@ -260,13 +263,12 @@ def _started(
     )  # fmt: skip
 
 
-def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
+def _warm(specimen: Specimen, temperature: float, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
     """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
 
     A crystal of harmonic springs remains as at rest.
     """
     model, slab = specimen.model, specimen.slab
-    temperature = thermal_energy(windows.table.temperature, model.real_units)
     crystal = measured(model)
     if temperature == 0 or crystal is None:
         return model, specimen.response.rise, ()
@@ -298,18 +300,6 @@ def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
     return (f"{said}.",)
 
 
-def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
-    """The motion of the atoms, at the lattice constant of its temperature."""
-    table = windows.table
-    temperature = thermal_energy(table.temperature, rest.real_units) * rest.energy / model.energy
-    return Motion(
-        windows.separations, windows.offsets, windows.duration, temperature, table.thermostat_layers, table.damping,
-        table.seed, largest_timestep(model, wall), windows.along, table.hold,
-        max(table.damping, 1 / (2 * swing(model, slab.depth))),  # critical damping of the slab's slowest vibration
-        windows.pressure,
-    )  # fmt: skip
-
-
 def deck_under(
     contact: ContactProblem,
     model: Potential | None,
@@ -336,7 +326,7 @@ def deck_under(
         raise ArgumentError(
             "wall_force", wall_force, 'follows="atom": atoms of the wall act at the positions of the atoms'
         )
-    if shape is None and steps.windows is not None and any(steps.windows.offsets):
+    if shape is None and steps.motion is not None and steps.motion.slides:
         raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
     measured = model_of(model or Springs())
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)

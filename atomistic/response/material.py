@@ -16,8 +16,8 @@ from scipy.optimize import brentq, minimize_scalar
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.interatomic import Model, Potential, is_model
 from atomistic.crystal.potentials import PotentialError
-from atomistic.lammps.cell import Cell
 from atomistic.lammps.engine import pair_styles
+from atomistic.lammps.session import Cell
 from continuum.files.toml import nearest
 from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.fourier import Real

@@ -316,8 +316,8 @@ def test_energy_is_conserved_through_contact_as_the_square_of_the_time_step(tmp_
 def test_no_text_of_a_user_reaches_a_motion(temperature, along, velocity):
     table = {"kind": "sliding", "separation": 1.0, "distance": 1.0, "window": 10.0}
     try:
-        windows = steps_of(table | {"temperature": temperature, "along": along, "velocity": velocity}).windows
+        motion = steps_of(table | {"temperature": temperature, "along": along, "velocity": velocity}).motion
     except InputError:
         return
-    assert windows.along in ("x", "y")
-    assert kelvin(windows.table.temperature) >= 0
+    assert motion.along in ("x", "y")
+    assert kelvin(motion.temperature) >= 0

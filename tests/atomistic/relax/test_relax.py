@@ -184,7 +184,7 @@ def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path, name):
 
 
 def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
-    from atomistic.lammps.cell import Cell
+    from atomistic.lammps.session import Cell
 
     model = crystal("Ni_u3.eam")
     slab = Slab((8, 8), 6, model.coupled_layers)

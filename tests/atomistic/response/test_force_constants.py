@@ -8,7 +8,7 @@ import pytest
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
 from atomistic.crystal.interatomic import LennardJones, Model, Springs
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from atomistic.lammps.cell import Cell
+from atomistic.lammps.session import Cell
 from atomistic.response.force_constants import (
     ForceConstants,
     SymmetryErrors,

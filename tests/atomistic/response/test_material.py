@@ -206,7 +206,7 @@ def test_lennard_jones_without_meaning_is_refused(arguments):
 
 @pytest.mark.parametrize("law", [LennardJones(), LennardJones(2.5, "smooth", 2.0), LennardJones(3.0, "mdf", 2.5)])
 def test_forces_end_continuously(law):
-    from atomistic.lammps.cell import Cell
+    from atomistic.lammps.session import Cell
 
     pair = np.array([[1.0, 1, 1], [2.0, 1, 1]])
     with Cell(law, pair, np.array([20.0, 20, 20])) as cell:
