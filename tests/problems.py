@@ -20,7 +20,7 @@ from continuum.path.state import PathState
 from continuum.solve.solution import Settings
 
 if TYPE_CHECKING:
-    from atomistic.crystal.interatomic import Model
+    from atomistic.crystal.model import Model
     from atomistic.lammps.deck import Deck
     from atomistic.response.lattice import LatticeResponse
 

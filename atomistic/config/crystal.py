@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from atomistic.crystal.interatomic import LennardJones, Potential, Springs
+from atomistic.crystal.interatomic import LennardJones, Springs
+from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from continuum.arguments import ArgumentError

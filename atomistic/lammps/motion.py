@@ -8,7 +8,7 @@ from typing import Literal, Self
 
 import numpy as np
 
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.protocol import Protocol, finite_numbers
 from continuum.model.walls import Wall

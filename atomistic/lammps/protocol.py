@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model
 from atomistic.lammps.language import formatted, listing
 
 LOAD_TOLERANCE = 1e-6

@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from atomistic.crystal.interatomic import Potential
+from atomistic.crystal.model import Potential
 from atomistic.lammps.directory import read_slab
 from atomistic.lammps.engine import guard, open_library
 from atomistic.lammps.result import LammpsError

@@ -16,7 +16,8 @@ from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import MotionTable, Steps, thermal_energy
 from atomistic.config.quantities import in_reduced, with_units
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model, Potential, Springs
+from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.model import Model, Potential, measured
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
@@ -30,7 +31,7 @@ from atomistic.relax.limits import require_apart, require_steps, require_strengt
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
-from atomistic.response.material import measured, model_of
+from atomistic.response.material import model_of
 from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.inputs import parsed

@@ -8,7 +8,7 @@ from pathlib import Path
 from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import MotionTable, Steps, beyond_physics
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.motion import largest_timestep
 from atomistic.lammps.shape import Shape

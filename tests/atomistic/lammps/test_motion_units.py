@@ -12,9 +12,9 @@ from scipy import constants as si
 
 from atomistic.config.motion import thermal_energy
 from atomistic.crystal.interatomic import LennardJones
+from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.motion import BLOCKS, SAMPLED, Motion, impedance, vibration_timestep
-from atomistic.response.material import Crystal, CrystalModel
 from continuum.model.cubic import CubicConstants
 
 GPA = si.giga / (si.electron_volt / si.angstrom**3)  # in eV/Å³
