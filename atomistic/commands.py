@@ -15,7 +15,6 @@ from atomistic.ladder import validate as validations
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps import engine
 from atomistic.relax.deckrun import DeckRun
-from continuum.arguments import ArgumentError
 from continuum.errors import NOT_CONVERGED, OK
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
@@ -44,7 +43,7 @@ def validate(
     lmp_command: str | None = None,
     **given: Any,
 ) -> int:
-    _check_lmp_command(lmp_command)
+    engine.command_words(lmp_command, "--lmp-command")
     config = load(file, ValidateConfig)
     with progress(len(paths_of(config)), f"validate {Path(file).stem}") as tell:
         found = validations.validate(
@@ -59,14 +58,6 @@ def validate(
     print(f"report   {page}")
     print(found.sentence)
     return OK if found.holds else NOT_CONVERGED
-
-
-def _check_lmp_command(command: str | None) -> None:
-    """Check how LAMMPS is started; the message names the option."""
-    try:
-        engine.command_words(command)
-    except ArgumentError as error:
-        raise ArgumentError("--lmp-command", command, error.allowed) from None
 
 
 @like(front.check)
@@ -85,7 +76,7 @@ def deck(
     lmp_command: str | None = None,
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
-    _check_lmp_command(lmp_command)
+    engine.command_words(lmp_command, "--lmp-command")
     with ExitStack() as bars:
         # The bar appears only if a crystal has to be measured.
         bar = cache(lambda total: bars.enter_context(progress(total, "measuring the crystal at its temperature, once")))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from atomistic.lammps.motion import Motion
+from atomistic.lammps.protocol import Motion
 from continuum.tables import Fault, Positive, TableFamily, constraint
 from continuum.units import Units, parse
 

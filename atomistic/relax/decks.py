@@ -22,9 +22,8 @@ from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
-from atomistic.lammps.motion import Motion, largest_timestep, swing
 from atomistic.lammps.neighbours import distortion
-from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
+from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations, largest_timestep, swing
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.limits import require_apart, require_steps, require_strength

@@ -10,7 +10,7 @@ from atomistic.config.motion import MotionTable, Steps, beyond_physics
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.model import Model
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
-from atomistic.lammps.motion import largest_timestep
+from atomistic.lammps.protocol import largest_timestep
 from atomistic.lammps.shape import Shape
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse

@@ -14,7 +14,7 @@ import numpy as np
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.model import CrystalModel, Model
 from atomistic.lammps.engine import Progress
-from atomistic.lammps.motion import BOLTZMANN, time_unit, vibration_timestep
+from atomistic.lammps.protocol import BOLTZMANN, time_unit, vibration_timestep
 from atomistic.lammps.session import Cell
 from atomistic.response.force_constants import least_width
 from continuum.errors import OutputError

@@ -20,7 +20,7 @@ from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.engine import run_command, run_in_process, script
-from atomistic.lammps.motion import Motion, largest_timestep
+from atomistic.lammps.protocol import Motion, largest_timestep
 from atomistic.lammps.result import DeckStatus, LammpsError, read_result
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import HeightSpline, Waves

@@ -14,7 +14,7 @@ from atomistic.config.motion import thermal_energy
 from atomistic.crystal.interatomic import LennardJones
 from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
-from atomistic.lammps.motion import BLOCKS, SAMPLED, Motion, impedance, vibration_timestep
+from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion, impedance, vibration_timestep
 from continuum.model.cubic import CubicConstants
 
 GPA = si.giga / (si.electron_volt / si.angstrom**3)  # in eV/Å³
