@@ -13,8 +13,10 @@ import numpy as np
 
 from atomistic.crystal.model import Model
 from atomistic.lammps.language import formatted, listing
+from continuum.arguments import ArgumentError, count, number, several
 from continuum.model.walls import Wall
 
+_MOST_STEPS = 100_000
 LOAD_TOLERANCE = 1e-6
 """Tolerance of the load at a given mean pressure, relative to it."""
 
@@ -65,14 +67,14 @@ class Separations(Protocol):
     ----------
     separations : heights of the wall's zero above the surface at rest, in a0, in order.
 
-    Raises ValueError if there is none, or one is not a finite number.
+    Raises ArgumentError if there is none, or one is not a finite number.
     """
 
     script = "separations"
     separations: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        finite_numbers(self, "separations")
+        _keep_numbers(self, "separations")
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class MeanPressures(Protocol):
     separations : separation at the start of the search for each, in a0.
     stiffness : of the slab as a whole, mean pressure per displacement of its surface, in E*/a0: the first move.
 
-    Raises ValueError if a number is not allowed, or the number of separations differs from that of pressures.
+    Raises ArgumentError if a number is not allowed, or the number of separations differs from that of pressures.
     """
 
     script = "pressures"
@@ -94,15 +96,12 @@ class MeanPressures(Protocol):
     stiffness: float
 
     def __post_init__(self) -> None:
-        finite_numbers(self, "pressures")
-        finite_numbers(self, "separations")
+        _keep_numbers(self, "pressures", "separations")
         if len(self.pressures) != len(self.separations):
-            msg = f"{len(self.pressures)} pressures cannot be looked for from {len(self.separations)} separations"
-            raise ValueError(msg)
+            raise ArgumentError("separations", self.separations, f"one for each of {len(self.pressures)} pressures")
         if 0 in self.pressures:
-            raise ValueError("a mean pressure cannot be zero, as its tolerance is relative")
-        if not (np.isfinite(self.stiffness) and self.stiffness > 0):
-            raise ValueError(f"the stiffness of a slab is a positive finite number, got {self.stiffness}")
+            raise ArgumentError("pressures", self.pressures, "other than zero: the tolerance is relative")
+        number("stiffness", self.stiffness, above=0)
 
     def from_separation(self, separation: float) -> Self:
         return replace(self, separations=(separation,) * self.steps)
@@ -119,12 +118,10 @@ class MeanPressures(Protocol):
         }
 
 
-def finite_numbers(protocol: Protocol, name: str) -> None:
-    """Check that there is at least one number and that all are finite, and return a tuple."""
-    values = tuple(float(value) for value in getattr(protocol, name))
-    if not values or not np.isfinite(values).all():
-        raise ValueError(f"{name} of a protocol are finite numbers, at least one; got {values}")
-    object.__setattr__(protocol, name, values)
+def _keep_numbers(protocol: Protocol, *names: str, **bounds: float) -> None:
+    """Check lists of finite numbers, and keep them as tuples."""
+    for name in names:
+        object.__setattr__(protocol, name, several(name, getattr(protocol, name), longest=_MOST_STEPS, **bounds))
 
 
 AVERAGES = {
@@ -229,7 +226,7 @@ class Motion(Protocol):
     pressure : constant mean pressure of the wall, in E*, compression positive; the wall starts at the first
         separation, and its velocity follows from the :func:`impedance` of the crystal; None for given separations.
 
-    Raises ValueError if a number is not allowed, or there is not one more separation and offset than there are windows.
+    Raises ArgumentError if a number is not allowed, or there is not one separation and offset more than windows.
     """
 
     script, included = "motion", "in.motion"
@@ -247,24 +244,21 @@ class Motion(Protocol):
     pressure: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("separations", "offsets", "durations"):
-            finite_numbers(self, name)
+        _keep_numbers(self, "separations", "offsets")
+        _keep_numbers(self, "durations", above=0)
         if not len(self.separations) == len(self.offsets) == len(self.durations) + 1:
-            raise ValueError(
-                f"{len(self.durations)} windows have one separation and one offset more, got {len(self.separations)} "
-                f"and {len(self.offsets)}"
-            )
-        for name in ("temperature", "damping", "timestep"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "temperature"))):
-                raise ValueError(f"the {name} of a motion is a positive finite number, got {value}")
-        if not (self.hold >= 0 and (self.hold_damping is None or 0 < self.hold_damping < np.inf)):
-            raise ValueError(f"a motion holds no negative number of windows, with a positive damping, got {self.hold}")
-        if self.pressure is not None and not np.isfinite(self.pressure):
-            raise ValueError(f"the pressure that a wall keeps is a finite number, got {self.pressure}")
-        if min(self.durations) <= 0 or self.layers < 1 or not 1 <= self.seed <= 1_000_000:
-            msg = "a motion has windows of positive duration, at least one warm layer, and a seed of 1 to 1000000"
-            raise ValueError(msg)
+            one_more = f"one separation and one offset more than the {len(self.durations)} windows"
+            raise ArgumentError("durations", self.durations, one_more)
+        number("temperature", self.temperature, least=0)
+        number("damping", self.damping, above=0)
+        number("timestep", self.timestep, above=0)
+        count("layers", self.layers)
+        count("seed", self.seed, most=1_000_000)
+        count("hold", self.hold, 0)
+        if self.hold_damping is not None:
+            number("hold_damping", self.hold_damping, above=0)
+        if self.pressure is not None:
+            number("pressure", self.pressure)
 
     @property
     def steps(self) -> int:

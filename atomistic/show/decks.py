@@ -1,5 +1,6 @@
 """Tables and figures of a deck run, and the wall of each step as a mesh."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,29 +50,24 @@ def _steps(run: DeckRun) -> Sheet:
         {"k_B T (E* a0³)": "temperature"} if moves else {"evaluations": "evaluations"}
     )
     hold = run.description.hold
-    rows: list[list[Entry]] = [
-        [i, *(getattr(step, name) for name in columns.values()), words(step.status) if i > hold else "coming to rest"]
-        for i, step in enumerate(run.steps, 1)
-    ]
-    heads = ["step", *columns, "status"]
+    cells: dict[str, Sequence[Entry]] = {
+        "step": range(1, len(run.steps) + 1),
+        **{head: [getattr(step, name) for step in run.steps] for head, name in columns.items()},
+        "status": [words(step.status) if i >= hold else "coming to rest" for i, step in enumerate(run.steps)],
+    }
     if any(step.slipped for step in run.steps):
-        heads.append("slipped atoms")
-        for row, step in zip(rows, run.steps, strict=True):
-            row.append(step.slipped)
-    for head, values in _friction_columns(run).items():
-        heads.append(head)
-        for row, value in zip(rows, values, strict=True):
-            row.append(value)
+        cells["slipped atoms"] = [step.slipped for step in run.steps]
+    cells |= _friction_columns(run)
     missing = run.expected - len(run.steps)
     notes = [f"{missing} of {run.expected} steps are not done: the same command goes on with them"] if missing else []
     notes = [*_means(run), *_yield(run), *notes]
     title = f"{run.directory.name}: steps"
-    return Sheet.of(title, tuple(map(Column, heads)), [tuple(row) for row in rows], "\n".join(notes))
+    return Sheet.of(title, tuple(cells), zip(*cells.values(), strict=True), "\n".join(notes))
 
 
-def _friction_columns(run: DeckRun) -> dict[str, list[float | None]]:
+def _friction_columns(run: DeckRun) -> dict[str, Sequence[Entry]]:
     """Load in real units; for a sliding wall also friction, and friction over a compressive load."""
-    real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, list[float | None]]()
+    real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, Sequence[Entry]]()
     named = {"N": "load"} | ({"friction": f"lateral_{run.slides}"} if run.slides else {})
     if run.slides:
         found["friction/N"] = [
