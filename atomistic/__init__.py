@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from atomistic.crystal.potentials import EmbeddedAtom as EmbeddedAtom
     from atomistic.crystal.potentials import PotentialError as PotentialError
     from atomistic.crystal.potentials import find_potential as find_potential
-    from atomistic.front.commands import Elastic as Elastic
-    from atomistic.front.commands import check as check
-    from atomistic.front.commands import elastic as elastic
-    from atomistic.front.decks import deck as deck
-    from atomistic.front.decks import read as read
-    from atomistic.front.decks import run_deck as run_deck
+    from atomistic.front import Elastic as Elastic
+    from atomistic.front import check as check
+    from atomistic.front import deck as deck
+    from atomistic.front import elastic as elastic
+    from atomistic.front import read as read
+    from atomistic.front import run_deck as run_deck
     from atomistic.ladder.validate import Validation as Validation
     from atomistic.ladder.validate import validate as validate
     from atomistic.lammps.deck import Deck as Deck
@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     from atomistic.response.lattice import LatticeResponse as LatticeResponse
 
 _WHERE = {
-    "front.commands": ("Elastic", "check", "elastic"),
-    "front.decks": ("deck", "read", "run_deck"),
+    "front": ("Elastic", "check", "deck", "elastic", "read", "run_deck"),
     "ladder.validate": ("Validation", "validate"),
     "lammps.deck": ("Deck",),
     "lammps.engine": ("doctor",),

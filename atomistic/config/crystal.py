@@ -1,4 +1,4 @@
-"""The table [interatomic] of every input: what holds the atoms together."""
+"""Tables common to inputs: [interatomic], what holds the atoms together, [slab], and tolerances."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,20 +7,23 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from atomistic.crystal.interatomic import LennardJones, Potential, Springs
+from atomistic.crystal.interatomic import LennardJones, Springs
+from atomistic.crystal.model import Potential
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from continuum.arguments import ArgumentError
 from continuum.files.tables import Document
-from continuum.tables import Fault, Positive, TableFamily, constraint
+from continuum.runs.config import ToleranceTable
+from continuum.tables import Fault, Fraction, Positive, Table, TableFamily, constraint
+
+SHALLOWEST, DEEPEST = 2.0, 512.0
+"""Depth of a slab, in a0."""
 
 
 class Interatomic(TableFamily):
     """[interatomic]: what holds the atoms together."""
 
     kind_key: ClassVar[str] = "kind"
-    has_size: ClassVar[bool] = True
-    """Whether its lattice constant is a physical length, and not only the unit."""
 
     kind: str
 
@@ -39,7 +42,6 @@ class SpringsTable(Interatomic):
 
     kind: Literal["springs"]
     """interatomic model"""
-    has_size: ClassVar[bool] = False
 
     def potential(self) -> Potential:
         return Springs()
@@ -50,7 +52,6 @@ class LennardJonesTable(Interatomic):
 
     kind: Literal["lennard-jones"]
     """interatomic model"""
-    has_size: ClassVar[bool] = False
     cutoff: float = 2.5
     """in sigma"""
     truncation: Literal["smooth/linear", "smooth", "mdf"] = "smooth/linear"
@@ -146,6 +147,40 @@ class PairStyleTable(Interatomic):
     def potential(self) -> Potential:
         keys = self.keywords()
         return PairStyle(contents=PairStyle.read_files(keys.pop("files")), **keys)
+
+
+class SlabTable(Table):
+    """The atoms."""
+
+    n: Annotated[int, Field(ge=8, le=512)]
+    """surface atoms along x and along y; the period is n a0"""
+    depth: Annotated[float, Field(ge=SHALLOWEST, le=DEEPEST)]
+    """from the surface plane to the frozen base, in a0, rounded to whole layers"""
+
+    @property
+    def points(self) -> tuple[int, int]:
+        return self.n, self.n
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        return float(self.n), float(self.n)
+
+
+class AtomsSolverTable(ToleranceTable):
+    """[solver]: tolerances of equilibria."""
+
+    tolerance: Fraction = 1e-9
+    """largest rms residual of the continuum rungs, relative to rms_slope E*"""
+    force_tolerance: Annotated[float, Field(gt=0, le=1e-8)] = 1e-8
+    """largest force left on an atom, relative to rms_slope E* a0²"""
+
+
+class DeckSolverTable(AtomsSolverTable):
+    """[solver] of a deck: tolerances of equilibria and of a tabulated wall."""
+
+    wall_tolerance: Annotated[float, Field(ge=1e-10, le=1e-2)] = 1e-5
+    """of the tractions of a wall that is a table, relative to its largest tension, or to the traction where that is
+    larger; other laws are formulas, and exact"""
 
 
 class ElasticConfig(Document):

@@ -1,17 +1,14 @@
 """The input file of a deck, table by table.  Lengths are in a0, pressures in E*."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from atomistic.config.crystal import Interatomic
+from atomistic.config.crystal import DeckSolverTable, Interatomic, SlabTable
 from atomistic.config.motion import ProtocolTable, Steps, beyond_strength
-from atomistic.config.slab import DeckSolverTable, SlabTable
-from atomistic.crystal.crystal import LAYER_SPACING
 from continuum.files import kinds as kinds  # defines the tables that an input knows
 from continuum.files.inputs import parsed
 from continuum.files.tables import Document
@@ -185,13 +182,6 @@ class DeckConfig(Document):
         if self.wall_force == "atoms" and self.follows == "site":
             cause = "atoms of the wall act at the positions of the atoms, not at lattice sites"
             yield Fault(("follows",), '"atom" with wall_force = "atoms"', cause)
-
-    @constraint
-    def _moves_as_a_crystal_can(self) -> Iterator[Fault]:
-        if self.protocol is not None:
-            mobile = round(self.slab.depth / LAYER_SPACING)
-            for fault in self.protocol.misfits(mobile, self.interatomic.has_size):
-                yield replace(fault, key=("protocol", *fault.key))
 
     def steps(self) -> Steps:
         if self.protocol is not None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
+from atomistic.lammps.protocol import Motion
 from continuum.tables import Fault, Positive, TableFamily, constraint
 from continuum.units import Units, parse
 
@@ -27,22 +30,6 @@ FASTEST = 0.3
 (aluminium): atoms cannot follow a faster wall."""
 
 
-class TimeWindows(NamedTuple):
-    """Motion of the wall in the time windows of a run."""
-
-    table: MotionTable
-    """The table [protocol] of the input."""
-    separations: tuple[float, ...]
-    """Separation at the beginning of the first window and at the end of each, in a0."""
-    offsets: tuple[float, ...]
-    """Displacements of the wall along ``along``, likewise."""
-    duration: tuple[float, ...]
-    """Length of each window, in a0 (m/(E* a0³))^(1/2)."""
-    along: Literal["x", "y"] = "x"
-    pressure: float | None = None
-    """Constant mean pressure in E*, which determines the height of the wall; None if ``separations`` do."""
-
-
 class Steps(NamedTuple):
     """The steps of a deck, from an input or a call."""
 
@@ -51,8 +38,8 @@ class Steps(NamedTuple):
     """Separation or pressure of each step, in a0 or E*."""
     single: bool = False
     """Whether it is one equilibrium without a protocol."""
-    windows: TimeWindows | None = None
-    """Time windows of a wall that moves above warm atoms; the values are then its separations or pressures."""
+    motion: MotionTable | None = None
+    """The wall that moves above warm atoms; the values are then its separations or pressures."""
 
 
 class ProtocolTable(TableFamily):
@@ -62,16 +49,8 @@ class ProtocolTable(TableFamily):
     slides: ClassVar[bool] = False
     """Whether the wall slides, which needs follows = "atom"."""
 
-    def windows(self) -> TimeWindows | None:
-        """The time windows of a wall that moves above warm atoms; None if all steps are equilibria."""
-        return None
-
     def steps(self) -> Steps:
         raise NotImplementedError
-
-    def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
-        """Faults of steps that the slab does not allow; for a real crystal checked once it is measured."""
-        yield from ()
 
 
 def beyond_strength(key: str, *pressures: float) -> Iterator[Fault]:
@@ -95,7 +74,7 @@ def beyond_physics(temperature: float | str, velocity: float, scale: Units | Non
     )  # fmt: skip
     if isinstance(temperature, str) and scale is None:
         yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no length scale, and so no kelvin")
-    elif _thermal_energy(temperature, scale) > HOTTEST:
+    elif thermal_energy(temperature, scale) > HOTTEST:
         allowed = f"k_B T of at most {HOTTEST:g} E* a0³{here[0]}: fcc crystals melt at 0.006 to 0.011"
         cause = "an error in the number"
         if not isinstance(temperature, str):
@@ -114,14 +93,12 @@ def beyond_physics(temperature: float | str, velocity: float, scale: Units | Non
         yield Fault(("velocity",), allowed, cause)
 
 
-def _thermal_energy(temperature: float | str, scale: Units | None) -> float:
-    """k_B T in E* a0³; 0 for an invalid text, which another check reports."""
-    if not isinstance(temperature, str):
-        return temperature
-    try:
-        return kelvin(temperature) / scale.si("temperature") if scale is not None else 0.0
-    except ValueError:
-        return 0.0
+def thermal_energy(temperature: float | str, scale: Units | None) -> float:
+    """k_B T in E* a0³ of a temperature in this unit, or in kelvin, for a crystal that has a length scale."""
+    if isinstance(temperature, str):
+        assert scale is not None
+        return kelvin(temperature) / scale.si("temperature")
+    return temperature
 
 
 def kelvin(text: str) -> float:
@@ -165,22 +142,28 @@ class MotionTable(ProtocolTable):
     if TYPE_CHECKING:
         velocity: float
 
-        def windows(self) -> TimeWindows: ...
-
-    def misfits(self, mobile_layers: int, has_size: bool) -> Iterator[Fault]:
-        if self.thermostat_layers >= mobile_layers:
-            allowed = f"fewer than the layers that move, {mobile_layers} at this depth"
-            yield Fault(("thermostat_layers",), allowed)
-        if not has_size:
-            yield from beyond_physics(self.temperature, self.velocity, None)
+    @property
+    def turns(self) -> list[tuple[float, float]]:
+        """Separations and offsets of the wall between which it moves, in a0."""
+        raise NotImplementedError
 
     def steps(self) -> Steps:
-        windows = self.windows()
-        return Steps("separation", windows.separations, windows=windows)
+        return Steps("separation", self.windows[0], motion=self)
 
-    def _windows(self, turns: list[tuple[float, float]]) -> TimeWindows:
-        """Legs between points (separation, offset), each in whole windows of about the duration wanted."""
-        rest = self.hold + self.dwell
+    def motion(self, temperature: float, timestep: float, hold_damping: float) -> Motion:
+        """The motion at k_B T in E* a0³, with a largest time step and a damping in the windows of hold."""
+        return Motion(
+            *self.windows, temperature, self.thermostat_layers, self.damping, self.seed, timestep,
+            hold=self.hold, hold_damping=hold_damping,
+        )  # fmt: skip
+
+    @cached_property
+    def windows(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+        """Legs from turn to turn, each in whole windows of about the duration wanted.
+
+        Separations and offsets at the beginning of the first window and at the end of each, and durations.
+        """
+        turns, rest = self.turns, self.hold + self.dwell
         places, duration = [turns[0]] * (rest + 1), [self.window] * rest
         for (d0, o0), (d1, o1) in pairwise(turns):
             time = float(np.hypot(d1 - d0, o1 - o0)) / self.velocity
@@ -188,7 +171,7 @@ class MotionTable(ProtocolTable):
             places += [(d0 + (d1 - d0) * i / count, o0 + (o1 - o0) * i / count) for i in range(1, count + 1)]
             duration += [time / count] * count
         separations, offsets = zip(*places, strict=True)
-        return TimeWindows(self, separations, offsets, tuple(duration))
+        return separations, offsets, tuple(duration)
 
 
 class VelocityTable(MotionTable):
@@ -215,8 +198,9 @@ class VelocityTable(MotionTable):
         ):
             yield Fault(("separations",), f"apart by at least velocity x {SHORTEST:g}, the shortest window")
 
-    def windows(self) -> TimeWindows:
-        return self._windows([(d, 0.0) for d in self.separations])
+    @property
+    def turns(self) -> list[tuple[float, float]]:
+        return [(d, 0.0) for d in self.separations]
 
 
 class SlidingTable(MotionTable):
@@ -250,12 +234,14 @@ class SlidingTable(MotionTable):
         if self.pressure is not None:
             yield from beyond_strength("pressure", self.pressure)
 
-    def windows(self) -> TimeWindows:
+    @property
+    def turns(self) -> list[tuple[float, float]]:
         height = self.separation or 0.0  # of a wall that keeps a pressure the lattice solution finds it
-        found = self._windows([(height, 0.0), (height, self.distance)])
-        return found._replace(along=self.along, pressure=self.pressure)
+        return [(height, 0.0), (height, self.distance)]
 
     def steps(self) -> Steps:
-        if self.pressure is None:
-            return super().steps()
-        return Steps("mean-pressure", (self.pressure,), windows=self.windows())
+        return super().steps() if self.pressure is None else Steps("mean-pressure", (self.pressure,), motion=self)
+
+    def motion(self, temperature: float, timestep: float, hold_damping: float) -> Motion:
+        found = super().motion(temperature, timestep, hold_damping)
+        return replace(found, along=self.along, pressure=self.pressure)

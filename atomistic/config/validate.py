@@ -5,8 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from atomistic.config.crystal import Interatomic
-from atomistic.config.slab import AtomsSolverTable, SlabTable
+from atomistic.config.crystal import AtomsSolverTable, Interatomic, SlabTable
 from continuum.files.tables import Document
 from continuum.model.surfaces import SelfAffineTable
 from continuum.model.walls.spline import AdhesionLength

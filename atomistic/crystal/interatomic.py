@@ -1,110 +1,15 @@
-"""Interatomic models of the substrate.
-
-A :class:`Potential` is a frozen set of parameters in the units that LAMMPS is given.  With its fcc crystal at zero
-pressure it is a :class:`Model`, in units of a0 and E*: springs are a model already, all others become one by measuring
-that crystal (:func:`atomistic.response.material.measure_crystal`).  Other modules use the members of these two only,
-so that a further potential is one more class here.
-"""
+"""Springs, Lennard-Jones, and what potentials without fixed bonds share; all kinds: :mod:`atomistic.crystal.model`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any, Literal, Protocol, TypeGuard, runtime_checkable
+from typing import Literal
 
 import numpy as np
 
 from continuum.arguments import ArgumentError, choice, number
 from continuum.model.cubic import CubicConstants, contact_modulus
 from continuum.model.fourier import Real
-from continuum.units import Units
-
-
-@runtime_checkable
-class Potential(Protocol):
-    """Interatomic forces of LAMMPS, in its units: ``lj`` (pure numbers) or ``metal`` (eV, Å)."""
-
-    @property
-    def units(self) -> Literal["lj", "metal"]:
-        """Style of units in LAMMPS."""
-
-    @property
-    def atom_style(self) -> Literal["atomic", "bond"]:
-        """Style of atoms in LAMMPS."""
-
-    @property
-    def mass(self) -> float:
-        """Mass of an atom."""
-
-    @property
-    def element(self) -> str:
-        """Chemical symbol; "X", ASE's symbol for none, if the model has no element."""
-
-    @property
-    def cutoff(self) -> float:
-        """Cut-off of the formulas."""
-
-    @property
-    def force_range(self) -> float:
-        """Largest distance at which a displaced atom changes forces."""
-
-    @property
-    def guess(self) -> float:
-        """Volume per atom of the fcc crystal, roughly; 0 if unknown."""
-
-    @property
-    def files(self) -> Mapping[str, bytes]:
-        """Files that :meth:`interactions` reads, by the names that it uses."""
-
-    @property
-    def identity(self) -> Mapping[str, str | float]:
-        """Names and numbers that determine results."""
-
-    @property
-    def reference(self) -> str:
-        """Source of the model, stored with results."""
-
-    def settings(self) -> str:
-        """LAMMPS commands that come before the atoms are read."""
-
-    def interactions(self) -> str:
-        """LAMMPS commands that define the forces, on the perfect lattice."""
-
-
-@runtime_checkable
-class Model(Potential, Protocol):
-    """Properties of the atoms that a substrate needs, in units of a0 and E*, and the size of these units."""
-
-    @property
-    def lattice_constant(self) -> float:
-        """Edge of the cubic cell at zero pressure, in a0: sqrt(2), so that surface atoms are a0 apart."""
-
-    @property
-    def harmonic(self) -> bool:
-        """Whether forces are linear in the stretch of fixed bonds, so that the response is exact."""
-
-    @property
-    def coupled_layers(self) -> int:
-        """Number of (100) layers that forces reach: the frozen base has at least so many."""
-
-    @property
-    def elastic_constants(self) -> CubicConstants:
-        """C11, C12, C44, in E*."""
-
-    @property
-    def timestep(self) -> float:
-        """A stable time step of damped dynamics with unit masses, in a0 (m/(E* a0³))^(1/2)."""
-
-    @property
-    def length(self) -> float:
-        """a0 in LAMMPS' unit of length."""
-
-    @property
-    def energy(self) -> float:
-        """E* a0³ in LAMMPS' unit of energy; E* a0² is :attr:`energy`/:attr:`length` in that of force."""
-
-    @property
-    def real_units(self) -> Units | None:
-        """Size of a0 and E*; None for a crystal without length scale."""
 
 
 class BondlessPotential:
@@ -120,26 +25,6 @@ class BondlessPotential:
     def settings(self) -> str:
         """LAMMPS commands that come before the atoms are read."""
         return f"atom_style      {self.atom_style}"
-
-
-def check_potential(name: str, value: Any) -> Potential:
-    """Check that an argument is an interatomic model, measured or not; raises ArgumentError otherwise."""
-    if isinstance(value, type) or not isinstance(value, Potential):
-        models = "Springs(), LennardJones(), EmbeddedAtom.read(...), PairStyle(...)"
-        raise ArgumentError(name, value, f"an interatomic model: {models}")
-    return value
-
-
-def is_model(value: Any) -> TypeGuard[Model]:
-    """Whether the crystal of a potential has been measured."""
-    return isinstance(value, Model) and not isinstance(value, type)
-
-
-def check_model(name: str, value: Any) -> Model:
-    """Check that an argument is an interatomic model with its crystal; raises ArgumentError otherwise."""
-    if not is_model(value):
-        raise ArgumentError(name, value, "a model whose crystal is known: Springs(), or elastic(...).model")
-    return value
 
 
 @dataclass(frozen=True)

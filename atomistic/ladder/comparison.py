@@ -75,6 +75,11 @@ class PathPlan:
     def label(self) -> str:
         return f"{self.case}, h' = {self.rms_slope:g}, seed {self.seed}"
 
+    @property
+    def file_name(self) -> str:
+        """Name of the file of its result, while others are not there."""
+        return f"{self.case}-h{self.rms_slope!r}-seed{self.seed}.h5"
+
 
 @dataclass(frozen=True, eq=False)
 class ValidatedState:

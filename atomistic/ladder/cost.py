@@ -60,14 +60,14 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     """Cost of running the deck of ``atomistic deck`` in LAMMPS."""
     seen = _SEEN[config.interatomic.kind]
     atoms = _atoms(config.slab.n, config.slab.depth, seen["layers"])
-    protocol = config.protocol
-    windows = None if protocol is None else protocol.windows()
-    if windows is not None:
-        steps = tried = len(windows.duration)
-        evaluations = round(sum(windows.duration) / _SEEN["time_step"])
+    steps = config.steps()
+    if steps.motion is not None:
+        durations = steps.motion.windows[-1]
+        count = tried = len(durations)
+        evaluations = round(sum(durations) / _SEEN["time_step"])
     else:
-        steps = 1 if protocol is None else len(protocol.steps().values)
-        tried = steps * (_SEEN["to_a_pressure"] if config.steps().control == "mean-pressure" else 1)
+        count = len(steps.values)
+        tried = count * (_SEEN["to_a_pressure"] if steps.control == "mean-pressure" else 1)
         evaluations = round(tried * _SEEN["per_side"] * max(config.slab.n, config.slab.depth))
     wall = _SEEN["table" if config.wall.law == "table" else "formula"]
     if config.follows == "atom":
@@ -75,4 +75,4 @@ def cost_of_deck(config: DeckConfig) -> AtomsCost:
     if config.wall_force != "formulas":
         wall = _SEEN[config.wall_force]
     seconds = evaluations * (seen["evaluation"] * atoms + wall * config.slab.n**2) + (1 + tried / 4) * _SEEN["start"]
-    return AtomsCost(atoms, steps, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))
+    return AtomsCost(atoms, count, evaluations, seconds, int(BYTES + BYTES_PER_ATOM * atoms))

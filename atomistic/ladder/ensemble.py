@@ -13,7 +13,7 @@ The judged case is left out of its own bound: its crystal, or for springs its su
 """
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from typing import NamedTuple
@@ -89,16 +89,9 @@ def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> Pre
     return PredictionLimit(found[largest], largest, len(found), min(map(len, coefficients.values())))
 
 
-def carried_bounds(
-    config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None = None
-) -> tuple[BoundTable, ...]:
-    """Bounds of a case that has none of its own; empty if the ensemble does not cover it: see :func:`untested`.
-
-    Parameters
-    ----------
-    ensemble : states of the ensemble; those of the file if None.
-    """
-    alike, outside = _alike(config, case, ensemble)
+def carried_bounds(config: ValidateConfig, case: CaseTable) -> tuple[BoundTable, ...]:
+    """Bounds of a case that has none of its own; empty if the ensemble does not cover it: see :func:`untested`."""
+    alike, outside = _alike(config, case)
     if outside:
         return ()
     sticky = case.adhesion_length > 0
@@ -119,17 +112,15 @@ def carried_bounds(
     return tuple(found)
 
 
-def untested(config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None = None) -> str:
+def untested(config: ValidateConfig, case: CaseTable) -> str:
     """Why the ensemble has no bounds for a case; empty if it has."""
-    return "; ".join(_alike(config, case, ensemble)[1])
+    return "; ".join(_alike(config, case)[1])
 
 
-def _alike(
-    config: ValidateConfig, case: CaseTable, ensemble: Sequence[Row] | None
-) -> tuple[list[Row], tuple[str, ...]]:
+def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[str, ...]]:
     """States of the ensemble for a case, and the properties of the case outside the ensemble."""
     shortest, longest = config.wavelengths(case)
-    alike, conditions = _others(config, ensemble), list[tuple[bool, str]]()
+    alike, conditions = _others(config), list[tuple[bool, str]]()
     conditions.append((config.interatomic.kind in (SPRINGS, "eam", "pair-style"), "it is of springs and metals"))
     for value, of_ensemble, name in (
         (config.surface.hurst, HURST, "H"),
@@ -163,12 +154,12 @@ def _alike(
     return alike, outside or (() if enough else (f"it has fewer than {FEWEST} surfaces that are not judged here",))
 
 
-def _others(config: ValidateConfig, ensemble: Sequence[Row] | None) -> list[Row]:
+def _others(config: ValidateConfig) -> list[Row]:
     """States of the ensemble without the judged ones: for metals other crystals, for springs other surfaces."""
     springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
     return [
         row
-        for row in (rows() if ensemble is None else ensemble)
+        for row in rows()
         if (row.crystal == SPRINGS) == springs
         and (row.seed not in config.surface.seeds if springs else row.crystal != own)
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
@@ -24,7 +24,7 @@ from continuum.errors import StickinessError
 from continuum.files.hdf5 import StoreError
 from continuum.files.inputs import load
 from continuum.files.output import distinct, folder, reserved
-from continuum.files.store import Attribute, Dataset
+from continuum.files.store import Dataset
 from continuum.files.tables import refuse
 from continuum.sweeps.engine import run_tasks
 from continuum.sweeps.workers import Task, TaskResult
@@ -129,65 +129,30 @@ def validate(
     distinct(path, config.files)
     if decks is not None:
         folder(decks)
-    datasets = archive.resume(path, config, force=force)
-    if archive.remaining(config, datasets):
+    if not archive.is_complete(path, config, force=force):
         about = specimen_of(config).about()  # measured once for all workers, before anything is written
         with reserved(path):
-            datasets = archive.resume(path, config, force=force)  # read again, now that no other process writes it
-            # Paths that workers have finished and that are not in the file yet.
             parts = path.with_name(f"{path.stem}.parts")
             if force:
                 shutil.rmtree(parts, ignore_errors=True)
-            todo = archive.remaining(config, datasets)
-            with closing(_compare_all(config, todo, parts, workers, decks, lmp_command)) as ended:
-                _gather(config, path, datasets, ended, about, progress)
+            if not archive.is_complete(path, config, force=force):  # which another process may have written
+                results = _compare_all(config, parts, workers, decks, lmp_command, progress)
+                archive.write_archive(path, config, archive.join(results), about)
             shutil.rmtree(parts, ignore_errors=True)
     stored = archive.read_archive(path)
     return Validation(path, config, stored, tuple(budget.bound_verdicts(config, stored.columns)))
 
 
-def _gather(
-    config: ValidateConfig,
-    path: Path,
-    datasets: dict[str, Dataset],
-    ended: Iterable[TaskResult],
-    about: dict[str, Attribute],
-    progress: Progress | None,
-) -> None:
-    """Add the results of workers to the file, path by path."""
-    total, failed = len(paths_of(config)), list[TaskResult]()
-    for one in ended:
-        if isinstance(one.error, NoJumpError):
-            raise refuse(config, Fault(("case",), str(one.error), "jump = true for a weak or rough wall"))
-        if not one.ok:
-            failed.append(one)
-            continue
-        part = archive.read_archive_part(one.task.path, config)
-        datasets = archive.join(config, datasets, part)
-        archive.write_archive(path, config, datasets, about)
-        one.task.path.unlink()
-        if progress is not None:
-            force, slope = part["largest_force"].values, part["rms_slope"].values
-            said = f"{one.task.label}: {force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
-            progress(said, total - len(archive.remaining(config, datasets)), total)
-    if failed:
-        reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
-        msg = f"{len(failed)} of {total} paths could not be compared; the others are stored in {path}\n{reasons}"
-        raise ValidationError(msg)
-
-
 def _compare_all(
     config: ValidateConfig,
-    todo: Sequence[PathPlan],
     parts: Path,
     workers: int,
     decks: Path | None,
     lmp_command: str | None,
-) -> Generator[TaskResult, None, None]:
-    """Compare paths, each into its own file in a folder; paths with a file are done."""
-    if todo:
-        folder(parts)
-    paths = {parts / f"{each.case}-h{each.rms_slope!r}-seed{each.seed}.h5": each for each in todo}
+    progress: Progress | None,
+) -> list[Mapping[str, Dataset]]:
+    """Compare all paths, each into its own file in a folder, and read these.  Paths with a file are done."""
+    paths = {folder(parts) / each.file_name: each for each in paths_of(config)}
     work = partial(_compared, config, {path.name: each for path, each in paths.items()}, decks, lmp_command)
 
     def is_done(task: Task) -> bool:
@@ -197,13 +162,30 @@ def _compare_all(
             return False
         return True
 
+    done, failed = 0, list[TaskResult]()
     tasks = [Task(path, each.label) for path, each in paths.items()]
-    return run_tasks(tasks, work, is_done, workers=min(workers, max(1, len(tasks))))
+    with closing(run_tasks(tasks, work, is_done, workers=min(workers, len(tasks)))) as ended:
+        for one in ended:
+            if isinstance(one.error, NoJumpError):
+                raise refuse(config, Fault(("case",), str(one.error), "jump = true for a weak or rough wall"))
+            if not one.ok:
+                failed.append(one)
+                continue
+            done += 1
+            if progress is not None and not one.found:
+                part = archive.read_archive_part(one.task.path, config)
+                force, slope = part["largest_force"].values, part["rms_slope"].values
+                said = f"{force.size} equilibria, max|f| {float((force / slope).max()):.1e} h' E* a0²"
+                progress(f"{one.task.label}: {said}", done, len(tasks))
+    if failed:
+        reasons = "\n".join(f"{one.task.label}: {one.reason}" for one in failed)
+        msg = f"{len(failed)} of {len(tasks)} paths could not be compared; the others are stored in {parts}\n{reasons}"
+        raise ValidationError(msg)
+    return [archive.read_archive_part(path, config) for path in paths]
 
 
 def _compared(
     config: ValidateConfig, paths: Mapping[str, PathPlan], decks: Path | None, lmp_command: str | None, task: Task
 ) -> None:
     """Compare one path, in a worker."""
-    result = compare_on_path(config, paths[task.path.name], decks, lmp_command)
-    archive.write_part(task.path, config, archive.datasets_of([result]))
+    archive.write_part(task.path, config, compare_on_path(config, paths[task.path.name], decks, lmp_command))

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model, check_model
+from atomistic.crystal.model import Model, check_model
 from atomistic.lammps.crystal_wall import crystal_wall
 from atomistic.lammps.law import TOLERANCE, native_law
 from atomistic.lammps.protocol import Protocol

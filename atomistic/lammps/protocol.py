@@ -1,14 +1,22 @@
-"""Protocols of decks: steps that are each an equilibrium started from the one before."""
+"""Protocols of decks in LAMMPS' language: equilibria, each started from the one before, and a wall in motion.
+
+A moving wall has atoms at a temperature below it: time steps, a thermostat, averages with their errors.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from itertools import pairwise
+from math import ceil
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model
 from atomistic.lammps.language import formatted, listing
+from continuum.arguments import ArgumentError, count, number, several
+from continuum.model.walls import Wall
 
+_MOST_STEPS = 100_000
 LOAD_TOLERANCE = 1e-6
 """Tolerance of the load at a given mean pressure, relative to it."""
 
@@ -59,14 +67,14 @@ class Separations(Protocol):
     ----------
     separations : heights of the wall's zero above the surface at rest, in a0, in order.
 
-    Raises ValueError if there is none, or one is not a finite number.
+    Raises ArgumentError if there is none, or one is not a finite number.
     """
 
     script = "separations"
     separations: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        finite_numbers(self, "separations")
+        _keep_numbers(self, "separations")
 
 
 @dataclass(frozen=True)
@@ -79,7 +87,7 @@ class MeanPressures(Protocol):
     separations : separation at the start of the search for each, in a0.
     stiffness : of the slab as a whole, mean pressure per displacement of its surface, in E*/a0: the first move.
 
-    Raises ValueError if a number is not allowed, or the number of separations differs from that of pressures.
+    Raises ArgumentError if a number is not allowed, or the number of separations differs from that of pressures.
     """
 
     script = "pressures"
@@ -88,15 +96,12 @@ class MeanPressures(Protocol):
     stiffness: float
 
     def __post_init__(self) -> None:
-        finite_numbers(self, "pressures")
-        finite_numbers(self, "separations")
+        _keep_numbers(self, "pressures", "separations")
         if len(self.pressures) != len(self.separations):
-            msg = f"{len(self.pressures)} pressures cannot be looked for from {len(self.separations)} separations"
-            raise ValueError(msg)
+            raise ArgumentError("separations", self.separations, f"one for each of {len(self.pressures)} pressures")
         if 0 in self.pressures:
-            raise ValueError("a mean pressure cannot be zero, as its tolerance is relative")
-        if not (np.isfinite(self.stiffness) and self.stiffness > 0):
-            raise ValueError(f"the stiffness of a slab is a positive finite number, got {self.stiffness}")
+            raise ArgumentError("pressures", self.pressures, "other than zero: the tolerance is relative")
+        number("stiffness", self.stiffness, above=0)
 
     def from_separation(self, separation: float) -> Self:
         return replace(self, separations=(separation,) * self.steps)
@@ -113,9 +118,251 @@ class MeanPressures(Protocol):
         }
 
 
-def finite_numbers(protocol: Protocol, name: str) -> None:
-    """Check that there is at least one number and that all are finite, and return a tuple."""
-    values = tuple(float(value) for value in getattr(protocol, name))
-    if not values or not np.isfinite(values).all():
-        raise ValueError(f"{name} of a protocol are finite numbers, at least one; got {values}")
-    object.__setattr__(protocol, name, values)
+def _keep_numbers(protocol: Protocol, *names: str, **bounds: float) -> None:
+    """Check lists of finite numbers, and keep them as tuples."""
+    for name in names:
+        object.__setattr__(protocol, name, several(name, getattr(protocol, name), longest=_MOST_STEPS, **bounds))
+
+
+AVERAGES = {
+    "separation": "v_separation",
+    "offset_x": "v_offset_x",
+    "offset_y": "v_offset_y",
+    "load": "c_load",
+    "load_rep": "c_load_rep",
+    "lateral_x": "c_lateral_x",
+    "lateral_y": "c_lateral_y",
+    "area_rep": "c_area_rep",
+    "area_att": "c_area_att",
+    "wall_energy": "c_wall_energy",
+    "total_energy": "v_potential",
+    "mean_gap": "c_mean_gap",
+    "temperature": "v_temperature",
+}
+"""Averaged quantities and their names in LAMMPS; units as in ``result.json``."""
+BLOCKS = 10
+"""Blocks of a time window, from whose means its standard errors come."""
+SAMPLED = 10
+"""Time steps from one sample of the wall's numbers to the next."""
+_PER_PERIOD = 30
+"""Time steps of the shortest period: velocity Verlet errs by (π/30)² = 1 % in the kinetic energy of that mode."""
+BOLTZMANN = {"lj": 1.0, "metal": 8.617343e-5}
+"""LAMMPS' own, in its units."""
+
+
+_UNDER_LOAD = """\
+# The wall keeps the mean pressure {pressure} E*: what the load is too much lifts it, at a velocity in proportion.  Its
+# height is that at the end of the window before and the way made since: by the mean of the load since, times the time.
+variable        lifted delete
+if "${{step}} > 1" then "variable lifted file height.$(v_before:%.0f).txt" else "variable lifted string ${{from}}"
+variable        separation equal ${{lifted}}+{rate}*step*${{dt}}*(f_follow-({load}))"""
+
+
+def time_unit(model: Model) -> float:
+    """a0 (m/(E* a0³))^(1/2) in LAMMPS' unit of time."""
+    # In units metal, mass velocity² in u (Å/ps)² becomes energy in eV by this factor (LAMMPS' mvv2e).
+    mvv2e = 1.0364269e-4 if model.units == "metal" else 1.0
+    return float(np.sqrt(mvv2e * model.mass * model.length**2 / model.energy))
+
+
+def vibration_timestep(model: Model, beside: float = 0.0) -> float:
+    """A time step for the stiffest vibration, in a0 (m/(E* a0³))^(1/2).
+
+    ω² = 8 k/m of springs with the elastic constants of the crystal, k = √2 C44 a0 or C11 a0/√2, and a stiffness
+    ``beside`` it, in E* a0.
+    """
+    c11, _, c44 = model.elastic_constants
+    springs = 8 * max(np.sqrt(2) * c44, c11 / np.sqrt(2))
+    return float(2 * np.pi / np.sqrt(springs + beside) / _PER_PERIOD)
+
+
+def largest_timestep(model: Model, wall: Wall) -> float:
+    """A time step for the stiffest vibration under a wall that pushes with E*, as much as any contact does.
+
+    In a0 (m/(E* a0³))^(1/2).
+    """
+    gap = np.linspace(max(wall.core, wall.zero_gap - 1.0), wall.zero_gap + min(wall.range, 2.0), 2001)
+    law = wall.evaluate(gap)
+    return vibration_timestep(model, max(0.0, float(law.stiffness[law.traction <= 1].max())))
+
+
+def swing(model: Model, depth: float) -> float:
+    """Angular frequency of the slowest vibration of a slab, up and down as a whole, in (E* a0³/m)^(1/2)/a0.
+
+    A quarter of its wave is as long as the slab is deep: ω = π c/(2 depth), with c² = C11 over the density √2 m/a0³.
+    """
+    return float(np.pi * np.sqrt(model.elastic_constants[0] / np.sqrt(2)) / (2 * depth))
+
+
+def impedance(model: Model) -> float:
+    """Pressure of a wave of compression along [001] over the velocity of its atoms, ρ c = √(√2 C11 m/a0³).
+
+    In (E* m/a0³)^(1/2).  A wall that gives way to a pressure p at the velocity p/(ρ c) sends no such wave back where it
+    touches all over, and follows a slab within the time that sound takes to cross it (Lysmer and Kuhlemeyer, J. Eng.
+    Mech. Div. 95, 859 (1969), the viscous boundary); a softer contact in as much longer a time as it is softer.
+    """
+    return float(np.sqrt(np.sqrt(2) * model.elastic_constants[0]))
+
+
+@dataclass(frozen=True)
+class Motion(Protocol):
+    """A wall moves at constant velocity above atoms at a temperature; load and areas are averaged over time windows.
+
+    Times are in a0 (m/(E* a0³))^(1/2).
+
+    Parameters
+    ----------
+    separations : separations at the beginning of the first window and at the end of each, in a0.
+    offsets : offsets of the wall along ``along``, likewise.
+    durations : duration of each window.
+    temperature : k_B T, in E* a0³.
+    layers : number of layers above the frozen base on which a Langevin thermostat acts.
+    damping : its time constant.
+    seed : seed of the initial velocities and of the thermostat.
+    timestep : largest time step.
+    along : direction of the offsets.
+    hold : number of first windows in which the thermostat acts on all mobile layers, so that the slab comes to rest.
+    hold_damping : time constant in these windows; ``damping`` if None.
+    pressure : constant mean pressure of the wall, in E*, compression positive; the wall starts at the first
+        separation, and its velocity follows from the :func:`impedance` of the crystal; None for given separations.
+
+    Raises ArgumentError if a number is not allowed, or there is not one separation and offset more than windows.
+    """
+
+    script, included = "motion", "in.motion"
+    separations: tuple[float, ...]
+    offsets: tuple[float, ...]
+    durations: tuple[float, ...]
+    temperature: float
+    layers: int
+    damping: float
+    seed: int
+    timestep: float
+    along: Literal["x", "y"] = "x"
+    hold: int = 0
+    hold_damping: float | None = None
+    pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        _keep_numbers(self, "separations", "offsets")
+        _keep_numbers(self, "durations", above=0)
+        if not len(self.separations) == len(self.offsets) == len(self.durations) + 1:
+            one_more = f"one separation and one offset more than the {len(self.durations)} windows"
+            raise ArgumentError("durations", self.durations, one_more)
+        number("temperature", self.temperature, least=0)
+        number("damping", self.damping, above=0)
+        number("timestep", self.timestep, above=0)
+        count("layers", self.layers)
+        count("seed", self.seed, most=1_000_000)
+        count("hold", self.hold, 0)
+        if self.hold_damping is not None:
+            number("hold_damping", self.hold_damping, above=0)
+        if self.pressure is not None:
+            number("pressure", self.pressure)
+
+    @property
+    def steps(self) -> int:
+        return len(self.durations)
+
+    @property
+    def dwell(self) -> int:
+        """Number of windows after those of ``hold`` in which the wall rests."""
+        ends = list(pairwise(zip(self.separations, self.offsets, strict=True)))[self.hold :]
+        return next((i for i, (begin, end) in enumerate(ends) if begin != end), len(ends))
+
+    def from_separation(self, separation: float) -> Self:
+        return self if self.pressure is None else replace(self, separations=(separation,) * len(self.separations))
+
+    @property
+    def slides(self) -> bool:
+        return any(self.offsets)
+
+    @property
+    def block(self) -> tuple[int, ...]:
+        """Time steps of a block of each window: its samples are whole, its time step at most that allowed."""
+        return tuple(SAMPLED * max(1, ceil(time / (self.timestep * BLOCKS * SAMPLED))) for time in self.durations)
+
+    @property
+    def timesteps(self) -> tuple[float, ...]:
+        return tuple(time / (BLOCKS * block) for time, block in zip(self.durations, self.block, strict=True))
+
+    def _damping(self, window: int) -> float:
+        return self.hold_damping if window < self.hold and self.hold_damping is not None else self.damping
+
+    def each_step(self) -> Sequence[tuple[object, ...]]:
+        places = pairwise(zip(self.separations, self.offsets, strict=True))
+        damped = ((i < self.hold, self._damping(i)) for i in range(self.steps))
+        found = zip(places, self.durations, self.block, damped, strict=True)
+        return list(found) if self.pressure is None else [(*step, self.pressure) for step in found]
+
+    def about(self) -> Mapping[str, float]:
+        kept = {} if self.pressure is None else {"pressure": self.pressure}
+        return {"temperature": self.temperature, "hold": self.hold, "dwell": self.dwell, **kept}
+
+    def placeholders(self, model: Model, mobile: int, surface_atoms: int) -> dict[str, str]:
+        unit, boltzmann = time_unit(model), BOLTZMANN[model.units]
+        temperature = self.temperature * model.energy / boltzmann
+        count = len(AVERAGES)
+        moments, means, averages = [], [], []
+        for i, name in enumerate(AVERAGES, 1):
+            moments += [
+                f"variable        square{i} equal f_block[{i}]^2",
+                f"variable        trend{i} equal f_block[{i}]*(step/${{block}}-{(BLOCKS + 1) / 2})",
+            ]
+            # Of the blocks about their line: <b²> - <b>² - <b t>²/<t²>, with <t²> = (n² - 1)/12.
+            rest = f"(f_window[{count + i}]-f_window[{i}]^2-f_window[{2 * count + i}]^2/{(BLOCKS**2 - 1) / 12})"
+            means += [
+                f"variable        mean_{name} string $(f_window[{i}]:%.17g)",
+                f"variable        error_{name} string $(sqrt({rest}*({rest}>0)/{BLOCKS - 2}):%.17g)",
+            ]
+            averages += [f'  "{kind}_{name}": ${{{kind}_{name}}},\n' for kind in ("mean", "error")]
+        return {
+            "from": listing(self.separations[:-1]),
+            "to": listing(self.separations[1:]),
+            "slide_from": listing(self.offsets[:-1]),
+            "slide_to": listing(self.offsets[1:]),
+            "along": self.along,
+            "across": "y" if self.along == "x" else "x",
+            "blocks": listing(self.block),
+            "timesteps": listing([unit * dt for dt in self.timesteps]),
+            "twice_temperature": formatted(2 * temperature),
+            "temperature": formatted(temperature),
+            "reduced_temperature": f"{self.temperature:.6g}",
+            "seed": f"{self.seed:d}",
+            "layers": f"{self.layers:d}",
+            "hold": f"{self.hold:d}",
+            "thermostatted": listing(["mobile" if i < self.hold else "warm" for i in range(self.steps)]),
+            "first_warm": f"{(mobile - self.layers) * surface_atoms + 1:d}",
+            "dampings": listing([unit * self._damping(i) for i in range(self.steps)]),
+            "boltzmann": formatted(boltzmann),
+            "sampled": f"{SAMPLED:d}",
+            "window_blocks": f"{BLOCKS:d}",
+            "averaged": " ".join(AVERAGES.values()),
+            "moments": "\n".join(moments),
+            "moment_names": " ".join(f"v_{kind}{i}" for kind in ("square", "trend") for i in range(1, count + 1)),
+            "means": "\n".join(means),
+            "averages": "".join(averages),
+            "velocities": " vx vy vz",
+            **self._height(model, surface_atoms),
+        }
+
+    def _height(self, model: Model, surface_atoms: int) -> dict[str, str]:
+        """Commands for the height of the wall: given, or from the load."""
+        if self.pressure is None:
+            way = "variable        separation equal ${from}+v_done*(${to}-(${from}))"
+            return {"height_of_wall": way, "follow": "", "unfollow": "", "height_left": ""}
+        rate = formatted(1 / (impedance(model) * surface_atoms * time_unit(model)))
+        load = formatted(self.pressure * surface_atoms)
+        return {
+            "height_of_wall": _UNDER_LOAD.format(rate=rate, load=load, pressure=f"{self.pressure:.6g}"),
+            "follow": "fix             follow all ave/time 1 1 1 c_load ave running    # of this window\n",
+            "unfollow": "unfix           follow\n",
+            "height_left": 'print           "${here}" file height${mark}.txt\n',
+        }
+
+    def misfit(self, mobile: int, *, stays: bool) -> tuple[str, object, str] | None:
+        if not 1 <= self.layers < mobile:
+            return "layers", self.layers, f"from 1 to {mobile - 1}: a thermostat holds fewer layers than move"
+        if self.slides and stays:
+            return "shape", None, "a shape if the wall slides, as a function of the lattice site cannot"
+        return None

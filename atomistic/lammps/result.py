@@ -21,6 +21,7 @@ from atomistic.lammps.earlier import finished_steps
 from atomistic.lammps.neighbours import distortion, slipped
 from atomistic.lammps.protocol import LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
+from continuum.measure.contact import quantity
 from continuum.model.fourier import Real
 from continuum.solve.solution import NotConvergedError
 from continuum.units import Units
@@ -61,42 +62,6 @@ class DeckResult:
     """The last state of a run.  Arrays are in the order of :class:`atomistic.crystal.crystal.Slab`."""
 
     slab: Slab
-    step: int
-    """Step of the protocol, from 1; 0 for a single equilibrium."""
-    separation: float
-    """Separation of the wall's zero from the surface at rest, in a0."""
-    offset_x: float
-    """Position of the wall along x, in a0."""
-    offset_y: float
-    """Position of the wall along y, in a0."""
-    target_force: float
-    """Force to be met, in E* a0²; 0 if none was given."""
-    force: float
-    """Force of the wall on the surface, compression positive, in E* a0²."""
-    lateral_x: float
-    """Force of the wall on the surface along x, in E* a0²; 0 of a wall that is a function of the site."""
-    lateral_y: float
-    """Force of the wall on the surface along y, likewise."""
-    area_rep: float
-    """A_rep/A0."""
-    area_att: float
-    """A_att/A0."""
-    wall_energy: float
-    """Energy of the wall, in E* a0³."""
-    total_energy: float
-    """Energy of atoms and wall, in E* a0³."""
-    largest_force: float
-    """Largest force on a mobile atom, the wall included, in E* a0²."""
-    tolerance: float
-    """Largest force allowed, in E* a0²."""
-    smallest_gap: float
-    """Smallest gap, in a0."""
-    core: float
-    """Gap below which the wall law is only continued, in a0."""
-    evaluations: int
-    """Number of force evaluations."""
-    lammps_version: int
-    """Date of the release, yyyymmdd."""
     heights: Real = field(repr=False)
     """Heights of the wall above each surface atom, shape (nx, ny), in a0."""
     gap: Real = field(repr=False)
@@ -107,6 +72,24 @@ class DeckResult:
     """Displacements of all atoms from where the slab is at rest, shape (layers, nx, ny, 3), in a0."""
     forces: Real = field(repr=False)
     """Forces on all atoms, zero in the frozen base, shape (layers, nx, ny, 3), in E* a0²."""
+    step: int = quantity("1", "step of the protocol, from 1; 0 for a single equilibrium")
+    separation: float = quantity("a0", "separation of the wall's zero from the surface at rest")
+    offset_x: float = quantity("a0", "position of the wall along x")
+    offset_y: float = quantity("a0", "position of the wall along y")
+    target_force: float = quantity("E* a0^2", "force to be met; 0 if none was given")
+    force: float = quantity("E* a0^2", "force of the wall on the surface, compression positive")
+    lateral_x: float = quantity("E* a0^2", "force of the wall on the surface along x; 0 of a wall of the sites")
+    lateral_y: float = quantity("E* a0^2", "force of the wall on the surface along y, likewise")
+    area_rep: float = quantity("1", "A_rep/A0")
+    area_att: float = quantity("1", "A_att/A0")
+    wall_energy: float = quantity("E* a0^3", "energy of the wall")
+    total_energy: float = quantity("E* a0^3", "energy of atoms and wall")
+    largest_force: float = quantity("E* a0^2", "largest force on a mobile atom, the wall included")
+    tolerance: float = quantity("E* a0^2", "largest force allowed")
+    smallest_gap: float = quantity("a0", "smallest gap")
+    core: float = quantity("a0", "gap below which the wall law is only continued")
+    evaluations: int = quantity("1", "number of force evaluations")
+    lammps_version: int = quantity("", "date of the release, yyyymmdd")
     bonded: bool = False
     """Whether bonds are fixed, so that neighbours cannot change."""
     averages: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
@@ -186,10 +169,6 @@ class DeckDescription:
     """Size of a0 in LAMMPS' unit."""
     real_units: Units | None
     """Size of a0 and E*, if the crystal has a length scale."""
-    step_keys: tuple[str, ...] = ()
-    """Hash of each step and of all that comes before it."""
-    heights: str = ""
-    """SHA-256 of the heights of the wall above each surface atom, as 64 bit numbers along y first."""
     bonded: bool = False
     """Whether bonds are fixed."""
     temperature: float = 0.0
@@ -216,9 +195,9 @@ def read_description(directory: Path) -> DeckDescription:
         numbers = json.loads(path.read_text(encoding="utf-8"))
         if numbers.pop("format") != FORMAT:
             raise ValueError(f"it is not {FORMAT}")
-        numbers.pop("stock", None)  # of earlier versions
         real, notes = numbers.pop("real_units"), tuple(numbers.pop("notes"))
-        return DeckDescription(notes=notes, real_units=None if real is None else Units(**real), **numbers)
+        known = {column.name: numbers[column.name] for column in fields(DeckDescription) if column.name in numbers}
+        return DeckDescription(notes=notes, real_units=None if real is None else Units(**real), **known)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise DeckError(f"{path} is damaged, or of another version ({error}): write the deck again") from error
 

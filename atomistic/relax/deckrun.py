@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from atomistic.crystal.crystal import Slab
 from atomistic.lammps.directory import read_heights, read_wall
 from atomistic.lammps.earlier import finished_steps
-from atomistic.lammps.motion import AVERAGES
+from atomistic.lammps.protocol import AVERAGES
 from atomistic.lammps.result import (
     FORCES,
     DeckDescription,

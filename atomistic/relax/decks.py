@@ -11,27 +11,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from atomistic.config.crystal import ElasticConfig
+from atomistic.config.crystal import DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
-from atomistic.config.motion import Steps, TimeWindows, kelvin
+from atomistic.config.motion import MotionTable, Steps, thermal_energy
 from atomistic.config.quantities import in_reduced, with_units
-from atomistic.config.slab import DeckSolverTable
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model, Potential, Springs
+from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.model import Model, Potential, measured
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
-from atomistic.lammps.motion import Motion, largest_timestep, swing, thermal_energy
 from atomistic.lammps.neighbours import distortion
-from atomistic.lammps.protocol import MeanPressures, Protocol, Separations
+from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations, largest_timestep, swing
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
 from atomistic.relax.limits import require_apart, require_steps, require_strength
 from atomistic.relax.relax import lattice_start
 from atomistic.relax.specimen import Specimen, slab_of, slab_under
 from atomistic.response.cache import default_folder
-from atomistic.response.material import measured, model_of
+from atomistic.response.material import model_of
 from atomistic.response.thermal import warm_crystal
 from continuum.arguments import ArgumentError
 from continuum.files.inputs import parsed
@@ -132,20 +131,20 @@ def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights:
             "" if real is None else f"; a0 = {real.a0 / 1e-10:.5g} Å, E* = {real.contact_modulus / 1e9:.4g} GPa at rest"
         ),
     ]
-    windows = config.steps().windows
-    return (*lines, *([] if windows is None else _in_si(windows, model)))
+    motion = config.steps().motion
+    return (*lines, *([] if motion is None else _in_si(motion, model)))
 
 
-def _in_si(windows: TimeWindows, model: Model) -> Iterator[str]:
+def _in_si(motion: MotionTable, model: Model) -> Iterator[str]:
     """Velocity and times of a motion in m/s and ps."""
     real = model.real_units
     if real is None:
         return
-    velocity, longest = windows.table.velocity, max(windows.duration)
+    velocity, durations = motion.velocity, motion.windows[-1]
     yield (
         f"Motion: {velocity:.4g} (E* a0³/m)^(1/2) are {real.to_si(velocity, 'velocity'):.4g} m/s; "
-        f"{len(windows.duration)} windows, the longest of {longest:.4g} a0 (m/(E* a0³))^(1/2), "
-        f"{real.to_si(longest, 'time') / 1e-12:.4g} ps"
+        f"{len(durations)} windows, the longest of {max(durations):.4g} a0 (m/(E* a0³))^(1/2), "
+        f"{real.to_si(max(durations), 'time') / 1e-12:.4g} ps"
     )
 
 
@@ -239,11 +238,15 @@ def _started(
     else:
         gap = loading.solve(problem, "separation", steps.values[0], settings).solution.require().gap
         separations = steps.values
-    if steps.windows is not None:
-        model, rise, notes = _warm(specimen, steps.windows, progress)
-        protocol = _motion(steps.windows, specimen.model, model, slab, wall)
-        if protocol.pressure is not None:
-            protocol = replace(protocol, separations=separations * len(protocol.separations))
+    if steps.motion is not None:
+        temperature = thermal_energy(steps.motion.temperature, model.real_units)
+        model, rise, notes = _warm(specimen, temperature, progress)
+        damping = 1 / (2 * swing(model, slab.depth))  # critical for the slab's slowest vibration
+        protocol = steps.motion.motion(
+            temperature * specimen.model.energy / model.energy,
+            largest_timestep(model, wall),
+            max(steps.motion.damping, damping),
+        ).from_separation(separations[0])
         notes += _hold_notes(protocol, model, slab)
     elif steps.control == "mean-pressure":
         protocol = MeanPressures(steps.values, separations, problem.mean_stiffness)
@@ -260,26 +263,20 @@ def _started(
     )  # fmt: skip
 
 
-def _thermal_energy(windows: TimeWindows, model: Model) -> float:
-    """k_B T, in E* a0³ of a model."""
-    given = windows.table.temperature
-    return thermal_energy(kelvin(given), model.real_units) if isinstance(given, str) else given
-
-
-def _warm(specimen: Specimen, windows: TimeWindows, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
+def _warm(specimen: Specimen, temperature: float, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
     """The model with its lattice constant at a temperature, the rise of its layers, and lines that say so.
 
     A crystal of harmonic springs remains as at rest.
     """
     model, slab = specimen.model, specimen.slab
-    temperature = _thermal_energy(windows, model)
     crystal = measured(model)
     if temperature == 0 or crystal is None:
         return model, specimen.response.rise, ()
     warm = warm_crystal(crystal, temperature, slab.mobile, default_folder(), progress)
     found = warm.of(crystal)
     unit = "Å" if model.units == "metal" else "σ"
-    kelvins = "" if model.real_units is None else f" ({temperature / thermal_energy(1.0, model.real_units):.4g} K)"
+    real = model.real_units
+    kelvins = "" if real is None else f" ({real.to_si(temperature, 'temperature'):.4g} K)"
     return found, warm.rise_of(slab), (
         f"Temperature: k_B T = {temperature:.6g} E* a0^3{kelvins}, of the crystal at rest.",
         f"Lattice constant at this temperature: {found.length * 2**0.5:.6g} {unit}, at rest "
@@ -301,17 +298,6 @@ def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
     if time < period:
         return (f"{said}: too short for it to come to rest; give hold = {ceil(period / time * motion.hold)} at least.",)
     return (f"{said}.",)
-
-
-def _motion(windows: TimeWindows, rest: Model, model: Model, slab: Slab, wall: Wall) -> Motion:
-    """The motion of the atoms, at the lattice constant of its temperature."""
-    temperature, table = _thermal_energy(windows, rest) * rest.energy / model.energy, windows.table
-    return Motion(
-        windows.separations, windows.offsets, windows.duration, temperature, table.thermostat_layers, table.damping,
-        table.seed, largest_timestep(model, wall), windows.along, table.hold,
-        max(table.damping, 1 / (2 * swing(model, slab.depth))),  # critical damping of the slab's slowest vibration
-        windows.pressure,
-    )  # fmt: skip
 
 
 def deck_under(
@@ -340,7 +326,7 @@ def deck_under(
         raise ArgumentError(
             "wall_force", wall_force, 'follows="atom": atoms of the wall act at the positions of the atoms'
         )
-    if shape is None and steps.windows is not None and any(steps.windows.offsets):
+    if shape is None and steps.motion is not None and steps.motion.slides:
         raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
     measured = model_of(model or Springs())
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)

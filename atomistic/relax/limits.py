@@ -6,11 +6,11 @@ from math import ceil
 from pathlib import Path
 
 from atomistic.config.deck import DeckConfig
-from atomistic.config.motion import Steps, TimeWindows, beyond_physics
+from atomistic.config.motion import MotionTable, Steps, beyond_physics
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
-from atomistic.lammps.motion import largest_timestep
+from atomistic.lammps.protocol import largest_timestep
 from atomistic.lammps.shape import Shape
 from continuum.arguments import ArgumentError
 from continuum.files.tables import refuse
@@ -42,15 +42,15 @@ def require_steps(
     Raises ConfigError with all faults.
     """
     faults = list(_beside_the_slab(steps, slab, heights))
-    if steps.windows is not None:
-        faults += _beyond_the_crystal(steps.windows, slab, model, wall)
+    if steps.motion is not None:
+        faults += _beyond_the_crystal(steps.motion, slab, model, wall)
     if faults and config is not None:
         place = () if steps.single else ("protocol",)
         raise refuse(config, *(replace(fault, key=(*place, *fault.key)) for fault in faults))
     if faults:
         given = {"separation": steps.values[0], "separations": list(steps.values)}
-        if steps.windows is not None:
-            given |= dict(steps.windows.table) | {"window": max(steps.windows.duration)}
+        if steps.motion is not None:
+            given |= dict(steps.motion) | {"window": max(steps.motion.windows[-1])}
         raise ConfigError(Source(Path("protocol"), "", given, {}), faults)
 
 
@@ -72,7 +72,7 @@ def require_apart(config: DeckConfig, steps: Steps, wall: Wall, shape: Shape, sl
 
 def _separation_key(steps: Steps) -> str:
     """Key of the separations in an input."""
-    one = steps.single or (steps.windows is not None and any(steps.windows.offsets))
+    one = steps.single or (steps.motion is not None and steps.motion.slides)
     return "separation" if one else "separations"
 
 
@@ -108,13 +108,13 @@ def require_strength(problem: ContactProblem, states: Sequence[PathState], setti
     )
 
 
-def _beyond_the_crystal(windows: TimeWindows, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
+def _beyond_the_crystal(motion: MotionTable, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
     """Faults of a motion beyond the atoms, or beyond the counters of LAMMPS."""
-    yield from beyond_physics(windows.table.temperature, windows.table.velocity, model.real_units)
-    if not windows.table.thermostat_layers < slab.mobile:
+    yield from beyond_physics(motion.temperature, motion.velocity, model.real_units)
+    if not motion.thermostat_layers < slab.mobile:
         yield Fault(("thermostat_layers",), f"fewer than the layers that move, {slab.mobile} at this depth")
     timestep = largest_timestep(model, wall)
-    if max(windows.duration) > _MOST_TIMESTEPS * timestep:
+    if max(motion.windows[-1]) > _MOST_TIMESTEPS * timestep:
         allowed = f"at most {_MOST_TIMESTEPS * timestep:.3g}: {_MOST_TIMESTEPS} time steps of {timestep:.2g} each"
         yield Fault(("window",), allowed, "a time in other units, or a wall so stiff that its time steps are tiny")
 

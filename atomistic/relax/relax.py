@@ -51,7 +51,7 @@ def relax(
     response : response of the slab, with which the start is first brought to equilibrium (:func:`iterate`); None
         leaves all to the deck.
     run : function that runs the deck: :func:`~atomistic.lammps.engine.run_in_process`, or
-        ``lambda directory: run_command(directory, ranks=4)``.
+        ``lambda directory: run_command(directory, "mpiexec -n 4 lmp")``.
 
     Raises LammpsError if LAMMPS fails.
     """

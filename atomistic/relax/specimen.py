@@ -6,7 +6,8 @@ from typing import Self
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model, Springs
+from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.model import Model
 from atomistic.response.cache import default_folder, response_key, stored_response
 from atomistic.response.lattice import LatticeResponse, require_room
 from atomistic.response.material import model_of

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from scipy import stats
 
-from atomistic.lammps.motion import BLOCKS
+from atomistic.lammps.protocol import BLOCKS
 from continuum.model.fourier import Real
 
 RARE = 0.01

@@ -11,7 +11,7 @@ import os
 from pathlib import Path
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model
 from atomistic.response.force_constants import ForceConstants, SymmetryErrors
 from atomistic.response.lattice import LatticeResponse
 from continuum.errors import OutputError

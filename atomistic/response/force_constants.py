@@ -13,9 +13,10 @@ import numpy as np
 from scipy.optimize import root
 
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
-from atomistic.crystal.interatomic import Model, Springs
+from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.model import Model
 from atomistic.crystal.potentials import PotentialError
-from atomistic.lammps.cell import Cell
+from atomistic.lammps.session import Cell
 from atomistic.response.material import STEP
 from continuum.model.fourier import Complex, Real
 

@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model, Springs, check_model
+from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.model import Model, check_model
 from atomistic.crystal.potentials import PotentialError
 from atomistic.response.force_constants import ForceConstants, force_constants, least_width, spring_force_constants
 from continuum.arguments import ArgumentError, array, instance

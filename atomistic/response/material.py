@@ -4,24 +4,16 @@ All is measured on two atoms in a periodic box along <110>, <110> and <001>, who
 constants: an fcc crystal is a Bravais lattice, so that its atoms follow the strain and nothing relaxes.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from operator import attrgetter
-from typing import Any, Literal
-
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.interatomic import Model, Potential, is_model
+from atomistic.crystal.model import Crystal, CrystalModel, Model, Potential, is_model
 from atomistic.crystal.potentials import PotentialError
-from atomistic.lammps.cell import Cell
 from atomistic.lammps.engine import pair_styles
+from atomistic.lammps.session import Cell
 from continuum.files.toml import nearest
-from continuum.model.cubic import CubicConstants, contact_modulus
+from continuum.model.cubic import CubicConstants
 from continuum.model.fourier import Real
-from continuum.units import Units
 
 STEP = 1e-5
 """Strain, or displacement in a0, of all finite differences.
@@ -51,101 +43,12 @@ Stackings of the same planes may differ by less: Lennard-Jones cut at 2.5 σ (sm
 """
 
 
-@dataclass(frozen=True)
-class Crystal:
-    """An fcc crystal at zero pressure, in the units of its potential: lengths, energies, energies per volume."""
-
-    lattice_constant: float
-    """Edge of the cubic cell."""
-    energy: float
-    """Energy per atom."""
-    constants: CubicConstants
-    others: Mapping[str, float]
-    """Energy per atom of other structures at their best volume."""
-
-
-def _of_potential(name: str) -> Any:
-    """A member of a model that is that of its potential."""
-    return property(attrgetter(f"potential.{name}"))
-
-
-@dataclass(frozen=True)
-class CrystalModel:
-    """A potential and its crystal, in units of a0 and E*: a :class:`~atomistic.crystal.interatomic.Model`."""
-
-    potential: Potential
-    crystal: Crystal
-    harmonic: Literal[False] = field(default=False, init=False)
-
-    units = _of_potential("units")
-    atom_style = _of_potential("atom_style")
-    mass = _of_potential("mass")
-    element = _of_potential("element")
-    cutoff = _of_potential("cutoff")
-    force_range = _of_potential("force_range")
-    files = _of_potential("files")
-    identity = _of_potential("identity")
-    reference = _of_potential("reference")
-    settings = _of_potential("settings")
-    interactions = _of_potential("interactions")
-
-    @property
-    def guess(self) -> float:
-        return self.crystal.lattice_constant**3 / 4
-
-    @property
-    def lattice_constant(self) -> float:
-        return float(np.sqrt(2))
-
-    @property
-    def length(self) -> float:
-        return self.crystal.lattice_constant / float(np.sqrt(2))
-
-    @cached_property
-    def contact_modulus(self) -> float:
-        """Mean E*(100), in LAMMPS' units of energy per volume."""
-        return contact_modulus(self.crystal.constants)
-
-    @property
-    def energy(self) -> float:
-        return self.contact_modulus * self.length**3
-
-    @property
-    def elastic_constants(self) -> CubicConstants:
-        return CubicConstants(*(c / self.contact_modulus for c in self.crystal.constants))
-
-    @property
-    def coupled_layers(self) -> int:
-        # A layer exactly at the range, where forces are zero, does not count.
-        return max(1, int(np.ceil(self.force_range / self.length / LAYER_SPACING - 1e-9)) - 1)
-
-    @property
-    def timestep(self) -> float:
-        """0.1/√k with k = √2 C44 a0 or C11 a0/√2, which are those of springs with the same constants.
-
-        Half that of springs: bonds of atoms grow several times stiffer where they are compressed, and FIRE's step,
-        which grows to 3 of these, would no longer be stable.
-        """
-        c11, _, c44 = self.elastic_constants
-        return 0.1 / float(np.sqrt(max(np.sqrt(2) * c44, c11 / np.sqrt(2))))
-
-    @property
-    def real_units(self) -> Units | None:
-        """Size of a0 and E*; None for Lennard-Jones, which has no length scale."""
-        return Units.metal(self.length, self.contact_modulus, self.mass) if self.units == "metal" else None
-
-
 def model_of(potential: Potential) -> Model:
     """Any potential as a model; springs and measured models are returned unchanged.
 
     Raises PotentialError if its crystal is not a stable fcc one; LammpsError if LAMMPS fails.
     """
     return potential if is_model(potential) else CrystalModel(potential, measure_crystal(potential))
-
-
-def measured(model: Model) -> CrystalModel | None:
-    """The measured crystal of a model; None for springs, whose constants are exact lattice sums."""
-    return model if isinstance(model, CrystalModel) else None
 
 
 def measure_crystal(potential: Potential) -> Crystal:

@@ -12,12 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Model
-from atomistic.lammps.cell import Cell
+from atomistic.crystal.model import CrystalModel, Model
 from atomistic.lammps.engine import Progress
-from atomistic.lammps.motion import BOLTZMANN, time_unit, vibration_timestep
+from atomistic.lammps.protocol import BOLTZMANN, time_unit, vibration_timestep
+from atomistic.lammps.session import Cell
 from atomistic.response.force_constants import least_width
-from atomistic.response.material import CrystalModel
 from continuum.errors import OutputError
 from continuum.files import output
 from continuum.model.fourier import Real

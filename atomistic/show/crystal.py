@@ -4,11 +4,10 @@ import numpy as np
 
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.elastic import ContactModulus
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model, measured
 from atomistic.response.discreteness import Discreteness
 from atomistic.response.force_constants import relaxation
 from atomistic.response.lattice import LatticeResponse
-from atomistic.response.material import measured
 from continuum.show.sheet import Column, Entry, Sheet, pairs
 from continuum.units import GPA_PER_EV_PER_A3
 

@@ -1,5 +1,6 @@
 """Tables and figures of a deck run, and the wall of each step as a mesh."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from atomistic.lammps.directory import wall_mesh
-from atomistic.lammps.motion import thermal_energy
 from atomistic.lammps.result import DeckStatus
 from atomistic.relax.deckrun import ContinuumStep, DeckRun
 from continuum.files.output import save as save_file
@@ -50,29 +50,24 @@ def _steps(run: DeckRun) -> Sheet:
         {"k_B T (E* a0³)": "temperature"} if moves else {"evaluations": "evaluations"}
     )
     hold = run.description.hold
-    rows: list[list[Entry]] = [
-        [i, *(getattr(step, name) for name in columns.values()), words(step.status) if i > hold else "coming to rest"]
-        for i, step in enumerate(run.steps, 1)
-    ]
-    heads = ["step", *columns, "status"]
+    cells: dict[str, Sequence[Entry]] = {
+        "step": range(1, len(run.steps) + 1),
+        **{head: [getattr(step, name) for step in run.steps] for head, name in columns.items()},
+        "status": [words(step.status) if i >= hold else "coming to rest" for i, step in enumerate(run.steps)],
+    }
     if any(step.slipped for step in run.steps):
-        heads.append("slipped atoms")
-        for row, step in zip(rows, run.steps, strict=True):
-            row.append(step.slipped)
-    for head, values in _friction_columns(run).items():
-        heads.append(head)
-        for row, value in zip(rows, values, strict=True):
-            row.append(value)
+        cells["slipped atoms"] = [step.slipped for step in run.steps]
+    cells |= _friction_columns(run)
     missing = run.expected - len(run.steps)
     notes = [f"{missing} of {run.expected} steps are not done: the same command goes on with them"] if missing else []
     notes = [*_means(run), *_yield(run), *notes]
     title = f"{run.directory.name}: steps"
-    return Sheet.of(title, tuple(map(Column, heads)), [tuple(row) for row in rows], "\n".join(notes))
+    return Sheet.of(title, tuple(cells), zip(*cells.values(), strict=True), "\n".join(notes))
 
 
-def _friction_columns(run: DeckRun) -> dict[str, list[float | None]]:
+def _friction_columns(run: DeckRun) -> dict[str, Sequence[Entry]]:
     """Load in real units; for a sliding wall also friction, and friction over a compressive load."""
-    real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, list[float | None]]()
+    real, atoms, found = run.description.real_units, run.last.gap.size, dict[str, Sequence[Entry]]()
     named = {"N": "load"} | ({"friction": f"lateral_{run.slides}"} if run.slides else {})
     if run.slides:
         found["friction/N"] = [
@@ -145,7 +140,7 @@ def _temperatures(run: DeckRun) -> str:
     if not description.temperature:
         return "Atoms and continuum are at rest, at 0 K."
     real = description.real_units
-    kelvin = "" if real is None else f" ({description.temperature / thermal_energy(1.0, real):.4g} K)"
+    kelvin = "" if real is None else f" ({real.to_si(description.temperature, 'temperature'):.4g} K)"
     return (
         f"The atoms are at k_B T = {description.temperature:.4g} E* a0³{kelvin}, the continuum at rest at 0 K; "
         "gaps count from the surface of each at its own temperature."

@@ -14,7 +14,8 @@ from typing import Any, Literal
 import numpy as np
 
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import LennardJones, Potential, Springs
+from atomistic.crystal.interatomic import LennardJones, Springs
+from atomistic.crystal.model import Potential
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck

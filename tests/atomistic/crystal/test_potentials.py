@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from atomistic.lammps.cell import Cell
+from atomistic.lammps.session import Cell
 from continuum.arguments import ArgumentError
 
 

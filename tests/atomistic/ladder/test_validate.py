@@ -330,14 +330,12 @@ def test_what_is_stored_is_read_back_whatever_the_order_of_finishing(
 ) -> None:
     stored = []
     for name, order in (("a", results), ("b", results[::-1])):
-        data: dict = {}
-        for i, result in enumerate(order):
-            data = archive.join(config, data, archive.datasets_of([result]))
-            finished = archive.write_archive(tmp_path / f"{name}.h5", config, data)
-            assert finished == (i == len(order) - 1)
+        for result in order:
+            archive.write_part(tmp_path / result.path.file_name, config, result)
+        parts = [archive.read_archive_part(tmp_path / path.file_name, config) for path in paths_of(config)]
+        archive.write_archive(tmp_path / f"{name}.h5", config, archive.join(parts), {})
         stored.append(archive.read_archive(tmp_path / f"{name}.h5"))
     a, b = stored
-    assert a.finished
     assert list(a.columns["case"]) == ["plain", "plain", "sticky", "sticky"]
     for name in a.columns:
         if not name.startswith("journal/"):
@@ -355,13 +353,16 @@ def test_a_validation_goes_on_where_it_stopped(
     assert config.source is not None
     path, drawn, save = tmp_path / "small.h5", dict[str, Figure](), plot.save_figure
     monkeypatch.setattr(plot, "save_figure", lambda figure, stem: save(drawn.setdefault(stem.name, figure), stem))
-    archive.write_archive(path, config, archive.datasets_of(results[:2]))
+    (tmp_path / "small.parts").mkdir()
+    for result in results[:2]:
+        archive.write_part(tmp_path / "small.parts" / result.path.file_name, config, result)
     assert main(["validate", str(config.source.path), "-o", str(tmp_path), "-j", "1"]) == 0
     out = capsys.readouterr().out
     assert "validate small 3/3" in out  # one part was left
     assert "validate small 1/3" not in out
     assert "bounds hold" in out
-    assert archive.read_archive(path).finished
+    assert archive.is_complete(path, config, force=False)
+    assert not (tmp_path / "small.parts").exists()
     for figure in ("contact", "curves", "scaling"):
         assert (tmp_path / f"small-{figure}.png").stat().st_size > 10_000
         assert faults_in_print(drawn[f"small-{figure}"]) == []
@@ -376,7 +377,7 @@ def test_another_validation_in_the_way_is_left_alone(
 ) -> None:
     changed = tmp_path / "small.toml"
     changed.write_text(SMALL.replace("depth = 8.0", "depth = 9.0"))
-    archive.write_archive(tmp_path / "small.h5", config, archive.datasets_of(results))
+    archive.write_archive(tmp_path / "small.h5", config, archive.datasets_of(results), {})
     before = (tmp_path / "small.h5").read_bytes()
     assert main(["validate", str(changed), "-o", str(tmp_path)]) == 2
     assert "holds another result" in capsys.readouterr().err
@@ -388,7 +389,7 @@ def test_a_failing_bound_is_the_exit_code(
 ) -> None:
     strict = tmp_path / "small.toml"
     strict.write_text(SMALL.replace("coefficient = 0.5", "coefficient = 0.0005", 1))
-    archive.write_archive(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results))
+    archive.write_archive(tmp_path / "small.h5", load(strict, ValidateConfig), archive.datasets_of(results), {})
     assert main(["validate", str(strict), "-o", str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert "1 FAIL: plain, load, at h' = 0.0" in out

@@ -30,6 +30,7 @@ from atomistic.lammps.plugin import CRYSTAL, Plugin
 from atomistic.lammps.shape import HeightSpline
 from continuum.arguments import ArgumentError
 from continuum.errors import InputError
+from tests.problems import two_ranks
 
 compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 SHAPE = (4, 5)
@@ -152,7 +153,7 @@ def test_a_wall_of_atoms_slides_under_a_load_on_two_ranks_too(tmp_path: Path) ->
     }  # fmt: skip
     made = a.deck(contact, protocol=table, depth=4, follows="atom", wall_force="atoms")
     one = a.run_deck(made.write(tmp_path / "one"))
-    two = run_command(made.write(tmp_path / "two"), ranks=2)
+    two = run_command(made.write(tmp_path / "two"), two_ranks())
     assert one.finished
     # Some hundred steps of Newton's law magnify rounding, but not by a million.
     assert np.allclose(one.last.displacements, two.displacements, rtol=0, atol=1e-8)

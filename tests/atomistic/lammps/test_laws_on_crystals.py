@@ -11,7 +11,7 @@ from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.law import native_law
 from tests.atomistic.lammps.test_law import table
-from tests.problems import crystal
+from tests.problems import crystal, two_ranks
 
 LAWS = {
     "spline": c.LennardJonesSpline(adhesion_length=0.005),
@@ -45,7 +45,7 @@ def test_one_equilibrium_whatever_runs_it(tmp_path: Path, name: str, law: str) -
     here = run_in_process(write_deck(tmp_path / "deck", deck)).require()
     pushing = np.abs(here.traction).sum()
     assert pushing > 0.1
-    for found in (run_command(tmp_path / "deck"), run_command(tmp_path / "deck", ranks=2)):
+    for found in (run_command(tmp_path / "deck"), run_command(tmp_path / "deck", two_ranks())):
         found.require()
         assert found.force == pytest.approx(here.force, abs=SAME * pushing)
         assert ((found.gap < wall.zero_gap) == (here.gap < wall.zero_gap)).all()

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from scipy import constants as si
 
+from atomistic.config.motion import thermal_energy
 from atomistic.crystal.interatomic import LennardJones
+from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.potentials import EmbeddedAtom, find_potential
-from atomistic.lammps.motion import BLOCKS, SAMPLED, Motion, impedance, thermal_energy, vibration_timestep
-from atomistic.response.material import Crystal, CrystalModel
+from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion, impedance, vibration_timestep
 from continuum.model.cubic import CubicConstants
 
 GPA = si.giga / (si.electron_volt / si.angstrom**3)  # in eV/Å³
@@ -35,7 +36,7 @@ def numbers(text: str) -> list[float]:
 def test_a_deck_in_units_metal_moves_copper_by_kelvin_and_picoseconds() -> None:
     modulus = COPPER.contact_modulus / GPA * si.giga
     unit = np.sqrt(MASS / (modulus * A0)) / si.pico  # a0 (m/(E* a0³))^(1/2), in ps
-    motion = replace(MOTION, temperature=thermal_energy(300.0, COPPER.real_units))
+    motion = replace(MOTION, temperature=thermal_energy("300K", COPPER.real_units))
     found = motion.placeholders(COPPER, mobile=4, surface_atoms=ATOMS)
     # LAMMPS' constants of Boltzmann and of the mass have six digits, as has the mass of the file.
     assert float(found["temperature"]) == pytest.approx(300, rel=5e-6)

@@ -20,6 +20,7 @@ from atomistic.lammps.plugin import HEIGHTMAP, Plugin, PluginError, pieces_of_la
 from atomistic.lammps.shape import HeightSpline, Waves, map_of
 from continuum.model.walls import Wall
 from tests.atomistic.lammps.test_law import WALLS, spread
+from tests.problems import two_ranks
 
 compiler = pytest.mark.skipif(not any(map(shutil.which, ("c++", "g++", "clang++"))), reason="there is no C++ compiler")
 SHAPE = (5, 7)
@@ -113,7 +114,7 @@ def test_a_deck_by_the_plugin_relaxes_and_slides_as_one_by_formulas_on_two_ranks
         assert runs[by].converged
     # Both end where no force is larger than 1e-8 h'.
     assert runs["plugin"].steps[1].load == pytest.approx(runs["formulas"].steps[1].load, rel=1e-6)
-    again = run_command(deck.write(tmp_path / "two"), ranks=2).require()
+    again = run_command(deck.write(tmp_path / "two"), two_ranks()).require()
     assert again.force == pytest.approx(runs["plugin"].last.force, rel=1e-6)
     table = {"kind": "sliding", "separation": 1.0, "distance": 1.0, "velocity": 0.2, "window": 5.0, "temperature": 0.0}
     slid = [

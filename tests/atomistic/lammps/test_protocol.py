@@ -25,6 +25,7 @@ from continuum.errors import InputError, OutputError
 from continuum.model.problem import ContactProblem
 from continuum.path import loading
 from continuum.solve.solution import Settings
+from tests.problems import two_ranks
 
 GRID = c.Grid.square(8)
 
@@ -79,7 +80,7 @@ def test_a_mean_pressure_is_met_on_one_core_and_on_two(tmp_path):
         assert one.force / 64 == pytest.approx(pressure, rel=1e-6)
     # Two ranks meet the target to 1e-6 of it, by the same moves.
     first = MeanPressures(pressures[:1], deck.protocol.separations[:1], deck.protocol.stiffness)
-    two = run_command(write_deck(tmp_path / "two", replace(deck, protocol=first)), ranks=2)
+    two = run_command(write_deck(tmp_path / "two", replace(deck, protocol=first)), two_ranks())
     assert two.force == pytest.approx(here[0].force, rel=1e-8)
     assert two.separation == pytest.approx(here[0].separation, abs=1e-8)
     assert ((two.gap < 1) == (here[0].gap < 1)).all()
@@ -197,9 +198,9 @@ def test_an_approach_and_its_way_back_are_one_branch_where_nothing_jumps(tmp_pat
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Separations(()), "at least one"),
+        (lambda: Separations(()), "a list of 1 to"),
         (lambda: Separations((1.0, float("nan"))), "finite"),
-        (lambda: MeanPressures((0.1, 0.0), (1.0, 1.0), 0.1), "cannot be zero"),
+        (lambda: MeanPressures((0.1, 0.0), (1.0, 1.0), 0.1), "other than zero"),
         (lambda: MeanPressures((0.1,), (1.0, 1.0), 0.1), "1 pressures"),
         (lambda: MeanPressures((0.1,), (1.0,), -0.1), "stiffness"),
         (lambda: a.deck(rough(), depth=4), "one of"),

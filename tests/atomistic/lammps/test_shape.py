@@ -19,6 +19,7 @@ from atomistic.lammps.engine import run_command, run_in_process
 from atomistic.lammps.result import DeckResult
 from atomistic.lammps.session import Session
 from atomistic.lammps.shape import MOST_WAVES, HeightSpline, Round, Shape, Waves, shape_of
+from tests.problems import two_ranks
 
 PERIOD = (8.0, 7.0)
 SITES = np.meshgrid(np.arange(8.0), np.arange(7.0), indexing="ij")
@@ -199,7 +200,7 @@ def test_an_array_goes_through_a_staircase_by_a_stock_lmp_on_two_ranks(tmp_path)
     assert run.steps[0].load == pytest.approx(run.steps[2].load, abs=1e-8)
     assert "bicubic spline" in (tmp_path / "deck" / "README.txt").read_text()
     deck.write(tmp_path / "two")
-    there = run_command(tmp_path / "two", ranks=2).require()
+    there = run_command(tmp_path / "two", two_ranks()).require()
     # Forces of 1e-8 h' are left: a part of the load like that over the strain.
     assert there.force == pytest.approx(run.last.force, rel=1e-6)
 
@@ -219,7 +220,7 @@ def test_the_cells_of_an_array_are_its_spline(shape):
 def test_a_native_wall_is_the_same_by_lmp_on_two_ranks(tmp_path):
     shape = SHAPES["punch"]
     here = relaxed(tmp_path, shape, shape.evaluate(*SITES).height)
-    there = run_command(tmp_path / "deck", ranks=2).require()
+    there = run_command(tmp_path / "deck", two_ranks()).require()
     assert there.force == pytest.approx(here.force, rel=1e-8)
 
 

@@ -16,11 +16,11 @@ from scipy.signal import lfilter
 
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import Springs
-from atomistic.lammps import motion as scripts
+from atomistic.lammps import protocol as scripts
 from atomistic.lammps.deck import Deck
 from atomistic.lammps.directory import write_deck
 from atomistic.lammps.engine import run_in_process
-from atomistic.lammps.motion import BLOCKS, SAMPLED, Motion
+from atomistic.lammps.protocol import BLOCKS, SAMPLED, Motion
 from continuum.model.walls import LennardJonesSpline
 
 SERIES = 4000

@@ -11,7 +11,7 @@ import pytest
 from scipy import constants
 
 import atomistic as a
-from atomistic.lammps.motion import impedance, swing, time_unit, vibration_timestep
+from atomistic.lammps.protocol import impedance, swing, time_unit, vibration_timestep
 from continuum.model.fourier import Real
 
 # The twelve neighbours at the distance a0, and the mass of an atom, 1; a0³/√2 is the volume of each.

@@ -12,7 +12,7 @@ import pytest
 import atomistic as a
 import continuum as c
 from atomistic.cli import main
-from atomistic.crystal.interatomic import Potential
+from atomistic.crystal.model import Potential
 from atomistic.lammps.result import DeckError, read_result
 from continuum.model.walls import Wall
 

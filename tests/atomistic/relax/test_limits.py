@@ -20,7 +20,7 @@ import continuum as c
 from atomistic.cli import main
 from atomistic.config.deck import DeckConfig
 from atomistic.config.motion import FASTEST, HOTTEST
-from atomistic.crystal.interatomic import Model
+from atomistic.crystal.model import Model
 from atomistic.relax.limits import FARTHEST
 from atomistic.response.material import model_of
 from continuum.errors import InputError

@@ -20,7 +20,7 @@ from atomistic.relax.relax import iterate, relax
 from atomistic.response.lattice import LatticeResponse
 from continuum.model.grid import Grid
 from continuum.model.walls import LennardJonesSpline
-from tests.problems import crystal, lattice, on_atoms
+from tests.problems import crystal, lattice, on_atoms, two_ranks
 from tests.python_walls import WallSession
 
 SPRINGS = Springs()
@@ -75,7 +75,7 @@ def test_all_roads_lead_to_one_equilibrium(tmp_path, slope, adhesion_length):
     deck = replace(deck, tolerance=1e-9 * slope)
     fast = relax(deck, tmp_path, lattice).require()
     plain = relax(deck, tmp_path).require()
-    ranks = relax(deck, tmp_path, lattice, run=lambda path: run_command(path, ranks=2)).require()
+    ranks = relax(deck, tmp_path, lattice, run=lambda path: run_command(path, two_ranks())).require()
     assert fast.evaluations < 20 < plain.evaluations
     pushing = np.maximum(fast.traction, 0).sum()
     for other in (plain, ranks):
@@ -184,7 +184,7 @@ def test_the_zero_of_gap_is_the_surface_at_rest(tmp_path, name):
 
 
 def test_atoms_in_metal_units_feel_what_they_feel_alone(tmp_path):
-    from atomistic.lammps.cell import Cell
+    from atomistic.lammps.session import Cell
 
     model = crystal("Ni_u3.eam")
     slab = Slab((8, 8), 6, model.coupled_layers)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from atomistic.lammps.motion import BLOCKS
+from atomistic.lammps.protocol import BLOCKS
 from atomistic.relax.windows import RARE, WindowMean
 
 SERIES = 1500

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from atomistic.crystal.crystal import LAYER_SPACING, Slab
-from atomistic.crystal.interatomic import LennardJones, Model, Springs
+from atomistic.crystal.interatomic import LennardJones, Springs
+from atomistic.crystal.model import Model
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from atomistic.lammps.cell import Cell
+from atomistic.lammps.session import Cell
 from atomistic.response.force_constants import (
     ForceConstants,
     SymmetryErrors,

@@ -11,9 +11,10 @@ from scipy.optimize import brentq
 from atomistic.crystal.crystal import LAYER_SPACING
 from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import LennardJones, Springs
+from atomistic.crystal.model import Crystal, CrystalModel
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
-from atomistic.response.material import Crystal, CrystalModel, measure_crystal, model_of
+from atomistic.response.material import measure_crystal, model_of
 from continuum.model.cubic import CubicConstants
 from continuum.units import GPA_PER_EV_PER_A3
 
@@ -206,7 +207,7 @@ def test_lennard_jones_without_meaning_is_refused(arguments):
 
 @pytest.mark.parametrize("law", [LennardJones(), LennardJones(2.5, "smooth", 2.0), LennardJones(3.0, "mdf", 2.5)])
 def test_forces_end_continuously(law):
-    from atomistic.lammps.cell import Cell
+    from atomistic.lammps.session import Cell
 
     pair = np.array([[1.0, 1, 1], [2.0, 1, 1]])
     with Cell(law, pair, np.array([20.0, 20, 20])) as cell:

@@ -12,9 +12,10 @@ import atomistic as a
 import continuum as c
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.interatomic import LennardJones
+from atomistic.crystal.model import CrystalModel
 from atomistic.response import thermal
 from atomistic.response.force_constants import force_constants
-from atomistic.response.material import CrystalModel, model_of
+from atomistic.response.material import model_of
 from atomistic.response.thermal import WarmCrystal
 
 CUTOFF = 2.5

@@ -1,1 +1,0 @@
-"""The public functions of ``atomistic``: validations, decks and crystals, one for each command."""
