@@ -160,17 +160,10 @@ def patches(grid: Grid, inside: Mask) -> Patches:
 
 
 def size_distribution(areas: Real, per_decade: int = 5) -> tuple[Real, Real]:
-    """Number of patches per area of a patch, n(A), in logarithmic bins from the smallest to the largest.
+    """Number of patches per area of a patch, n(A), in logarithmic bins from the smallest to the largest area, in a0².
 
-    Parameters
-    ----------
-    areas : areas of the patches, in a0².
-    per_decade : bins in a factor of ten.
-
-    Returns
-    -------
-    size, density : geometric mean of the ends of each bin, in a0², and patches per a0² of patch size, in 1/a0²; bins
-        without patches are left out.
+    Returns the geometric mean of the ends of each bin, in a0², and patches per a0² of patch size, in 1/a0²; bins
+    without patches are left out.
     """
     if areas.size == 0:
         return np.empty(0), np.empty(0)

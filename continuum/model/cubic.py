@@ -56,18 +56,13 @@ class CubicConstants(NamedTuple):
 
 
 def surface_stiffness(constants: CubicConstants, angle: Real, thickness: Real) -> Real:
-    """K/q = 1/(q G_zz) of a layer on a rigid base: vertical traction per displacement without lateral traction.
+    """K/q = 1/(q G_zz) of a layer on a rigid base, shape (n,): vertical traction per displacement, no lateral one.
 
     Parameters
     ----------
     constants : elastic constants; the result has their unit.
     angle : of the wavevector to the cubic axis <100> in the surface, in radians, shape (n,).
     thickness : q depth, positive, shape (n,); anything above :data:`THICK` is a half-space.
-
-    Returns
-    -------
-    Real
-        Shape (n,).
 
     Raises ValueError if the crystal is not stable.
     """

@@ -118,10 +118,8 @@ class ContactProblem:
     def separation(self, mean_gap: float, load: float, traction: Callable[[], Real]) -> float:
         """Separation of an equilibrium, in a0; NaN if the mean displacement is free.
 
-        Parameters
-        ----------
-        mean_gap, load : of the equilibrium; in a0, and per area in E*.
-        traction : function that returns the traction at each point, in E*, called if the mean pressure is not enough.
+        Its mean gap is in a0, its load per area in E*; the function returns its traction at each point, in E*, and is
+        called if the mean pressure is not enough.
         """
         if self.open_boundary is not None:
             return mean_gap - self.mean_height + self.open_boundary.mean_displacement(traction())

@@ -78,10 +78,7 @@ def unresolved(problem: ContactProblem, rms_slope: float, shortest: float | None
       Where that is shorter than 4 Δ, single points snap in and out one after another (beyond 2 Δ even a wave of
       alternating points): the rim of a contact is pinned to the grid, and hysteresis comes from the grid.
 
-    Parameters
-    ----------
-    rms_slope : h'rms.
-    shortest : shortest wavelength of the surface, in a0, if it is known; otherwise the spectrum of the heights is used.
+    Where the shortest wavelength of the surface, in a0, is not known, the spectrum of the heights is used.
     """
     wall, spacing = problem.wall, problem.grid.widest_step
     needed = POINTS * spacing

@@ -23,13 +23,9 @@ from continuum.show import plot
 
 
 def inverse_kappas(points: DataFrame, *, key: str, column: str, along: Sequence[str] = ()) -> DataFrame:
-    """Means and scatter over surfaces of 1/κ or 1/κ_rep.
+    """Means and scatter over surfaces of the inverse of a column, κ or κ_rep.
 
-    Parameters
-    ----------
-    key : of [surface], on the x axis.
-    column : "kappa" or "kappa_rep".
-    along : keys that change together with it.
+    The key is that of [surface] on the x axis, and ``along`` are keys that change together with it.
     """
     body = []
     for length, same in points.groupby("length"):

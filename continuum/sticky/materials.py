@@ -199,10 +199,7 @@ def interface(
 ) -> Interface:
     """Combine two bodies to one contact; given values overrule those of the materials.
 
-    Parameters
-    ----------
-    bodies : one if the other is rigid, or two.
-    contact_modulus, work_of_adhesion, range, spacing, probe : as in :class:`Interface`.
+    There is one body if the other is rigid; the values are those of :class:`Interface`.
 
     Raises InterfaceError if a value is missing, or E* is given twice.
     """

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from continuum import units
 from continuum.arguments import ArgumentError, instance, number
 from continuum.sticky.continuation import Continuation, continuation_of
 from continuum.sticky.criteria import ANSWERS, AREA, Answer, Estimate, RoughContact, every_estimate, verdicts
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
     from continuum.sticky.solved_turn import SolvedTurn
 
 
-_length = partial(units.readable, quantity="length")
 SMALL = 512**2
 """Largest number of points of a map that is solved by default: seconds to minutes on one core."""
 NOTHING = 1e-9

@@ -184,12 +184,8 @@ def generalised_tabor(rms_curvature: float, adhesion_length: float, range: float
     """R^(1/3) l_a^(2/3)/Δr, below about 1 the attraction of asperities is long-ranged.
 
     Müser, Tribol. Int. 100, 41 (2016).  1/R is the root mean square of the curvature along one direction, as in the 60
-    nm of the contact-mechanics challenge: of an isotropic surface <(∂²h/∂x²)²> = 3/8 <(∇²h)²>, the mean of cos⁴.
-
-    Parameters
-    ----------
-    rms_curvature : h'', of the Laplacian.
-    adhesion_length, range : l_a and Δr.
+    nm of the contact-mechanics challenge: of an isotropic surface <(∂²h/∂x²)²> = 3/8 <(∇²h)²>, the mean of cos⁴; the
+    curvature that is given is h'', of the Laplacian.
     """
     radius = np.sqrt(8 / 3) / rms_curvature
     return float(np.cbrt(radius * adhesion_length**2) / range)

@@ -190,7 +190,7 @@ def cut_off(topography: Topography, wavelength: float) -> Topography:
 def wall_from_map(
     topography: Topography, n: int, spacing: float, edges: Edges, centre: tuple[float, float] = (0.5, 0.5)
 ) -> Topography:
-    """A periodic wall of n x n points, one above each surface atom, from a part of a map.
+    """A periodic wall of n x n points, one above each surface atom, from a part of a map; heights are in m.
 
     The part is cut out, its plane subtracted, and interpolated by cubic splines; then it is continued by its mirror
     images (the part is then n/2 spacings wide), or brought to its mean at the edges by a Tukey window; and turned
@@ -203,11 +203,6 @@ def wall_from_map(
     spacing : of the atoms, a0, in m.
     edges : method to make it periodic.
     centre : centre of the part, as fractions of the map.
-
-    Returns
-    -------
-    Topography
-        Heights in m, with all steps.
 
     Raises TopographyError if the part does not lie within the map, has too few of its pixels, or is a plane.
     """

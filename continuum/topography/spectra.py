@@ -38,18 +38,10 @@ _FINE = 10
 
 
 def profile_spectrum(lines: Real, spacing: float, *, periodic: bool = False) -> tuple[Real, Real]:
-    """Average spectrum of profiles; ∫ C1 dq over both signs of q is the mean square height.
+    """Average spectrum of profiles: q above zero, ascending, and C1 in length³.
 
-    Parameters
-    ----------
-    lines : heights, one profile in a row, equally spaced.
-    spacing : of the points.
-    periodic : whether the profiles continue at their ends; else each is tilted level, and weighted with a Hann window.
-
-    Returns
-    -------
-    q : above zero, ascending.
-    C1 : in length³.
+    ∫ C1 dq over both signs of q is the mean square height.  Each line of heights is a profile of equally spaced points,
+    which is tilted level and weighted with a Hann window unless it is periodic.
     """
     from scipy import signal  # half a second that other commands need not wait
 
