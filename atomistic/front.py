@@ -11,9 +11,8 @@ from atomistic.config.deck import MOST_STEPS, DeckConfig, steps_of
 from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.quantities import in_both
 from atomistic.config.validate import ValidateConfig
-from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Springs
-from atomistic.crystal.model import Model, Potential, check_potential
+from atomistic.crystal.model import ContactModulus, Model, Potential, check_potential
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of

@@ -15,14 +15,13 @@ from atomistic.config.crystal import DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import MotionTable, Steps, thermal_energy
 from atomistic.config.quantities import in_reduced, with_units
-from atomistic.crystal.crystal import Slab
+from atomistic.crystal.crystal import Slab, distortion
 from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import Model, Potential, measured
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
-from atomistic.lammps.neighbours import distortion
 from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations, largest_timestep, swing
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
