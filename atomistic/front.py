@@ -11,14 +11,13 @@ from atomistic.config.deck import MOST_STEPS, DeckConfig, steps_of
 from atomistic.config.motion import LARGEST_PRESSURE, Steps
 from atomistic.config.quantities import in_both
 from atomistic.config.validate import ValidateConfig
-from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import Springs
-from atomistic.crystal.model import Model, Potential, check_potential
+from atomistic.crystal.model import ContactModulus, Model, Potential, check_potential
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import runner
 from atomistic.lammps.shape import Shape, check_shape, shape_of
 from atomistic.relax.deckrun import DeckRun, read_run
-from atomistic.relax.decks import deck_input, deck_of, deck_under, parts_of, steps_in_units
+from atomistic.relax.decks import deck_input, deck_of, parts_of, parts_under, steps_in_units
 from atomistic.response.discreteness import Discreteness, discreteness
 from atomistic.response.lattice import LatticeResponse
 from atomistic.response.material import model_of
@@ -185,7 +184,7 @@ def deck(
         others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force}
         _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
         read = deck_input(file_name("contact", contact)) if isinstance(contact, str | os.PathLike) else contact
-        return deck_of(read, progress)
+        return deck_of(parts_of(read), progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
     if model is not None:
         check_potential("model", model)
@@ -199,8 +198,9 @@ def deck(
         shape = check_shape("follows", follows)
     if wall_force is not None:
         choice("wall_force", wall_force, get_args(WallForce))
-    done = _steps(**steps_in_units(steps, model or Springs()))
-    return deck_under(contact.problem, model, done, depth, shape, progress, wall_force or "formulas")
+    model = model or Springs()
+    done = _steps(**steps_in_units(steps, model))
+    return deck_of(parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas"), progress)
 
 
 def _require_nothing_else(contact: object, names: list[str]) -> None:

@@ -15,6 +15,7 @@ from continuum.files.tables import Document
 from continuum.files.toml import Source
 from continuum.model.surfaces import SurfaceTable
 from continuum.model.walls import WallTable
+from continuum.sticky.tables import Length
 from continuum.tables import Fault, Fraction, InputFile, constraint
 from continuum.topography.map import Topography
 from continuum.topography.mending import wall_from_map
@@ -41,7 +42,7 @@ class TopographySurface(DeckSurface):
     """method to make it periodic: mirror images, or a window that brings it to its mean"""
     centre: tuple[Fraction, Fraction] = (0.5, 0.5)
     """centre of the part, as fractions of the map"""
-    size: str | None = None
+    size: Length | None = None
     """size of the map with its unit, as "100nm"; only if the file does not have it"""
     unit: str | None = None
     """unit of the heights, as "nm"; only if the file does not have it"""
@@ -49,17 +50,11 @@ class TopographySurface(DeckSurface):
     """in an HDF5 file"""
     part: str | None = None
     """name of a map in a container"""
-    spacing: str | None = None
+    spacing: Length | None = None
     """a0 with its unit, as "0.3nm", if the crystal has no length scale"""
 
     @constraint
-    def _lengths(self) -> Iterator[Fault]:
-        for key in ("size", "spacing"):
-            try:
-                if (text := getattr(self, key)) is not None:
-                    parse(text, "length")
-            except ValueError as error:
-                yield Fault((key,), str(error))
+    def _unit_of_length(self) -> Iterator[Fault]:
         try:
             if self.unit is not None:
                 unit_size(self.unit, "length")

@@ -22,10 +22,6 @@ class SurfacesTable(SelfAffineTable):
     seeds: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(min_length=1)]
     """one surface for each"""
 
-    def with_wavelengths(self, lambda_s: float, lambda_L: float) -> SelfAffineTable:
-        """The same spectrum between other wavelengths."""
-        return self.model_copy(update={"lambda_s": lambda_s, "lambda_L": lambda_L})
-
 
 class BoundTable(Table):
     """A bound on the difference of two rungs: coefficient times rms_slope to a power."""

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
-from atomistic.ladder.closing import loads_at_area
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
     Difference,
@@ -23,6 +22,7 @@ from atomistic.ladder.rungs import (
     approach_and_retract,
     beside_jump,
     compare,
+    loads_at_area,
     response_of,
     rung_of,
     state_at_area,
@@ -188,7 +188,8 @@ class _Comparison:
 
     @cached_property
     def heights(self) -> Real:
-        surface = self.config.surface.with_wavelengths(self.path.lambda_s, self.path.lambda_L)
+        update = {"lambda_s": self.path.lambda_s, "lambda_L": self.path.lambda_L}
+        surface = self.config.surface.model_copy(update=update)
         return surface.spectrum(self.path.rms_slope).synthesise(self.grid, np.random.default_rng(self.path.seed))
 
     @cached_property

@@ -15,10 +15,18 @@ geometry and anharmonicity.  A lattice and atoms of springs under the same wall,
 
 Rungs 1 to 4 are compared at equal mean gap: rungs 1 and 2 have no mean compliance, so that at equal separation their
 loads differ severalfold and cannot be compared.  Rungs 4 and 5, and 4' and 5', share the mean compliance and are
-compared at equal separation.  At one area, where their differences add up: :mod:`atomistic.ladder.closing`.
+compared at equal separation.
+
+Parts that are taken so do not add up to the whole; loads at one repulsive area do (:func:`loads_at_area`).  The area of
+a grid is a number k of points, so that a state of given area is one at which the k-th lowest point just touches: its
+gap, which moves smoothly with the mean gap, is that where repulsion begins.
+
+Atoms are not relaxed again for that.  From their state to that at which their k-th point touches, they are assumed to
+move as the lattice does: the differences of gap and load from those of the lattice are taken from equal separation.
+The error is of second order in that difference.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -34,7 +42,7 @@ from continuum.model.substrates import CubicLayer, HalfSpace, Layer, Substrate
 from continuum.model.walls import Wall
 from continuum.path.loading import follow, solve
 from continuum.path.state import Branch, PathState
-from continuum.solve.solution import Settings
+from continuum.solve.solution import NotConvergedError, Settings
 
 RungName = Literal["half-space", "layer", "crystal", "lattice", "atoms", "spring-lattice", "spring-atoms"]
 WORDS: dict[RungName, str] = {
@@ -47,6 +55,16 @@ WORDS: dict[RungName, str] = {
 """Names of the rungs in tables and figures."""
 CONTINUUM_RUNGS: tuple[RungName, ...] = ("half-space", "layer", "crystal", "lattice")
 RUNGS: tuple[RungName, ...] = (*CONTINUUM_RUNGS, "atoms", "spring-lattice", "spring-atoms")
+
+
+CLOSE = 1e-5
+"""Tolerance of the gap of the k-th point, relative to h'rms a0: the load is then right to some 1e-5, a tenth of the
+smallest printed part of a budget, 0.01 %."""
+MOST = 20
+"""Largest number of states: a secant takes 3 to 6, more only if the k-th point changes."""
+REACH = 0.5
+"""Largest change of the mean gap, over the rms height of the wall: the load of a rough contact changes e-fold over
+that, and of rungs that differ by so much no step of the budget is a small part."""
 
 
 def response_of(name: RungName, lattice: LatticeResponse, constants: CubicConstants) -> Substrate:
@@ -77,6 +95,10 @@ class Rung:
     @property
     def mean_gap(self) -> float:
         return float(self.gap.mean())
+
+
+Solve = Callable[[float], Rung]
+"""State of a rung at a mean gap."""
 
 
 def rung_of(problem: ContactProblem, name: RungName, state: PathState) -> Rung:
@@ -215,3 +237,58 @@ def kinds_of(rung: Rung, wall: Wall) -> NDArray[np.uint8]:
     if rung.name not in ("atoms", "spring-atoms"):
         return contact_map(wall, rung.gap)
     return np.where(rung.traction > 0, 2, np.where(rung.traction < 0, 1, 0)).astype(np.uint8)
+
+
+def loads_at_area(
+    states: dict[RungName, Solve], rungs: dict[RungName, Rung], wall: Wall, rms_slope: float, rms_height: float
+) -> dict[RungName, float]:
+    """N/A0 of each rung with as many repulsive points as the lattice; NaN if the rung jumps over that area.
+
+    Parameters
+    ----------
+    states : function that solves a continuum rung, including the lattice, at a mean gap.
+    rungs : the state of each, the atoms at the separation of the lattice.
+    rms_slope, rms_height : of the wall.
+    """
+    lattice, atoms = rungs["lattice"], rungs["atoms"]
+    count = int(np.count_nonzero(lattice.gap < wall.zero_gap))
+
+    def load(name: RungName, moved: Real | float) -> float:
+        found = _touching(states[name], rungs[name], count, wall, CLOSE * rms_slope, REACH * rms_height, moved)
+        return np.nan if found is None else found.totals.load
+
+    loads = {name: load(name, 0.0) for name in states}
+    loads["atoms"] = load("lattice", atoms.gap - lattice.gap) + atoms.totals.load - lattice.totals.load
+    return loads
+
+
+def _touching(
+    solve: Solve, start: Rung, count: int, wall: Wall, tolerance: float, reach: float, moved: Real | float
+) -> Rung | None:
+    """State near that of a rung whose k-th lowest gap, plus the shift of the points, is the edge of repulsion."""
+    if not count:
+        return None
+
+    def above(rung: Rung) -> float:
+        return float(np.partition((rung.gap + moved).ravel(), count - 1)[count - 1]) - wall.zero_gap
+
+    here, rung = start.mean_gap, start
+    edge = above(rung)
+    # The lowest and the highest mean gap where the k-th point is known to be below and above the edge.
+    low, high = here - reach, here + reach
+    last: tuple[float, float] | None = None
+    for _ in range(MOST):
+        if abs(edge) <= tolerance:
+            return rung
+        low, high = (low, min(high, here)) if edge > 0 else (max(low, here), high)
+        rise = 1.0 if last is None or last[1] == edge else (edge - last[1]) / (here - last[0])
+        following = here - edge / rise if rise > 0 else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        last, here = (here, edge), following
+        try:
+            rung = solve(here)
+        except NotConvergedError:
+            return None
+        edge = above(rung)
+    return None

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from atomistic.crystal.crystal import Slab
+from atomistic.crystal.crystal import Slab, distortion, slipped
 from atomistic.lammps.directory import FORMAT, read_slab
 from atomistic.lammps.earlier import finished_steps
-from atomistic.lammps.neighbours import distortion, slipped
 from atomistic.lammps.protocol import LOAD_TOLERANCE
 from continuum.errors import InputError, StickinessError
 from continuum.measure.contact import quantity

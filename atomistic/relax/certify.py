@@ -74,28 +74,6 @@ class StepCertificate:
         return tuple(faults)
 
 
-def certify_deck(run: DeckRun) -> Iterator[StepCertificate]:
-    """Check each equilibrium of a deck run.
-
-    Raises DeckError if it has windows of a motion, or its wall is not a function of the lattice site; LammpsError if
-    LAMMPS cannot be loaded, or cannot read the slab.
-    """
-    directory, law_error = run.directory, _error_of_formulas(run.directory)
-    with Session(directory) as crystal:
-        for step in finished_steps(directory):
-            found = read_result(directory, step)
-            if found.averages:
-                raise DeckError(
-                    f"{directory}: has windows of a motion, which are not equilibria and cannot be certified"
-                )
-            if not np.allclose(found.heights, run.heights, rtol=0, atol=1e-12):
-                raise DeckError(
-                    f"{directory}: its wall follows the atoms; only walls of lattice sites can be certified"
-                )
-            if found.status.ok:
-                yield _certified(crystal, run.wall, found, law_error, seed=step)
-
-
 @dataclass(frozen=True)
 class DeckCertificate:
     """Result of checking a deck run."""
@@ -130,6 +108,29 @@ class DeckCertificate:
             for one in self.steps
         ]  # fmt: skip
         return Sheet.of(f"{len(rows)} equilibria of atoms, checked independently of the run", columns, rows)
+
+
+def certify_deck(run: DeckRun) -> DeckCertificate:
+    """Check each equilibrium of a deck run.
+
+    Raises DeckError if it has windows of a motion, or its wall is not a function of the lattice site; LammpsError if
+    LAMMPS cannot be loaded, or cannot read the slab.
+    """
+    directory, law_error, steps = run.directory, _error_of_formulas(run.directory), []
+    with Session(directory) as crystal:
+        for step in finished_steps(directory):
+            found = read_result(directory, step)
+            if found.averages:
+                raise DeckError(
+                    f"{directory}: has windows of a motion, which are not equilibria and cannot be certified"
+                )
+            if not np.allclose(found.heights, run.heights, rtol=0, atol=1e-12):
+                raise DeckError(
+                    f"{directory}: its wall follows the atoms; only walls of lattice sites can be certified"
+                )
+            if found.status.ok:
+                steps.append(_certified(crystal, run.wall, found, law_error, seed=step))
+    return DeckCertificate(directory, tuple(steps))
 
 
 def _certified(crystal: Session, wall: Wall, found: DeckResult, law_error: float, seed: int) -> StepCertificate:

@@ -233,9 +233,9 @@ class DeckRun:
         LammpsError
             If LAMMPS cannot be loaded.
         """
-        from atomistic.relax.certify import DeckCertificate, certify_deck
+        from atomistic.relax.certify import certify_deck
 
-        return DeckCertificate(self.directory, tuple(certify_deck(self)))
+        return certify_deck(self)
 
     def write(self, folder: str | Path, *, compare: bool = False) -> list[Path]:
         """Write ``NAME.h5``, its figures and the wall of each step as a mesh; returns HDF5, PNG and VTK files.

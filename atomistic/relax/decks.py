@@ -15,14 +15,12 @@ from atomistic.config.crystal import DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
 from atomistic.config.motion import MotionTable, Steps, thermal_energy
 from atomistic.config.quantities import in_reduced, with_units
-from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Springs
+from atomistic.crystal.crystal import Slab, distortion
 from atomistic.crystal.model import Model, Potential, measured
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
 from atomistic.lammps.deck import Deck, WallForce
 from atomistic.lammps.engine import Progress
 from atomistic.lammps.law import native_law
-from atomistic.lammps.neighbours import distortion
 from atomistic.lammps.protocol import MeanPressures, Motion, Protocol, Separations, largest_timestep, swing
 from atomistic.lammps.result import LARGEST_DISTORTION, DeckStatus
 from atomistic.lammps.shape import Shape, misfit, shape_notes, shape_of_surface
@@ -49,15 +47,22 @@ from continuum.units import parse
 
 
 class DeckParts(NamedTuple):
-    """Slab, model, wall and heights of the input of a deck."""
+    """What a deck is made of, checked."""
 
     slab: Slab
     model: Model
     wall: Wall
     heights: Real
     """Shape (nx, ny), in a0."""
-    notes: tuple[str, ...]
-    """Lines about the origin of the heights."""
+    steps: Steps
+    shape: Shape | None
+    """The wall as a function of the position; None for lattice sites."""
+    wall_force: WallForce
+    solver: DeckSolverTable
+    notes: tuple[str, ...] = ()
+    """Lines about the input and the origin of the heights."""
+    source: str = ""
+    """Text of the input."""
 
 
 def parts_of(config: DeckConfig) -> DeckParts:
@@ -88,25 +93,12 @@ def parts_of(config: DeckConfig) -> DeckParts:
         raise refuse(config, *faults)
     steps = config.steps()
     require_steps(steps, slab, model, wall, heights, config)
-    if config.wall_force == "atoms":
-        require_apart(config, steps, wall, shape_of_surface(config.surface, heights), slab)
-    return DeckParts(slab, model, wall, heights, notes)
-
-
-def deck_of(config: DeckConfig, progress: Progress | None = None) -> Deck:
-    """The deck of an input, starting from the lattice solution.
-
-    Raises NotConvergedError if the lattice model has no equilibrium at its first step, or at one of its pressures;
-    ConfigError, PotentialError or LammpsError as :func:`parts_of`.
-    """
-    parts = parts_of(config)
-    shape = None if config.follows == "site" else shape_of_surface(config.surface, parts.heights)
-    specimen = Specimen.of_slab(parts.slab, parts.model)
-    made = _started(specimen, parts.wall, parts.heights, config.steps(), config.solver, shape, progress)
-    notes = described(config, parts.slab, parts.model, parts.wall, parts.heights)
-    notes += parts.notes + shape_notes(shape) + made.notes
+    shape = None if config.follows == "site" else shape_of_surface(config.surface, heights)
+    if config.wall_force == "atoms" and shape is not None:
+        require_apart(config, steps, wall, shape, slab)
+    notes = described(config, slab, model, wall, heights) + notes
     source = "" if config.source is None else config.source.text
-    return _acting(replace(made, notes=notes, source=source), config.wall_force)
+    return DeckParts(slab, model, wall, heights, steps, shape, config.wall_force, config.solver, notes, source)
 
 
 def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights: Real) -> tuple[str, ...]:
@@ -213,21 +205,19 @@ def _(surface: TopographySurface, config: DeckConfig, slab: Slab, model: Model) 
     return wall.heights / a0, (f"Wall: {wall.source}", *wall.steps)
 
 
-def _started(
-    specimen: Specimen,
-    wall: Wall,
-    heights: Real,
-    steps: Steps,
-    solver: DeckSolverTable,
-    shape: Shape | None,
-    progress: Progress | None,
-) -> Deck:
-    """A deck that starts from the lattice solution of its first step."""
-    slab, response, model, rise = specimen.slab, specimen.response, specimen.model, specimen.response.rise
+def deck_of(parts: DeckParts, progress: Progress | None = None) -> Deck:
+    """The deck, starting from the lattice solution of its first step.
+
+    Raises NotConvergedError if the lattice model has no equilibrium at its first step, or at one of its pressures;
+    PotentialError or LammpsError if its crystal cannot be measured.
+    """
+    slab, model, wall, heights, steps, shape = parts[:6]
+    specimen = Specimen.of_slab(slab, model)
+    response, rise = specimen.response, specimen.response.rise
     slope = moments(slab.grid, heights).rms_slope
     scale = slope or 1.0  # a flat wall
     problem = ContactProblem(slab.grid, wall, heights, response)
-    settings = solver.build(scale)
+    settings = parts.solver.build(scale)
     protocol: Protocol | None
     notes: tuple[str, ...] = ()
     if steps.control == "mean-pressure":
@@ -256,11 +246,13 @@ def _started(
     if not (moved := distortion(slab, start)) < LARGEST_DISTORTION:
         msg = f"at the separation {separations[0]:g} a0, {DeckStatus.DISTORTED.value} (by {moved:.2f} a0)"
         raise NotConvergedError(msg)
-    tolerance = solver.force_tolerance * scale
-    return Deck(
+    tolerance = parts.solver.force_tolerance * scale
+    made = Deck(
         slab, model, wall, heights, separations[0], start, tolerance, rise=rise, protocol=protocol, shape=shape,
-        notes=notes, stiffness=response.stiffness_q, wall_tolerance=solver.wall_tolerance,
+        notes=parts.notes + shape_notes(shape) + notes, source=parts.source, stiffness=response.stiffness_q,
+        wall_tolerance=parts.solver.wall_tolerance,
     )  # fmt: skip
+    return _acting(made, parts.wall_force)
 
 
 def _warm(specimen: Specimen, temperature: float, progress: Progress | None) -> tuple[Model, Real, tuple[str, ...]]:
@@ -300,40 +292,26 @@ def _hold_notes(motion: Motion, model: Model, slab: Slab) -> tuple[str, ...]:
     return (f"{said}.",)
 
 
-def deck_under(
-    contact: ContactProblem,
-    model: Potential | None,
-    steps: Steps,
-    depth: float | None = None,
-    shape: Shape | None = None,
-    progress: Progress | None = None,
-    wall_force: WallForce = "formulas",
-) -> Deck:
-    """The deck of a contact, starting from the lattice solution.
-
-    The arguments are those of :func:`atomistic.deck`, checked; ``shape`` is the wall as a function of the position, or
-    None for lattice sites.
+def parts_under(
+    contact: ContactProblem, model: Potential, steps: Steps, depth: float | None, shape: Shape | None, force: WallForce
+) -> DeckParts:
+    """The parts of a deck of a contact.  The arguments are those of :func:`atomistic.deck`.
 
     Raises ArgumentError, ConfigError or TypeError if the grid does not have one point for each atom, LAMMPS has no
-    formula for the law, or the steps do not fit the crystal or wall; NotConvergedError, PotentialError or LammpsError
-    as :func:`deck_of`.
+    formula for the law, or the steps do not fit the crystal or wall; PotentialError or LammpsError as :func:`parts_of`.
     """
     grid, wall, heights = contact.grid, contact.wall, contact.heights
     native_law(wall)  # checked before anything is measured
     if shape is not None and (apart := misfit(shape, heights)):
         raise ArgumentError("follows", shape, f"a shape of the heights of the contact, not of others by {apart:.2g} a0")
-    if shape is None and wall_force == "atoms":
-        raise ArgumentError(
-            "wall_force", wall_force, 'follows="atom": atoms of the wall act at the positions of the atoms'
-        )
+    if shape is None and force == "atoms":
+        raise ArgumentError("wall_force", force, 'follows="atom": atoms of the wall act at the positions of the atoms')
     if shape is None and steps.motion is not None and steps.motion.slides:
         raise ArgumentError("follows", "site", '"atom": a wall that is a function of the lattice site cannot slide')
-    measured = model_of(model or Springs())
+    measured = model_of(model)
     slab = slab_under(measured, grid, max(grid.lengths) if depth is None else depth)
     require_steps(steps, slab, measured, wall, heights)
-    specimen = Specimen.of_slab(slab, measured)
-    made = _started(specimen, wall, heights, steps, DeckSolverTable(), shape, progress)
-    return _acting(replace(made, notes=shape_notes(shape) + made.notes), wall_force)
+    return DeckParts(slab, measured, wall, heights, steps, shape, force, DeckSolverTable())
 
 
 def deck_input(path: str | Path) -> DeckConfig:

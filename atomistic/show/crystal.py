@@ -3,8 +3,7 @@
 import numpy as np
 
 from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.elastic import ContactModulus
-from atomistic.crystal.model import Model, measured
+from atomistic.crystal.model import ContactModulus, Model, measured
 from atomistic.response.discreteness import Discreteness
 from atomistic.response.force_constants import relaxation
 from atomistic.response.lattice import LatticeResponse

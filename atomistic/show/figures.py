@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from atomistic.crystal.elastic import ContactModulus
+from atomistic.crystal.model import ContactModulus
 from atomistic.ladder import budget
 from atomistic.ladder.archive import Archive
 from atomistic.ladder.rungs import CONTINUUM_RUNGS, RUNGS, WORDS

@@ -7,9 +7,8 @@ import pytest
 
 from atomistic.config.validate import ValidateConfig
 from atomistic.ladder import archive, budget
-from atomistic.ladder.closing import CLOSE, loads_at_area
 from atomistic.ladder.comparison import STEPS, PathResult, compare_on_path, paths_of
-from atomistic.ladder.rungs import Rung, RungName, rung_of
+from atomistic.ladder.rungs import CLOSE, Rung, RungName, loads_at_area, rung_of
 from continuum.files.inputs import load
 from continuum.measure.contact import totals_of
 from continuum.model.grid import Grid

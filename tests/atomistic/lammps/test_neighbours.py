@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 import atomistic as a
 import continuum as c
-from atomistic.crystal.crystal import Slab
-from atomistic.lammps.neighbours import LOST, distortion, slipped
+from atomistic.crystal.crystal import LOST, Slab, distortion, slipped
 from atomistic.lammps.result import DeckStatus
 
 SLAB = Slab((6, 5), mobile=5)

@@ -9,9 +9,8 @@ import pytest
 from scipy.optimize import brentq
 
 from atomistic.crystal.crystal import LAYER_SPACING
-from atomistic.crystal.elastic import ContactModulus
 from atomistic.crystal.interatomic import LennardJones, Springs
-from atomistic.crystal.model import Crystal, CrystalModel
+from atomistic.crystal.model import ContactModulus, Crystal, CrystalModel
 from atomistic.crystal.pair_style import PairStyle
 from atomistic.crystal.potentials import EmbeddedAtom, PotentialError, find_potential
 from atomistic.response.material import measure_crystal, model_of
