@@ -66,6 +66,8 @@ def test_lennard_jones_is_its_lattice_sum(cutoff):
     assert crystal.energy == pytest.approx(energy, rel=1e-12)
     # STEP² times a ratio of stiffnesses of some hundred.
     assert np.allclose(crystal.constants, constants, rtol=1e-7)
+    # From where a further search of the volume of an atom begins.
+    assert CrystalModel(LennardJones(cutoff), crystal).guess == pytest.approx(a**3 / 4, rel=1e-12)
 
 
 HCP = np.array([[1, 0, 0], [0.5, 0.75**0.5, 0], [0, 0, (8 / 3) ** 0.5]])
