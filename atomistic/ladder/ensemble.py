@@ -118,9 +118,16 @@ def untested(config: ValidateConfig, case: CaseTable) -> str:
 
 
 def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[str, ...]]:
-    """States of the ensemble for a case, and the properties of the case outside the ensemble."""
+    """States of the ensemble for a case, and the properties of the case outside the ensemble.
+
+    Judged ones are left out: for metals their crystal, for springs their surfaces.
+    """
+    springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
+    judged = config.surface.seeds
+    others = [row for row in rows() if (row.crystal == SPRINGS) == springs]
+    alike = [row for row in others if (row.seed not in judged if springs else row.crystal != own)]
     shortest, longest = config.wavelengths(case)
-    alike, conditions = _others(config), list[tuple[bool, str]]()
+    conditions: list[tuple[bool, str]] = []
     conditions.append((config.interatomic.kind in (SPRINGS, "eam", "pair-style"), "it is of springs and metals"))
     for value, of_ensemble, name in (
         (config.surface.hurst, HURST, "H"),
@@ -152,14 +159,3 @@ def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[st
     enough = bool(seeds) and min(map(len, seeds.values())) >= FEWEST
     outside = tuple(said for inside, said in conditions if not inside)
     return alike, outside or (() if enough else (f"it has fewer than {FEWEST} surfaces that are not judged here",))
-
-
-def _others(config: ValidateConfig) -> list[Row]:
-    """States of the ensemble without the judged ones: for metals other crystals, for springs other surfaces."""
-    springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
-    return [
-        row
-        for row in rows()
-        if (row.crystal == SPRINGS) == springs
-        and (row.seed not in config.surface.seeds if springs else row.crystal != own)
-    ]
