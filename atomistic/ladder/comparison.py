@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
+from atomistic.crystal.interatomic import Springs
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
     Difference,
@@ -173,7 +174,8 @@ class _Comparison:
     @cached_property
     def springs(self) -> Specimen | None:
         """The same slab of springs, where the crystal is another."""
-        return None if self.specimen.model.harmonic else self.specimen.springs()
+        of = self.specimen
+        return None if of.model.harmonic else of.of_model(Springs(), self.grid, of.slab.depth)
 
     @cached_property
     def wall(self) -> LennardJonesSpline:
