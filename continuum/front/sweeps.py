@@ -142,7 +142,7 @@ def _hear(
     """Pass on messages of a running system; the death of its process is also reported and stored."""
     if said.share is not None and meanwhile is not None:
         meanwhile(task, said.share)
-    if said.death is None:
+    if not said.death:
         return
     died.append(f"{task.label}: {said.death}; its stored points are kept, and it is run again after the others")
     record_death(root, task, said.death)

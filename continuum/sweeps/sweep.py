@@ -24,7 +24,7 @@ from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
-from continuum.sweeps.workers import Death, Task, TaskResult, say
+from continuum.sweeps.workers import Task, TaskResult, say
 
 _EVERY = 20.0
 """Largest time of a path that a killed process loses; shorter pieces are not stored."""
@@ -337,7 +337,7 @@ def _save_once(path: Path, text: str) -> None:
     output.save(path, text, own=True)
 
 
-def record_death(root: Path, task: Task, death: Death) -> None:
+def record_death(root: Path, task: Task, death: str) -> None:
     """Record the death of a process at a system until the system is done."""
     with suppress(OutputError):
         output.save(Folder(root).death(task.path.stem), f"{death}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n", own=True)
