@@ -33,7 +33,6 @@ from continuum.show.prediction_data import as_csv
 from continuum.show.runs import progress_line, turn_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.study import Spot
 from continuum.sticky.tables import OPTIONS
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
@@ -268,7 +267,10 @@ def _study(
     folder = maps[0]
     given.pop("join", None)
     try:
-        found = studies.study(folder, pattern=pattern, without=output, progress=_tell_spot, **given)
+        found = studies.study(
+            folder, pattern=pattern, without=output, **given,
+            progress=lambda spot: tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}"),
+        )  # fmt: skip
     except InputError as error:
         known = {*inspect.signature(predictions.predict).parameters, "pattern"}
         raise type(error)(as_options(str(error), known)) from error
@@ -281,10 +283,6 @@ def _study(
     for path in found.write(output, f"{folder.resolve().name}-study"):
         print(path)
     return NOT_CONVERGED if found.unusable else OK
-
-
-def _tell_spot(spot: Spot) -> None:
-    tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}")
 
 
 def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:

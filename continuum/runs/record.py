@@ -201,6 +201,7 @@ class Record:
 
     @classmethod
     def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Self:
+        steps = zip(*(file[name].tolist() for name in _OF_WORK), strict=True)
         record = cls(
             fields,
             points=list(points_of(file)),
@@ -208,7 +209,7 @@ class Record:
             repulsive=list(file["repulsive"]),
             attracted=list(file["attracted"]),
             gaps=list(file["gap"]) if fields else [],
-            work=_stored_work(file),
+            work=[tuple(Work((nx, ny), *rest) for nx, ny, *rest in zip(*step, strict=True) if nx) for step in steps],
             seconds=list(zip(file["journal/solve_seconds"].tolist(), file["journal/seconds"].tolist(), strict=True)),
             grown_from=str(file.attributes.get("journal/grown_from", "")),
         )
@@ -252,11 +253,6 @@ def events_of(file: store.File) -> tuple[PathEvent, ...]:
         PathEvent(step, Event(kind, control, branch, JumpSide(*sides[:n]), JumpSide(*sides[n:])))
         for step, kind, control, branch, *sides in rows
     )
-
-
-def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
-    steps = zip(*(file[name].tolist() for name in _OF_WORK), strict=True)
-    return [tuple(Work((nx, ny), *rest) for nx, ny, *rest in zip(*step, strict=True) if nx) for step in steps]
 
 
 def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -135,17 +135,12 @@ def states_of(
                 record.remember_lost(system.problem)
             left = targets[done:]
             for some in [(target,) for target in left] if growth is not None and growth.refined else [left]:
-                _begin_at_stored(record, growth)
+                step = len(record.points)
+                if growth is not None and step < growth.refined and (known := stored_state(growth.source, step)):
+                    record.good[:] = [known]  # solved to a finer tolerance, from its stored state
                 for state in follow(system.problem, control, some, system.settings, record.good, search, solver):
                     yield system.problem.dented(state.imprint), state
         done = max(0, done - len(targets))
-
-
-def _begin_at_stored(record: Record, growth: Growth | None) -> None:
-    """If a stored point is solved to a finer tolerance, start from its state."""
-    step = len(record.points)
-    if growth is not None and step < growth.refined and (state := stored_state(growth.source, step)) is not None:
-        record.good[:] = [state]
 
 
 def _write(system: RunSetup, path: Path, key: str, resumed: int, record: Record) -> None:
