@@ -8,6 +8,7 @@ import asyncio
 import base64
 import json
 import secrets
+import shlex
 import subprocess
 import tempfile
 import time
@@ -199,7 +200,7 @@ class _Predict(_Handler):
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
         found = await _aside(opened.predict, asked)
-        self.write(answer(found) | {"command": opened.repeated_by(asked)})
+        self.write(answer(found) | {"command": shlex.join(opened.command(asked))})
 
 
 class _Report(_Handler):

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self, cast
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from continuum.files import store
 from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Event, JumpSide, Outcome, PathState, gone, numbers
+from continuum.path.state import Event, JumpSide, Outcome, PathState, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
@@ -224,12 +224,6 @@ class Record:
                 # The state after the last one, whose gap is restored as it was.
                 record.good[-1] = replace(record.good[-1], imprint=file["imprint"])
         return record
-
-    def remember_lost(self, problem: ContactProblem) -> None:
-        """Store the pull-off separation of the last point: the next one starts from it."""
-        last = self.points[-1]
-        if last.status == Outcome.PULLED_OFF.name:
-            self.good.append(gone(problem, last.target, cast("Branch", last.branch)))
 
 
 _ROWS = 256

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from continuum.files.tables import identity, resolved
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
-from continuum.path.state import PathState
+from continuum.path.state import Branch, Outcome, PathState, gone
 from continuum.path.turn import find_turn
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
@@ -131,8 +132,9 @@ def states_of(
         return
     for control, targets, search in loading.stretches:
         if done < len(targets):
-            if done > 0:
-                record.remember_lost(system.problem)
+            if done > 0 and (last := record.points[-1]).status == Outcome.PULLED_OFF.name:
+                # The next point starts from its separation.
+                record.good.append(gone(system.problem, last.target, cast("Branch", last.branch)))
             left = targets[done:]
             for some in [(target,) for target in left] if growth is not None and growth.refined else [left]:
                 step = len(record.points)

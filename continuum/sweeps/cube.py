@@ -4,26 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from continuum.files import store
-from continuum.files.provenance import provenance
 from continuum.files.store import Dataset
 from continuum.sweeps.folder import TABLE_SCHEMA
 from continuum.sweeps.measured import COLUMNS
 
 if TYPE_CHECKING:
     from continuum.sweeps.collect import PointTable
-
-
-def write_cube(found: PointTable, path: Path) -> None:
-    """Write the table for xarray."""
-    datasets, said = cube_of(found)
-    store.write(path, datasets, {**said, **provenance()})
 
 
 def cube_of(found: PointTable) -> tuple[dict[str, Dataset], dict[str, Any]]:

@@ -6,7 +6,6 @@ done, never changed again), ``work/`` (those that are running), ``failed/KEY.jso
 of searches ``searches/NAME.json`` (which systems one has tried) and ``crossings.csv`` (what they have found).
 """
 
-import hashlib
 import json
 import os
 from pathlib import Path
@@ -97,16 +96,6 @@ class Folder:
             raise _of_another(cube)
         if self.crossings.exists() and not _begins_with(self.crossings, b"search,"):
             raise _of_another(self.crossings)
-
-    def keep_earlier(self) -> None:
-        """Keep input and listing, before they are replaced, under names made from their content."""
-        for path in (self.description, self.listing):
-            if path.is_file():
-                content = path.read_bytes()
-                digest = hashlib.sha256(content).hexdigest()[:12]
-                output.save(
-                    output.folder(self.root / "earlier") / f"{path.stem}-{digest}{path.suffix}", content, own=True
-                )
 
 
 def names(path: Path) -> frozenset[str]:

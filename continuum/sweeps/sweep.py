@@ -274,8 +274,11 @@ def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[s
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
             "another output folder, or give the input another name"
         )
-    if before - now:
-        folder.keep_earlier()
+    if before - now:  # input and listing are kept before they are replaced, under names made from their content
+        for path in filter(Path.is_file, (folder.description, folder.listing)):
+            content = path.read_bytes()
+            kept = f"{path.stem}-{hashlib.sha256(content).hexdigest()[:12]}{path.suffix}"
+            output.save(output.folder(folder.root / "earlier") / kept, content, own=True)
     changes = _changes(earlier, listing, grown)
     return [f"{folder.root}: the sweep has changed: {changes[0]}", *changes[1:]] if changes else []
 
