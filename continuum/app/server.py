@@ -25,9 +25,9 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
 
 from continuum.app.opened import OpenedMap, answer, safe_name
-from continuum.app.states import OpenedResults, colours, is_stored
+from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
-from continuum.show.plot import written_as
+from continuum.show.plot import contact_colours, map_colours, written_as
 from continuum.sticky.materials import MATERIALS
 
 LARGEST = 200_000_000
@@ -164,7 +164,8 @@ class _Static(_Handler):
                 "opened": opened.shown if opened is not None else "",
             }
             if results is not None:
-                known |= {"results": results.shown, "runs": list(results.runs), "colours": colours()}
+                colours = {"contact": contact_colours(), "gap": map_colours()}  # from the lowest value
+                known |= {"results": results.shown, "runs": list(results.runs), "colours": colours}
             text = text.replace("{known}", json.dumps(known).replace("<", "\\u003c"))
         self.set_header("Content-Type", f"{_TYPES[Path(file.name).suffix]}; charset=utf-8")
         self.write(text)

@@ -26,7 +26,7 @@ from continuum.path.state import Branch, Outcome, PathState, gone
 from continuum.path.turn import find_turn
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
-from continuum.runs.growth import Growth, contact_identity, grown, growth_of, stored_state
+from continuum.runs.growth import Growth, contact_identity, growth_of, stored_state
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.solve.backend import back_end
@@ -203,7 +203,11 @@ def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, fo
         growth = None
     if growth is not None and growth.kept:
         stored = store.read_datasets(growth.source, config.result_schema, config.result_version)
-        return grown(Record.restored(system.problem, stored, fields=config.output.fields), growth), False
+        whole = Record.restored(system.problem, stored, fields=config.output.fields)
+        good = (
+            whole.good if growth.kept == len(whole.points) else []
+        )  # what the next point starts from, at the end only
+        return replace(whole.beginning(growth.kept, good), grown_from=growth.identity), False
     file = store.earlier(path, config.result_schema, config.result_version, key, force=force)
     if file is None:
         return Record(config.output.fields, grown_from=growth.identity if growth is not None else ""), False

@@ -7,7 +7,6 @@ of searches ``searches/NAME.json`` (which systems one has tried) and ``crossings
 """
 
 import json
-import os
 from pathlib import Path
 
 from continuum.errors import InputError, OutputError
@@ -53,11 +52,10 @@ class Folder:
 
     def failure_reason(self, key: str) -> str:
         """The first line of the reason why a system or a search failed; empty if there is no record."""
-        path = self.failure(key)
-        if not path.is_file():
-            return ""
         try:
-            return str(json.loads(path.read_text())["reason"]).splitlines()[0]
+            return str(json.loads(self.failure(key).read_text())["reason"]).splitlines()[0]
+        except FileNotFoundError:
+            return ""
         except (OSError, ValueError, KeyError, IndexError, TypeError):
             return "its record cannot be read"
 
@@ -100,11 +98,7 @@ class Folder:
 
 def names(path: Path) -> frozenset[str]:
     """Stems of the files of a folder, without hidden ones; empty if there is no such folder."""
-    try:
-        with os.scandir(path) as entries:
-            return frozenset(entry.name.rpartition(".")[0] for entry in entries if not entry.name.startswith("."))
-    except (FileNotFoundError, NotADirectoryError):
-        return frozenset()
+    return frozenset(entry.stem for entry in path.glob("[!.]*"))
 
 
 def _begins_with(path: Path, start: bytes) -> bool:
