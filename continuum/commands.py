@@ -185,7 +185,7 @@ def predict(
     from continuum.show.prediction import reading_order
 
     given |= {"contact_modulus": contact_modulus}
-    if any(map(os.path.isdir, maps)):  # noqa: PTH112: Path.is_dir raises for names that are too long
+    if any(map(os.path.isdir, maps)):  # Path.is_dir raises for names that are too long
         beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
         return _study(maps, [name for name, value in beside.items() if value], output, pattern,
                       given | {"solve": solve, "threads": threads})  # fmt: skip

@@ -203,7 +203,7 @@ def _existing(value: object, info: ValidationInfo) -> Path:
         path = value
     else:
         raise PydanticCustomError("file_name", "the name of a file, in quotes")
-    if not os.path.isfile(path):  # noqa: PTH113: Path.is_file raises for names with a NUL, or far too long
+    if not os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises for names with a NUL, or far too long
         raise PydanticCustomError("missing_file", "an existing file, relative to the folder of this input")
     return path
 
