@@ -182,7 +182,10 @@ def deck(
     steps = {"separation": separation, "separations": separations, "pressures": pressures, "protocol": protocol}
     if isinstance(contact, str | os.PathLike | DeckConfig):
         others = {"model": model, **steps, "depth": depth, "follows": follows, "wall_force": wall_force}
-        _require_nothing_else(contact, [name for name, value in others.items() if value is not None])
+        if names := [name for name, value in others.items() if value is not None]:
+            said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+            file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
+            raise TypeError(f"contact is {file}, which has all other settings: leave out {said}, or change the file")
         read = deck_input(file_name("contact", contact)) if isinstance(contact, str | os.PathLike) else contact
         return deck_of(parts_of(read), progress)
     instance("contact", contact, Contact, "a continuum.Contact, or the name of an input file")
@@ -201,14 +204,6 @@ def deck(
     model = model or Springs()
     done = _steps(**steps_in_units(steps, model))
     return deck_of(parts_under(contact.problem, model, done, depth, shape, wall_force or "formulas"), progress)
-
-
-def _require_nothing_else(contact: object, names: list[str]) -> None:
-    """Check that no other argument is given with an input file, which would ignore it."""
-    if names:
-        said = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
-        file = f"the input file {str(contact)!r}" if isinstance(contact, str | os.PathLike) else "an input"
-        raise TypeError(f"contact is {file}, which has all other settings: leave out {said}, or change the file")
 
 
 def _steps(**given: Any) -> Steps:

@@ -31,13 +31,7 @@ class ArgumentError(InputError, ValueError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Only the message is sent to another process, as the value may be a whole map."""
-        return _restored, (self.name, self.allowed, str(self))
-
-
-def _restored(name: str, allowed: str, message: str) -> ArgumentError:
-    error = ArgumentError(name, None, allowed)
-    error.args = (message,)
-    return error
+        return Exception.__new__, (type(self), str(self)), vars(self)
 
 
 def number(

@@ -1,6 +1,7 @@
 """The commands of ``continuum``: each calls the function of its name, shows what it returns, and says how it went."""
 
 import inspect
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -33,7 +34,6 @@ from continuum.show.prediction_data import as_csv
 from continuum.show.runs import progress_line, turn_sheet
 from continuum.sticky.materials import InterfaceError
 from continuum.sticky.prediction import Prediction
-from continuum.sticky.study import Spot
 from continuum.sticky.tables import OPTIONS
 from continuum.topography.instruments import measurements
 from continuum.topography.map import TopographyError
@@ -185,7 +185,7 @@ def predict(
     from continuum.show.prediction import reading_order
 
     given |= {"contact_modulus": contact_modulus}
-    if any(map(_is_folder, maps)):
+    if any(map(os.path.isdir, maps)):  # Path.is_dir raises for names that are too long
         beside = {"--csv": csv, "--json": json, "--join": given.get("join")}
         return _study(maps, [name for name, value in beside.items() if value], output, pattern,
                       given | {"solve": solve, "threads": threads})  # fmt: skip
@@ -249,13 +249,6 @@ def _predict_each(maps: Sequence[Path], csv: Path, solve: bool | None, threads: 
     return NOT_CONVERGED if any("error" in row for row in rows) else OK
 
 
-def _is_folder(path: Path) -> bool:
-    try:
-        return path.is_dir()
-    except OSError:  # reported when it is read
-        return False
-
-
 def _study(
     maps: Sequence[Path], beside: Sequence[str], output: Path, pattern: str | None, given: dict[str, Any]
 ) -> int:
@@ -268,7 +261,10 @@ def _study(
     folder = maps[0]
     given.pop("join", None)
     try:
-        found = studies.study(folder, pattern=pattern, without=output, progress=_tell_spot, **given)
+        found = studies.study(
+            folder, pattern=pattern, without=output, **given,
+            progress=lambda spot: tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}"),
+        )  # fmt: skip
     except InputError as error:
         known = {*inspect.signature(predictions.predict).parameters, "pattern"}
         raise type(error)(as_options(str(error), known)) from error
@@ -281,10 +277,6 @@ def _study(
     for path in found.write(output, f"{folder.resolve().name}-study"):
         print(path)
     return NOT_CONVERGED if found.unusable else OK
-
-
-def _tell_spot(spot: Spot) -> None:
-    tell(f"{spot.sample}, spot {spot.name}: {spot.answer or spot.error}")
 
 
 def _contacts(maps: Sequence[Path], given: dict[str, Any]) -> Iterator[tuple[Path, str | None]]:

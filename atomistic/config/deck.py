@@ -147,11 +147,8 @@ class DeckConfig(Document):
     solver: DeckSolverTable = DeckSolverTable()
 
     @constraint
-    def _shows_the_surface(self) -> Iterator[Fault]:
+    def _fits_the_surface(self) -> Iterator[Fault]:
         yield from self.surface.too_short(self.slab.points, self.slab.lengths)
-
-    @constraint
-    def _holds_the_surface(self) -> Iterator[Fault]:
         yield from self.surface.too_long(self.slab.points, self.slab.lengths)
 
     @constraint

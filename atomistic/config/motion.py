@@ -60,39 +60,6 @@ def beyond_strength(key: str, *pressures: float) -> Iterator[Fault]:
         yield Fault((key,), allowed, "a pressure in other units: E* of copper is 135 GPa")
 
 
-def beyond_physics(temperature: float | str, velocity: float, scale: Units | None) -> Iterator[Fault]:
-    """Faults of a motion: values beyond any crystal, or units that this one lacks, by keys of [protocol].
-
-    Parameters
-    ----------
-    temperature : k_B T in E* a0³, or kelvin, as "300K".
-    velocity : velocity of the wall, in (E* a0³/m)^(1/2).
-    scale : units of the crystal; None for one without length scale.
-    """
-    here = ("", "") if scale is None else (
-        f" ({HOTTEST * scale.si('temperature'):.4g} K)", f" ({FASTEST * scale.si('velocity'):.4g} m/s)"
-    )  # fmt: skip
-    if isinstance(temperature, str) and scale is None:
-        yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no length scale, and so no kelvin")
-    elif thermal_energy(temperature, scale) > HOTTEST:
-        allowed = f"k_B T of at most {HOTTEST:g} E* a0³{here[0]}: fcc crystals melt at 0.006 to 0.011"
-        cause = "an error in the number"
-        if not isinstance(temperature, str):
-            cause = "kelvin where k_B T in E* a0³ is asked for"
-            cause += ": this crystal has no length scale, and so no kelvin" if scale is None else (
-                f"; {temperature:g} E* a0³ are {scale.to_si(temperature, 'temperature'):.3g} K: "
-                f'write "{temperature:g}K"'
-            )  # fmt: skip
-        yield Fault(("temperature",), allowed, cause)
-    if velocity > FASTEST:
-        allowed = f"at most {FASTEST:g} (E* a0³/m)^(1/2){here[1]}, slower than the shear waves of fcc crystals"
-        cause = "a velocity in other units"
-        if scale is not None:
-            speed = scale.si("velocity")
-            cause += f"; {velocity:g} (E* a0³/m)^(1/2) are {velocity * speed:.3g} m/s, and 1 m/s is {1 / speed:.3g}"
-        yield Fault(("velocity",), allowed, cause)
-
-
 def thermal_energy(temperature: float | str, scale: Units | None) -> float:
     """k_B T in E* a0³ of a temperature in this unit, or in kelvin, for a crystal that has a length scale."""
     if isinstance(temperature, str):

@@ -67,7 +67,12 @@ class PairStyle(BondlessPotential):
         for name in ("mass", "cutoff", "lattice_constant"):
             number(name, getattr(self, name), above=0, below=1000)
         flag("many_body", self.many_body)
-        self._check_contents()
+        contents = self.contents
+        sound = isinstance(contents, Mapping) and all(
+            isinstance(name, str) and isinstance(content, bytes) for name, content in contents.items()
+        )
+        if not sound:
+            raise ArgumentError("contents", contents, "files by name, as PairStyle.read_files gives them")
         _check_words("arguments", self.arguments, set())
         lines = self.coefficients
         if not isinstance(lines, Sequence) or isinstance(lines, str | bytes) or not lines or not all(lines):
@@ -76,14 +81,6 @@ class PairStyle(BondlessPotential):
             _check_words("coefficients", words, set(self.contents))
         object.__setattr__(self, "arguments", tuple(self.arguments))
         object.__setattr__(self, "coefficients", tuple(map(tuple, lines)))
-
-    def _check_contents(self) -> None:
-        contents = self.contents
-        sound = isinstance(contents, Mapping) and all(
-            isinstance(name, str) and isinstance(content, bytes) for name, content in contents.items()
-        )
-        if not sound:
-            raise ArgumentError("contents", contents, "files by name, as PairStyle.read_files gives them")
 
     @staticmethod
     def read_files(paths: Sequence[str | Path]) -> dict[str, bytes]:

@@ -122,17 +122,17 @@ def _fields(states: States, rungs: Sequence[RungName]) -> dict[str, Dataset]:
 
 def _curves(results: Sequence[PathResult]) -> dict[str, Dataset]:
     """Area and load along the approach, of the paths that have them."""
-    curves = [(r.path, c) for r in results for c in r.curves]
+    curves = [(r.path.case, str(rung), c) for r in results for rung, c in r.curves.items()]
     if not curves:
         return {}
-    counts = [c.mean_gap.size for _, c in curves]
-    cases, rungs = (np.repeat(words, counts) for words in zip(*((p.case, str(c.rung)) for p, c in curves), strict=True))
+    counts = [c["mean_gap"].size for _, _, c in curves]
+    cases, rungs = (np.repeat(words, counts) for words in zip(*((case, rung) for case, rung, _ in curves), strict=True))
     data = {
         "curve_case": Dataset(cases, ("curve_point",), "", "case of the input"),
         "curve_rung": Dataset(rungs, ("curve_point",), "", "model of the substrate"),
     }
     for name, units in (("mean_gap", "a0"), ("area_rep", "1"), ("area_att", "1"), ("load", "E*")):
-        joined = np.concatenate([getattr(c, name) for _, c in curves])
+        joined = np.concatenate([c[name] for _, _, c in curves])
         data[f"curve_{name}"] = Dataset(joined, ("curve_point",), units, f"{name} along the approach")
     return data
 

@@ -184,14 +184,11 @@ def _worst(
     if not at.size:
         return BoundVerdict(case, quantity, bound, float("nan"), limit, 0, reason)
     worst = at[np.argmax(values[at])]
-    return BoundVerdict(case, quantity, bound, float(values[worst]), limit, at.size, reason, _state(columns, worst))
-
-
-def _state(columns: Columns, at: np.intp) -> str:
-    """Description of the state of a row."""
-    place, area = str(columns["place"][at]), columns["area"][at]
+    place, area = str(columns["place"][worst]), columns["area"][worst]
     where = f"A_rep/A0 = {area:g}" if place == "area" else place
-    return f"h' = {columns['rms_slope'][at]:g}, seed {columns['seed'][at]}, {where}, {columns['branch'][at]}"
+    slope, seed, branch = (columns[name][worst] for name in ("rms_slope", "seed", "branch"))
+    state = f"h' = {slope:g}, seed {seed}, {where}, {branch}"
+    return BoundVerdict(case, quantity, bound, float(values[worst]), limit, at.size, reason, state)
 
 
 def _scaled(case: CaseTable, table: ExponentTable, columns: Columns) -> BoundVerdict:

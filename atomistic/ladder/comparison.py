@@ -9,11 +9,11 @@ import time
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from atomistic.config.validate import ValidateConfig
+from atomistic.crystal.interatomic import Springs
 from atomistic.ladder.rungs import (
     CONTINUUM_RUNGS,
     Difference,
@@ -103,14 +103,8 @@ class ValidatedState:
     evaluations: int = quantity("1", "force evaluations in LAMMPS")
 
 
-class RungCurve(NamedTuple):
-    """Contact along the loading path, on one continuum rung: arrays over the points of the path."""
-
-    rung: RungName
-    mean_gap: Real
-    area_rep: Real
-    area_att: Real
-    load: Real
+Curves = dict[RungName, dict[str, Real]]
+"""Mean gap, areas and load along the loading path on the continuum rungs, by name: arrays over its points."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +115,7 @@ class PathResult:
     mean_stiffness: float
     """K_0 of the slab, in E*/a0."""
     states: tuple[ValidatedState, ...]
-    curves: tuple[RungCurve, ...]
+    curves: Curves
 
 
 def paths_of(config: ValidateConfig) -> tuple[PathPlan, ...]:
@@ -180,7 +174,8 @@ class _Comparison:
     @cached_property
     def springs(self) -> Specimen | None:
         """The same slab of springs, where the crystal is another."""
-        return None if self.specimen.model.harmonic else self.specimen.springs()
+        of = self.specimen
+        return None if of.model.harmonic else of.of_model(Springs(), self.grid, of.slab.depth)
 
     @cached_property
     def wall(self) -> LennardJonesSpline:
@@ -219,7 +214,7 @@ class _Comparison:
             if (state := state_at_area(lattice, states, area, branch, self.settings)) not in beside.values()
         ]
         compared = tuple(self.compared(*each) for each in taken)
-        curves = self.curves(states) if self.path.curves else ()
+        curves = self.curves(states) if self.path.curves else {}
         return PathResult(self.path, lattice.mean_stiffness, compared, curves)
 
     def on(self, name: RungName, mean_gap: float, start: Real) -> Rung:
@@ -282,13 +277,13 @@ class _Comparison:
             rungs, differences, loads, seconds, place, area, branch, ratio, found.largest_force, found.evaluations
         )
 
-    def curves(self, states: list[PathState]) -> tuple[RungCurve, ...]:
+    def curves(self, states: list[PathState]) -> Curves:
         """Area and load along the approach, on every continuum rung at the mean gaps of the lattice."""
         approach = [state for state in states if state.branch != "retract"]
         lattice = [rung_of(self.problems["lattice"], "lattice", state) for state in approach]
-        curves = []
+        found: Curves = {}
         for name in CONTINUUM_RUNGS:
             rungs = [r if name == "lattice" else self.on(name, r.mean_gap, r.gap) for r in lattice]
             columns = [(r.mean_gap, r.totals.area_rep, r.totals.area_att, r.totals.load) for r in rungs]
-            curves.append(RungCurve(name, *np.array(columns).T))
-        return tuple(curves)
+            found[name] = dict(zip(("mean_gap", "area_rep", "area_att", "load"), np.array(columns).T, strict=True))
+        return found

@@ -52,17 +52,6 @@ class Row(NamedTuple):
     """Largest |u difference|, in a0."""
 
 
-class PredictionLimit(NamedTuple):
-    """Limit that a further surface rarely exceeds."""
-
-    coefficient: float
-    crystal: str
-    """The crystal with the largest limit."""
-    crystals: int
-    surfaces: int
-    """Least number of surfaces of each crystal."""
-
-
 @cache
 def rows() -> tuple[Row, ...]:
     """The states of the ensemble."""
@@ -72,8 +61,8 @@ def rows() -> tuple[Row, ...]:
     return tuple(Row(*row) for row in table[list(Row._fields)].tolist())
 
 
-def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> PredictionLimit:
-    """Largest limit of all crystals.
+def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> tuple[float, str]:
+    """Largest limit of all crystals, which a further surface rarely exceeds, and the crystal that has it.
 
     Parameters
     ----------
@@ -86,7 +75,7 @@ def limit(coefficients: Mapping[str, Mapping[int, float]], surfaces: int) -> Pre
         quantile = float(stats.t.ppf(1 - RARE / surfaces, len(logs) - 1))
         found[crystal] = float(np.exp(logs.mean() + quantile * logs.std(ddof=1) * np.sqrt(1 + 1 / len(logs))))
     largest = max(found, key=lambda crystal: found[crystal])
-    return PredictionLimit(found[largest], largest, len(found), min(map(len, coefficients.values())))
+    return found[largest], largest
 
 
 def carried_bounds(config: ValidateConfig, case: CaseTable) -> tuple[BoundTable, ...]:
@@ -102,13 +91,13 @@ def carried_bounds(config: ValidateConfig, case: CaseTable) -> tuple[BoundTable,
         for row in alike:
             scaled = float(getattr(row, quantity)) / row.rms_slope**power
             worst[row.crystal][row.seed] = max(scaled, worst[row.crystal].get(row.seed, 0.0))
-        most = limit(worst, len(config.surface.seeds))
-        many = "crystals" if most.crystals > 1 else "crystal"
+        coefficient, crystal = limit(worst, len(config.surface.seeds))
+        many = "crystals" if len(worst) > 1 else "crystal"
         reason = (
-            f"of {most.surfaces} other surfaces on {most.crystals} {many}, the largest that of {most.crystal}: "
+            f"of {min(map(len, worst.values()))} other surfaces on {len(worst)} {many}, the largest that of {crystal}: "
             f"similar surfaces exceed it with a probability of {RARE:g}"
         )
-        found.append(BoundTable(quantity=quantity, coefficient=most.coefficient, power=power, reason=reason))
+        found.append(BoundTable(quantity=quantity, coefficient=coefficient, power=power, reason=reason))
     return tuple(found)
 
 
@@ -118,9 +107,16 @@ def untested(config: ValidateConfig, case: CaseTable) -> str:
 
 
 def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[str, ...]]:
-    """States of the ensemble for a case, and the properties of the case outside the ensemble."""
+    """States of the ensemble for a case, and the properties of the case outside the ensemble.
+
+    Judged ones are left out: for metals their crystal, for springs their surfaces.
+    """
+    springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
+    judged = config.surface.seeds
+    others = [row for row in rows() if (row.crystal == SPRINGS) == springs]
+    alike = [row for row in others if (row.seed not in judged if springs else row.crystal != own)]
     shortest, longest = config.wavelengths(case)
-    alike, conditions = _others(config), list[tuple[bool, str]]()
+    conditions: list[tuple[bool, str]] = []
     conditions.append((config.interatomic.kind in (SPRINGS, "eam", "pair-style"), "it is of springs and metals"))
     for value, of_ensemble, name in (
         (config.surface.hurst, HURST, "H"),
@@ -152,14 +148,3 @@ def _alike(config: ValidateConfig, case: CaseTable) -> tuple[list[Row], tuple[st
     enough = bool(seeds) and min(map(len, seeds.values())) >= FEWEST
     outside = tuple(said for inside, said in conditions if not inside)
     return alike, outside or (() if enough else (f"it has fewer than {FEWEST} surfaces that are not judged here",))
-
-
-def _others(config: ValidateConfig) -> list[Row]:
-    """States of the ensemble without the judged ones: for metals other crystals, for springs other surfaces."""
-    springs, own = config.interatomic.kind == SPRINGS, config.interatomic.crystal_name
-    return [
-        row
-        for row in rows()
-        if (row.crystal == SPRINGS) == springs
-        and (row.seed not in config.surface.seeds if springs else row.crystal != own)
-    ]

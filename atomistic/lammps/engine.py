@@ -195,14 +195,6 @@ def script(name: str) -> str:
     return path
 
 
-def try_to_start(words: list[str]) -> None:
-    """Start a command that prints its help; raises LammpsError if that fails."""
-    try:
-        subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
-    except (OSError, subprocess.SubprocessError) as error:
-        raise LammpsError(str(error)) from error
-
-
 def guard(call: Callable[[], object], directory: Path) -> None:
     """Convert the bare Exception that LAMMPS raises into a LammpsError."""
     try:
@@ -275,9 +267,9 @@ def doctor() -> Doctor:
             words = [script(name), *before]
             if name == "mpiexec":
                 words.append(script("lmp"))
-            try_to_start(words)
+            subprocess.run([*words, "-h"], capture_output=True, timeout=60, check=True, stdin=subprocess.DEVNULL)
             found[name] = words[0]
-        except LammpsError as error:
+        except (LammpsError, OSError, subprocess.SubprocessError) as error:
             problems.append(f"{name}: {error}")
     mpi, remedy = version_of("mpich") or None, REMEDY if problems else None
     return Doctor(in_process, found["lmp"], found["mpiexec"], version, packages, mpi, tuple(problems), remedy)

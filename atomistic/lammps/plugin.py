@@ -134,9 +134,13 @@ def pieces_of_law(wall: Wall) -> PPoly:
 
     A table consists of its own pieces.  Tractions in E*, gaps in a0, to :data:`PRECISION`.
     """
-    ends = _ends(wall)
-    x = np.unique(np.clip([*ends, 0.0, 1.0, wall.zero_gap, *wall.knots.get("gap", ())], *ends))
+    start = wall.core if np.isfinite(wall.core) else min(0.0, wall.zero_gap) - 0.1
     tension = wall.largest_tension
+    end = wall.reach if np.isfinite(wall.reach) else wall.zero_gap + 1.0
+    while not np.isfinite(wall.reach) and abs(wall.evaluate(np.array([end])).traction.item()) > PRECISION * tension:
+        end *= 1.5
+    ends = float(start), float(end)
+    x = np.unique(np.clip([*ends, 0.0, 1.0, wall.zero_gap, *wall.knots.get("gap", ())], *ends))
     while True:
         law = _hermite(wall, x)
         inside = x[:-1, None] + np.diff(x)[:, None] * np.linspace(0.05, 0.95, 13)
@@ -147,17 +151,6 @@ def pieces_of_law(wall: Wall) -> PPoly:
         if not bad.any() or len(x) > _MOST_PIECES:
             return law
         x = np.sort(np.concatenate([x, (x[:-1] + x[1:])[bad] / 2]))
-
-
-def _ends(wall: Wall) -> tuple[float, float]:
-    """Ends of the pieces of a law."""
-    start = wall.core if np.isfinite(wall.core) else min(0.0, wall.zero_gap) - 0.1
-    if np.isfinite(wall.reach):
-        return float(start), float(wall.reach)
-    end, largest = wall.zero_gap + 1.0, wall.largest_tension
-    while abs(wall.evaluate(np.array([end])).traction.item()) > PRECISION * largest:
-        end *= 1.5
-    return float(start), end
 
 
 def _hermite(wall: Wall, x: Real) -> PPoly:

@@ -116,7 +116,11 @@ def certify_deck(run: DeckRun) -> DeckCertificate:
     Raises DeckError if it has windows of a motion, or its wall is not a function of the lattice site; LammpsError if
     LAMMPS cannot be loaded, or cannot read the slab.
     """
-    directory, law_error, steps = run.directory, _error_of_formulas(run.directory), []
+    directory, steps = run.directory, []
+    # What a deck says of its formulas.
+    table = (directory / "wall.table").read_text(encoding="utf-8")
+    said = re.search(r"differ from the law by at most (\S+) E\*", table)
+    law_error = float(said[1]) if said else 0.0
     with Session(directory) as crystal:
         for step in finished_steps(directory):
             found = read_result(directory, step)
@@ -177,11 +181,3 @@ def _directions(found: DeckResult, seed: int) -> Iterator[Real]:
         smooth[: slab.mobile] *= depth
         smooth[slab.mobile :] = 0.0
         yield smooth / np.sqrt(np.mean(smooth[: slab.mobile] ** 2))
-
-
-def _error_of_formulas(directory: Path) -> float:
-    """Largest difference of the formulas of a deck from its law, in E*, from its table of the law."""
-    said = re.search(
-        r"differ from the law by at most (\S+) E\*", (directory / "wall.table").read_text(encoding="utf-8")
-    )
-    return float(said[1]) if said else 0.0

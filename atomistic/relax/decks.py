@@ -2,7 +2,7 @@
 
 import hashlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import singledispatch
 from math import ceil
@@ -13,7 +13,7 @@ import numpy as np
 
 from atomistic.config.crystal import DeckSolverTable, ElasticConfig
 from atomistic.config.deck import DeckConfig, TopographySurface
-from atomistic.config.motion import MotionTable, Steps, thermal_energy
+from atomistic.config.motion import Steps, thermal_energy
 from atomistic.config.quantities import in_reduced, with_units
 from atomistic.crystal.crystal import Slab, distortion
 from atomistic.crystal.model import Model, Potential, measured
@@ -124,20 +124,14 @@ def described(config: DeckConfig, slab: Slab, model: Model, wall: Wall, heights:
         ),
     ]
     motion = config.steps().motion
-    return (*lines, *([] if motion is None else _in_si(motion, model)))
-
-
-def _in_si(motion: MotionTable, model: Model) -> Iterator[str]:
-    """Velocity and times of a motion in m/s and ps."""
-    real = model.real_units
-    if real is None:
-        return
-    velocity, durations = motion.velocity, motion.windows[-1]
-    yield (
-        f"Motion: {velocity:.4g} (E* a0³/m)^(1/2) are {real.to_si(velocity, 'velocity'):.4g} m/s; "
-        f"{len(durations)} windows, the longest of {max(durations):.4g} a0 (m/(E* a0³))^(1/2), "
-        f"{real.to_si(max(durations), 'time') / 1e-12:.4g} ps"
-    )
+    if motion is not None and real is not None:
+        velocity, durations = motion.velocity, motion.windows[-1]
+        lines.append(
+            f"Motion: {velocity:.4g} (E* a0³/m)^(1/2) are {real.to_si(velocity, 'velocity'):.4g} m/s; "
+            f"{len(durations)} windows, the longest of {max(durations):.4g} a0 (m/(E* a0³))^(1/2), "
+            f"{real.to_si(max(durations), 'time') / 1e-12:.4g} ps"
+        )
+    return tuple(lines)
 
 
 def _values(table: Table) -> str:

@@ -6,7 +6,7 @@ from math import ceil
 from pathlib import Path
 
 from atomistic.config.deck import DeckConfig
-from atomistic.config.motion import MotionTable, Steps, beyond_physics
+from atomistic.config.motion import FASTEST, HOTTEST, MotionTable, Steps, thermal_energy
 from atomistic.crystal.crystal import Slab
 from atomistic.crystal.model import Model
 from atomistic.lammps.crystal_wall import crystal_wall, first_touch
@@ -110,7 +110,29 @@ def require_strength(problem: ContactProblem, states: Sequence[PathState], setti
 
 def _beyond_the_crystal(motion: MotionTable, slab: Slab, model: Model, wall: Wall) -> Iterator[Fault]:
     """Faults of a motion beyond the atoms, or beyond the counters of LAMMPS."""
-    yield from beyond_physics(motion.temperature, motion.velocity, model.real_units)
+    temperature, velocity, scale = motion.temperature, motion.velocity, model.real_units
+    here = ("", "") if scale is None else (
+        f" ({HOTTEST * scale.si('temperature'):.4g} K)", f" ({FASTEST * scale.si('velocity'):.4g} m/s)"
+    )  # fmt: skip
+    if isinstance(temperature, str) and scale is None:
+        yield Fault(("temperature",), "k_B T in E* a0³", "this crystal has no length scale, and so no kelvin")
+    elif thermal_energy(temperature, scale) > HOTTEST:
+        allowed = f"k_B T of at most {HOTTEST:g} E* a0³{here[0]}: fcc crystals melt at 0.006 to 0.011"
+        cause = "an error in the number"
+        if not isinstance(temperature, str):
+            cause = "kelvin where k_B T in E* a0³ is asked for"
+            cause += ": this crystal has no length scale, and so no kelvin" if scale is None else (
+                f"; {temperature:g} E* a0³ are {scale.to_si(temperature, 'temperature'):.3g} K: "
+                f'write "{temperature:g}K"'
+            )  # fmt: skip
+        yield Fault(("temperature",), allowed, cause)
+    if velocity > FASTEST:
+        allowed = f"at most {FASTEST:g} (E* a0³/m)^(1/2){here[1]}, slower than the shear waves of fcc crystals"
+        cause = "a velocity in other units"
+        if scale is not None:
+            speed = scale.si("velocity")
+            cause += f"; {velocity:g} (E* a0³/m)^(1/2) are {velocity * speed:.3g} m/s, and 1 m/s is {1 / speed:.3g}"
+        yield Fault(("velocity",), allowed, cause)
     if not motion.thermostat_layers < slab.mobile:
         yield Fault(("thermostat_layers",), f"fewer than the layers that move, {slab.mobile} at this depth")
     timestep = largest_timestep(model, wall)

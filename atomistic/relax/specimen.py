@@ -6,7 +6,6 @@ from typing import Self
 from atomistic.config.deck import DeckConfig
 from atomistic.config.validate import ValidateConfig
 from atomistic.crystal.crystal import Slab
-from atomistic.crystal.interatomic import Springs
 from atomistic.crystal.model import Model
 from atomistic.response.cache import default_folder, response_key, stored_response
 from atomistic.response.lattice import LatticeResponse, require_room
@@ -45,10 +44,6 @@ class Specimen:
     def of_model(cls, model: Model, grid: Grid, depth: float) -> Self:
         """The slab under a grid; see :func:`slab_under`."""
         return cls.of_slab(slab_under(model, grid, depth), model)
-
-    def springs(self) -> Self:
-        """The same slab of springs, whose only nonlinearity is geometric."""
-        return self.of_model(Springs(), self.slab.grid, self.slab.depth)
 
     def about(self) -> dict[str, Attribute]:
         """Description stored with results; lengths and energies in LAMMPS' units of the model."""

@@ -76,11 +76,7 @@ def measure_crystal(potential: Potential) -> Crystal:
     # Along <110>: (C11 + C12)/2 + C44 and (C11 + C12)/2 - C44.
     c44 = float(along[0] - along[1]) / 2
     constants = CubicConstants(float(across[2]), float((across[0] + across[1]) / 2), c44)
-    others = {}
-    for name, (box, atoms) in _OTHERS.items():
-        with _Strained(potential, box, atoms) as other:
-            others[name] = other.lowest(a0**3 / np.sqrt(2))
-    crystal = Crystal(a0 * float(np.sqrt(2)), energy, constants, others)
+    crystal = Crystal(a0 * float(np.sqrt(2)), energy, constants, _others(potential, a0**3 / np.sqrt(2)))
     _require_fcc(potential, crystal)
     return crystal
 
@@ -101,15 +97,21 @@ def _require_fcc(potential: Potential, crystal: Crystal) -> None:
 
 def _preferred(potential: Potential, volume: float) -> str:
     """Another structure of a potential without an fcc crystal, as text; empty if there is none."""
-    energies = {}
-    for name, (box, atoms) in _OTHERS.items():
-        with _Strained(potential, box, atoms) as other:
-            # A lattice constant meant for diamond, of eight atoms, gives twice its volume per atom.
-            energies[name] = min(other.lowest(volume), other.lowest(volume / 2))
+    # A lattice constant meant for diamond, of eight atoms, gives twice its volume per atom.
+    energies = _others(potential, volume, volume / 2)
     best = min(energies, key=lambda name: energies[name])
     if not energies[best] < 0:
         return ""
     return f"; {best} is bound with {energies[best]:.6g} per atom, and the substrate here is an fcc crystal"
+
+
+def _others(potential: Potential, *volumes: float) -> dict[str, float]:
+    """Energy per atom of other structures at their best volume near those given."""
+    found = {}
+    for name, (box, atoms) in _OTHERS.items():
+        with _Strained(potential, box, atoms) as other:
+            found[name] = min(map(other.lowest, volumes))
+    return found
 
 
 class _Strained(Cell):

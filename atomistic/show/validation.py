@@ -1,6 +1,5 @@
 """Sheets of a validation, and its page of HTML, from its stored file only."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -150,28 +149,26 @@ def _tolerances(validation: Validation) -> Sheet:
     )  # fmt: skip
 
 
-def validation_page(validation: Validation, figures: Sequence[Path]) -> Page:
-    """One page: how many bounds hold, the tables, the figures, the substrate, the input."""
-    stored, config = validation.stored, validation.config
+def write_validation(validation: Validation) -> list[Path]:
+    """Draw the figures and write the page, beside the file of the validation; returns the page and the PNG files.
+
+    The page says how many bounds hold, and has the tables, the figures, the substrate and the input.
+    """
+    stored, config, path = validation.stored, validation.config, validation.path
+    figures = draw_all(stored, path.parent, path.stem)
     made: list[tuple[str, Entry]] = [
         (name.removeprefix("provenance/"), str(value))
         for name, value in stored.attributes.items()
         if name.startswith("provenance/")
     ]
-    return Page(
-        f"{validation.path.stem}: Green's functions against atoms",
+    page = Page(
+        f"{path.stem}: Green's functions against atoms",
         f"{validation.sentence}.  Lengths are in a0, pressures in E*, unless said otherwise.",
         figures=[(figure, figure.stem) for figure in figures],
         sheets=[_substrate(stored, config), *validation_sheets(validation), pairs("Made with", made)],
         listing=("Input", config.source.text) if config.source else None,
     )
-
-
-def write_validation(validation: Validation) -> list[Path]:
-    """Draw the figures and write the page, beside the file of the validation; returns the page and the PNG files."""
-    folder, stem = validation.path.parent, validation.path.stem
-    figures = draw_all(validation.stored, folder, stem)
-    return [validation_page(validation, figures).write(folder / f"{stem}.html"), *figures]
+    return [page.write(path.with_suffix(".html")), *figures]
 
 
 def _substrate(archive: Archive, config: ValidateConfig) -> Sheet:

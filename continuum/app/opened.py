@@ -1,7 +1,6 @@
 """A map that is open in the browser: its file, the fields of the form, and the answer."""
 
 import re
-import shlex
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -65,10 +64,6 @@ class OpenedMap:
             for each in value if isinstance(value, tuple) else (value,):
                 words += [option, str(each)]
         return [*words, *more]
-
-    def repeated_by(self, asked: Mapping[str, str]) -> str:
-        """The equivalent command, quoted for a shell."""
-        return shlex.join(self.command(asked))
 
     def solving(self, asked: Mapping[str, str]) -> list[str]:
         """The command of this program that solves the map and writes its page into the folder."""

@@ -8,6 +8,7 @@ import asyncio
 import base64
 import json
 import secrets
+import shlex
 import subprocess
 import tempfile
 import time
@@ -24,9 +25,9 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
 
 from continuum.app.opened import OpenedMap, answer, safe_name
-from continuum.app.states import OpenedResults, colours, is_stored
+from continuum.app.states import OpenedResults, is_stored
 from continuum.errors import InputError
-from continuum.show.plot import written_as
+from continuum.show.plot import contact_colours, map_colours, written_as
 from continuum.sticky.materials import MATERIALS
 
 LARGEST = 200_000_000
@@ -163,7 +164,8 @@ class _Static(_Handler):
                 "opened": opened.shown if opened is not None else "",
             }
             if results is not None:
-                known |= {"results": results.shown, "runs": list(results.runs), "colours": colours()}
+                colours = {"contact": contact_colours(), "gap": map_colours()}  # from the lowest value
+                known |= {"results": results.shown, "runs": list(results.runs), "colours": colours}
             text = text.replace("{known}", json.dumps(known).replace("<", "\\u003c"))
         self.set_header("Content-Type", f"{_TYPES[Path(file.name).suffix]}; charset=utf-8")
         self.write(text)
@@ -199,7 +201,7 @@ class _Predict(_Handler):
     async def post(self) -> None:
         opened, asked = self.opened, self.asked()
         found = await _aside(opened.predict, asked)
-        self.write(answer(found) | {"command": opened.repeated_by(asked)})
+        self.write(answer(found) | {"command": shlex.join(opened.command(asked))})
 
 
 class _Report(_Handler):

@@ -14,7 +14,6 @@ from continuum.files import store
 from continuum.files.hdf5 import StoreError
 from continuum.runs.config import RunConfig
 from continuum.runs.result import Result
-from continuum.show.plot import contact_colours, map_colours
 from continuum.sweeps.axes import label_of
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import systems_of
@@ -74,11 +73,6 @@ class OpenedResults:
 def is_stored(path: Path) -> bool:
     """Whether a file is a stored run of the continuum or of a deck."""
     return store.schema_of(path) in _READERS
-
-
-def colours() -> dict[str, list[str]]:
-    """Colours of the values of each kind of map, from the lowest."""
-    return {"contact": contact_colours(), "gap": map_colours()}
 
 
 class _StoredRun:

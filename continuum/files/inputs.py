@@ -184,14 +184,9 @@ def _translate(error: ErrorDetails, data: Any, model: type[Table]) -> Fault:
         return Fault(key, allowed + about, f'misspelt; did you mean "{meant}"?' if meant else "")
     context, (said, cause) = error.get("ctx", {}), _SAID.get(kind, ("", ""))
     allowed = said.format(place=".".join(map(str, key)), **context) or error["msg"].removeprefix("Input should be ")
-    if kind == "greater_than_equal":
-        allowed = _at_least(context["ge"])
+    if kind == "greater_than_equal":  # a bound such as 1e-100, which only excludes zero, has all its zeros
+        allowed = "greater than 0" if 0 < context["ge"] < 1e-50 else f"greater than or equal to {context['ge']:g}"
     return Fault(key, allowed.removeprefix("a valid ") + about, cause)
-
-
-def _at_least(bound: float) -> str:
-    """Pydantic writes a bound such as 1e-100, which only excludes zero, with all its zeros."""
-    return "greater than 0" if 0 < bound < 1e-50 else f"greater than or equal to {bound:g}"
 
 
 def _where_it_belongs(key: Key, model: type[Table]) -> str:

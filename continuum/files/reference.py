@@ -50,7 +50,8 @@ def entries(model: type[Table], place: str = "") -> Iterator[TableEntry]:
         yield TableEntry("", "", "Keys before all tables.", keys)
     for name, field in model.model_fields.items():
         inner = f"{place}.{name}" if place else name
-        brackets = f"[[{inner}]]" if _is_array(field) else f"[{inner}]"
+        is_array = any(get_origin(part) is tuple for part in (field.annotation, *get_args(field.annotation)))
+        brackets = f"[[{inner}]]" if is_array else f"[{inner}]"
         for table in tables_in(field.annotation):
             fields = table.model_fields
             keys = tuple(_entry(key, fields[key]) for key in fields if not tables_in(fields[key].annotation))
@@ -92,10 +93,6 @@ def _words(annotation: Any) -> str:
         return _words(annotation.__origin__)
     parts = [_words(part) for part in arguments if part is not type(None)]
     return " or ".join(dict.fromkeys(parts)) if parts else getattr(annotation, "__name__", str(annotation))
-
-
-def _is_array(field: FieldInfo) -> bool:
-    return any(get_origin(part) is tuple for part in (field.annotation, *get_args(field.annotation)))
 
 
 def _toml(value: Any) -> str:

@@ -175,12 +175,7 @@ def turn(
 def analyse(result: str | Path) -> Analysis:
     """Measure every point of a stored run, and compare with the paper.
 
-    Raises
-    ------
-    StoreError
-        If the file is not a run.
-    ArgumentError
-        If it is not the name of a file.
+    Raises StoreError if the file is not a run, ArgumentError if it is not the name of a file.
     """
     return Result.read(file_name("result", result)).analyse()
 
@@ -188,12 +183,7 @@ def analyse(result: str | Path) -> Analysis:
 def plot(result: str | Path, folder: str | Path | None = None) -> list[Path]:
     """Draw the figures of a stored run, beside it or into a folder; returns the PNG files.
 
-    Raises
-    ------
-    StoreError
-        If the file is not a run.
-    ArgumentError
-        If one of them is not the name of a file or folder.
+    Raises StoreError if the file is not a run, ArgumentError if one of them is not the name of a file or folder.
     """
     path = file_name("result", result)
     into = None if folder is None else file_name("folder", folder)

@@ -239,30 +239,23 @@ class Contact:
         >>> round(turn.work, 3)
         0.013
         """
+        allowed = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
         if not callable(wall):
-            raise ArgumentError("wall", wall, _LAW_OF_A_WORK)
+            raise ArgumentError("wall", wall, allowed)
         if self.problem.open_boundary is not None:
             raise ArgumentError("substrate", self.substrate, "a periodic one: a turn is looked for by its mean gap")
         number("area", area, above=0, below=1)
         number("width", width, above=0, below=1)
+
+        def law_of(work: float) -> Wall:
+            made = wall(work)
+            if getattr(made, "law", None) is None:
+                raise ArgumentError("wall", wall, allowed)
+            return made
+
         search = Search(self.area_tolerance)
-        problem, found = find_turn(self.problem, _walls(wall), area, self.settings, search, width)
+        problem, found = find_turn(self.problem, law_of, area, self.settings, search, width)
         return Turn(State(replace(self, wall=problem.wall), found))
-
-
-_LAW_OF_A_WORK = "a function that returns the law of a work of adhesion, as LennardJonesSpline(adhesion_length=w)"
-
-
-def _walls(wall: WallOfWork) -> WallOfWork:
-    """The same function, with a check that it returns a law."""
-
-    def law_of(work: float) -> Wall:
-        made = wall(work)
-        if getattr(made, "law", None) is None:
-            raise ArgumentError("wall", wall, _LAW_OF_A_WORK)
-        return made
-
-    return law_of
 
 
 def _chosen(**given: Any) -> tuple[str, Any]:

@@ -112,13 +112,7 @@ class State:
         return self.found.solution.duality_gap / energy if energy > 0 else float("nan")
 
     def require(self) -> State:
-        """Return the state if it is an equilibrium at its target.
-
-        Raises
-        ------
-        NotConvergedError
-            Otherwise, with the reason.
-        """
+        """Return the state if it is an equilibrium at its target; else raise NotConvergedError with the reason."""
         self.found.require()
         return self
 
@@ -127,10 +121,7 @@ class State:
 
         The mean displacement is held, as at a given mean gap; without periodic images the half-space far away.
 
-        Raises
-        ------
-        TypeError
-            Under a hard wall, whose energy is convex, so that each equilibrium is the minimum.
+        Raises TypeError under a hard wall, whose energy is convex, so that each equilibrium is the minimum.
         """
         problem = self.contact.problem
         if problem.wall.law is None:
@@ -206,10 +197,7 @@ class LoadingPath(Sequence[State]):
     def adhesion(self) -> Adhesion:
         """Largest tension on both branches, work of separation, work lost in the cycle.
 
-        Raises
-        ------
-        ValueError
-            If no state converged.
+        Raises ValueError if no state converged.
         """
         return adhesion(Curve.of([one for one in self if one.converged]))
 
@@ -277,13 +265,7 @@ class Turn:
         return self.state.status
 
     def require(self) -> Turn:
-        """Return the turn if it was found.
-
-        Raises
-        ------
-        NotConvergedError
-            Otherwise, with the reason.
-        """
+        """Return the turn if it was found; else raise NotConvergedError with the reason."""
         self.state.require()
         return self
 

@@ -15,8 +15,10 @@ from typing import Any
 
 import continuum.sweeps.collect
 from continuum.arguments import ArgumentError, count, file_name, flag, function, instance, number, pair
+from continuum.files import store
 from continuum.files.inputs import InputFile, settings_of
 from continuum.files.output import LockedError, folder, save
+from continuum.files.provenance import provenance
 from continuum.files.toml import text_of
 from continuum.runs.cost import cost_of, pair_seconds, physical_memory
 from continuum.show.runs import crossings_sheet
@@ -27,7 +29,7 @@ from continuum.sweeps.cluster import Allocation, require_scheduler, slurm_script
 from continuum.sweeps.collect import PointTable
 from continuum.sweeps.collect import SweepRun as SweepRun
 from continuum.sweeps.crossings import Crossing, crossings_of, done_before, solve_task
-from continuum.sweeps.cube import write_cube
+from continuum.sweeps.cube import cube_of
 from continuum.sweeps.engine import check_workers, run_tasks
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import SystemTask, begin, record, record_death, systems_of
@@ -142,7 +144,7 @@ def _hear(
     """Pass on messages of a running system; the death of its process is also reported and stored."""
     if said.share is not None and meanwhile is not None:
         meanwhile(task, said.share)
-    if said.death is None:
+    if not said.death:
         return
     died.append(f"{task.label}: {said.death}; its stored points are kept, and it is run again after the others")
     record_death(root, task, said.death)
@@ -214,7 +216,8 @@ def sweep_collect(sweep: str | Path, output: str | Path | None = None) -> PointT
     found = continuum.sweeps.collect.collect(root)
     Folder(place).require_tables_of_ours()
     text, cube = Folder(folder(place)).tables
-    write_cube(found, cube)
+    datasets, said = cube_of(found)
+    store.write(cube, datasets, {**said, **provenance()})
     head, rows = found.rows()
     sheet = Sheet.of(
         found.listing.name, [f"{name} ({unit})" if unit not in ("", "1") else name for name, unit in head], rows

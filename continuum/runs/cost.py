@@ -91,12 +91,12 @@ def _pairs_of_area(config: RunConfig, larger: float) -> float:
     return float(rough * steep * (1 + _ROUGH["range"] * near ** _ROUGH["range_exponent"]))
 
 
-def pair_seconds(grid: Grid, most: int = 1024) -> float:
+def pair_seconds(grid: Grid) -> float:
     """Time of a transform and its inverse on a grid, in s, measured on one thread of this machine.
 
-    For a grid of more than ``most`` points along a side the time is extrapolated from a smaller one, as n² log n.
+    For a grid of more than 1024 points along a side the time is extrapolated from a smaller one, as n² log n.
     """
-    n = min(max(round(np.sqrt(grid.size)), 16), most)
+    n = min(max(round(np.sqrt(grid.size)), 16), 1024)
     small, seconds = Grid.square(n), np.inf
     field, spectrum = np.random.default_rng(1).normal(size=small.shape), padded(small.shape_q, np.complex128)
     # Arrays are allocated before, as in a solver; the best of a few times is that of an idle machine.

@@ -7,7 +7,7 @@ tolerance needs the states of all points, and starts each from its own.
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import takewhile
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from continuum.files.tables import restored
 from continuum.measure.contact import Totals
 from continuum.path.state import Control, PathState, Search
 from continuum.runs.config import RunConfig
-from continuum.runs.record import Point, Record, points_of
+from continuum.runs.record import Point, points_of
 from continuum.solve.solution import Solution, Status
 
 _FEW = ("contact_identity", "config_resolved", "identity")
@@ -94,12 +94,6 @@ def growths(configs: Mapping[str, RunConfig], stored: Iterable[Path]) -> dict[st
         if usable:
             found[key] = max(usable, key=lambda one: (one.kept, one.refined))
     return found
-
-
-def grown(record: Record, growth: Growth) -> Record:
-    """The part of the record of a stored path that is reused; with the restart state only at its end."""
-    good = record.good if growth.kept == len(record.points) else []
-    return replace(record.beginning(growth.kept, good), grown_from=growth.identity)
 
 
 def stored_state(source: Path, step: int) -> PathState | None:

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self, cast
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from continuum.files import store
 from continuum.files.store import Attribute, Dataset
 from continuum.measure.contact import ATTRACTED, REPULSIVE, Totals, contact_map, quantity
 from continuum.model.problem import ContactProblem
-from continuum.path.state import Branch, Event, JumpSide, Outcome, PathState, gone, numbers
+from continuum.path.state import Event, JumpSide, Outcome, PathState, numbers
 from continuum.solve.solution import Solution, Status, Work
 from continuum.solve.solver import Solver
 
@@ -201,6 +201,7 @@ class Record:
 
     @classmethod
     def restored(cls, problem: ContactProblem, file: store.File, *, fields: bool) -> Self:
+        steps = zip(*(file[name].tolist() for name in _OF_WORK), strict=True)
         record = cls(
             fields,
             points=list(points_of(file)),
@@ -208,7 +209,7 @@ class Record:
             repulsive=list(file["repulsive"]),
             attracted=list(file["attracted"]),
             gaps=list(file["gap"]) if fields else [],
-            work=_stored_work(file),
+            work=[tuple(Work((nx, ny), *rest) for nx, ny, *rest in zip(*step, strict=True) if nx) for step in steps],
             seconds=list(zip(file["journal/solve_seconds"].tolist(), file["journal/seconds"].tolist(), strict=True)),
             grown_from=str(file.attributes.get("journal/grown_from", "")),
         )
@@ -223,12 +224,6 @@ class Record:
                 # The state after the last one, whose gap is restored as it was.
                 record.good[-1] = replace(record.good[-1], imprint=file["imprint"])
         return record
-
-    def remember_lost(self, problem: ContactProblem) -> None:
-        """Store the pull-off separation of the last point: the next one starts from it."""
-        last = self.points[-1]
-        if last.status == Outcome.PULLED_OFF.name:
-            self.good.append(gone(problem, last.target, cast("Branch", last.branch)))
 
 
 _ROWS = 256
@@ -252,11 +247,6 @@ def events_of(file: store.File) -> tuple[PathEvent, ...]:
         PathEvent(step, Event(kind, control, branch, JumpSide(*sides[:n]), JumpSide(*sides[n:])))
         for step, kind, control, branch, *sides in rows
     )
-
-
-def _stored_work(file: store.File) -> list[tuple[Work, ...]]:
-    steps = zip(*(file[name].tolist() for name in _OF_WORK), strict=True)
-    return [tuple(Work((nx, ny), *rest) for nx, ny, *rest in zip(*step, strict=True) if nx) for step in steps]
 
 
 def _contact(problem: ContactProblem, state: PathState) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

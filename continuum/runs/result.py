@@ -60,13 +60,7 @@ class Result:
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """Read a stored run.
-
-        Raises
-        ------
-        StoreError
-            If the file is missing, damaged or no run.
-        """
+        """Read a stored run; raises StoreError if the file is missing, damaged or no run."""
         path = Path(path)
         names = {column.name for column in fields(Point)} | {*EVENT_DATASETS, "step", "wall/gap", "wall/traction"}
         file = store.read_datasets(path, RunConfig.result_schema, RunConfig.result_version, names)
@@ -157,10 +151,7 @@ class Result:
     def to_xarray(self) -> xarray.Dataset:
         """Open the file with xarray: axes (step, x, y), contact maps as booleans, words as CF flags; read lazily.
 
-        Raises
-        ------
-        ImportError
-            If xarray and h5netcdf are not installed: ``pip install 'stickiness[xarray]'``.
+        Raises ImportError if xarray and h5netcdf are not installed: ``pip install 'stickiness[xarray]'``.
         """
         try:
             from continuum.files.labelled import open_labelled

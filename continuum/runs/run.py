@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -21,11 +22,11 @@ from continuum.files.tables import identity, resolved
 from continuum.model.problem import ContactProblem
 from continuum.path.equilibrium import solver_of
 from continuum.path.loading import follow
-from continuum.path.state import PathState
+from continuum.path.state import Branch, Outcome, PathState, gone
 from continuum.path.turn import find_turn
 from continuum.runs.build import RunSetup, build
 from continuum.runs.config import RunConfig
-from continuum.runs.growth import Growth, contact_identity, grown, growth_of, stored_state
+from continuum.runs.growth import Growth, contact_identity, growth_of, stored_state
 from continuum.runs.record import Point, Record
 from continuum.runs.result import Result
 from continuum.solve.backend import back_end
@@ -131,21 +132,17 @@ def states_of(
         return
     for control, targets, search in loading.stretches:
         if done < len(targets):
-            if done > 0:
-                record.remember_lost(system.problem)
+            if done > 0 and (last := record.points[-1]).status == Outcome.PULLED_OFF.name:
+                # The next point starts from its separation.
+                record.good.append(gone(system.problem, last.target, cast("Branch", last.branch)))
             left = targets[done:]
             for some in [(target,) for target in left] if growth is not None and growth.refined else [left]:
-                _begin_at_stored(record, growth)
+                step = len(record.points)
+                if growth is not None and step < growth.refined and (known := stored_state(growth.source, step)):
+                    record.good[:] = [known]  # solved to a finer tolerance, from its stored state
                 for state in follow(system.problem, control, some, system.settings, record.good, search, solver):
                     yield system.problem.dented(state.imprint), state
         done = max(0, done - len(targets))
-
-
-def _begin_at_stored(record: Record, growth: Growth | None) -> None:
-    """If a stored point is solved to a finer tolerance, start from its state."""
-    step = len(record.points)
-    if growth is not None and step < growth.refined and (state := stored_state(growth.source, step)) is not None:
-        record.good[:] = [state]
 
 
 def _write(system: RunSetup, path: Path, key: str, resumed: int, record: Record) -> None:
@@ -206,7 +203,10 @@ def _stored(system: RunSetup, path: Path, key: str, growth: Growth | None, *, fo
         growth = None
     if growth is not None and growth.kept:
         stored = store.read_datasets(growth.source, config.result_schema, config.result_version)
-        return grown(Record.restored(system.problem, stored, fields=config.output.fields), growth), False
+        whole = Record.restored(system.problem, stored, fields=config.output.fields)
+        # What the next point starts from is stored of the last point only.
+        good = whole.good if growth.kept == len(whole.points) else []
+        return replace(whole.beginning(growth.kept, good), grown_from=growth.identity), False
     file = store.earlier(path, config.result_schema, config.result_version, key, force=force)
     if file is None:
         return Record(config.output.fields, grown_from=growth.identity if growth is not None else ""), False

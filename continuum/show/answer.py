@@ -12,7 +12,7 @@ from continuum.sticky.prediction import Prediction
 from continuum.sticky.probe import ProbePullOff
 from continuum.sticky.record import turning_margin
 from continuum.sticky.simulate import UnresolvedError, resolvable, shortest_range
-from continuum.sticky.solved_turn import PATIENCE, SolvedTurn, expected_pairs
+from continuum.sticky.solved_turn import PATIENCE, expected_pairs
 from continuum.sticky.verdict import (
     SURE,
     Verdict,
@@ -165,21 +165,16 @@ def _solver(prediction: Prediction, solved: Answer | None) -> Iterator[str]:
         if solved == "sticky"
         else f"It would be sticky with w above {per_area(bound)}, with E* below {modulus}"
     )
-    yield f"{other}, or with {_heights(ratio)}{_range_of(turn)}"
+    coarse = (
+        f" (the pixels resolve ranges down to {length(turn.range)} only: by the law of the turn it lies between "
+        f"{per_area(turn.work)} and {per_area(turn.most)})"
+    )
+    yield f"{other}, or with {_heights(ratio)}{coarse if turn.coarse else ''}"
 
 
 def _heights(ratio: float) -> str:
     """A margin in w as a factor of the heights, whose square the energy of full contact is proportional to."""
     return f"heights about {_times(ratio**0.5)} times as large"
-
-
-def _range_of(turn: SolvedTurn) -> str:
-    if not turn.coarse:
-        return ""
-    return (
-        f" (the pixels resolve ranges down to {length(turn.range)} only: by the law of the turn it lies between "
-        f"{per_area(turn.work)} and {per_area(turn.most)})"
-    )
 
 
 def _turning(prediction: Prediction, work: float) -> str:
@@ -195,17 +190,15 @@ def _theories(prediction: Prediction, verdict: Verdict, solved: Answer | None) -
     chance = None if verdict.probability is None else f"{percent(verdict.probability)} sticky by the measured records"
     why = f" ({': '.join(filter(None, (chance, '; '.join(verdict.why))))})"
     if solved is None:
-        return f"{_begun(verdict.answer)}{why}{_why_not_solved(prediction)}"
+        unsolved = prediction.unsolved
+        not_solved = f", by the theories only, as it was not solved: {unsolved}" if unsolved else ""
+        return f"{_begun(verdict.answer)}{why}{not_solved}"
     if verdict.answer in (solved, "undecided") or solved == "undecided":
         return f"Theories: {verdict.answer}{why}"
     return (
         f"But theories: {verdict.answer}{why}.  Solver and theories differ here: theories use the moments of the map, "
         "the solver the summits that touch"
     )
-
-
-def _why_not_solved(prediction: Prediction) -> str:
-    return f", by the theories only, as it was not solved: {prediction.unsolved}" if prediction.unsolved else ""
 
 
 def _full_contact(prediction: Prediction) -> str:

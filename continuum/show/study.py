@@ -42,17 +42,10 @@ def study_doubts(study: Study) -> list[str]:
     return doubts
 
 
-def _rank(sample: SampleRank) -> str:
-    if sample.ranks is None:
-        return "-"
-    best, worst = sample.ranks
-    return str(best) if best == worst else f"{best} to {worst}"
-
-
 def _ranking_row(sample: SampleRank) -> dict[str, str | float | None]:
     low, high = sample.interval or (None, None)
     return {
-        "rank": _rank(sample),
+        "rank": "-" if sample.ranks is None else " to ".join(dict.fromkeys(map(str, sample.ranks))),
         "sample": sample.name,
         "verdict": sample.answer,
         "spots": sample.counts,

@@ -110,7 +110,7 @@ class Bisection:
         ends = column_at(self.first), column_at(self.last)
         lower, upper = (math.nan if end is None else end for end in ends)
         start, end = lower - self.crosses, upper - self.crosses
-        bracket = Bracket(self.first, self.last, lower, upper)
+        bracket, name = Bracket(self.first, self.last, lower, upper), self.key.rpartition(".")[2]
         for number in range(self.most):
             if number < 2:
                 value, found = (self.first, self.last)[number], ends[number]
@@ -121,7 +121,8 @@ class Bisection:
                 return replace(bracket, next=value)
             bracket = replace(bracket, trials=number + 1)
             if math.isnan(found):
-                return replace(bracket, reason=self._nothing(value))
+                why = "the point did not converge, is jumped over, or has none"
+                return replace(bracket, reason=f"no {self.column} at {name} {value:g}: {why}")
             if number == 1 and (start == end or not min(start, end) <= 0 <= max(start, end)):
                 said = f"no crossing between {self.first:g} and {self.last:g}"
                 return replace(bracket, reason=f"{said}: {self.column} is {lower:.4g} and {upper:.4g}")
@@ -130,10 +131,6 @@ class Bisection:
             elif number > 1:
                 bracket = replace(bracket, lower=value, at_lower=found)
         return replace(bracket, value=self._between(bracket))
-
-    def _nothing(self, value: float) -> str:
-        at = f"{self.key.rpartition('.')[2]} {value:g}"
-        return f"no {self.column} at {at}: the point did not converge, is jumped over, or has none"
 
     def _between(self, bracket: Bracket) -> float:
         """Where the column crosses the value, if it is linear in the key, or in its logarithm."""

@@ -113,7 +113,7 @@ def _in_parallel(
                     continue
                 del busy[ready]
                 free.append(worker)
-                if said.death is not None:
+                if said.death:
                     died.append(task)
                 elif said.error is not None:
                     yield TaskResult(task, 0.0, f"{type(said.error).__name__}: {said.error}", said.error)

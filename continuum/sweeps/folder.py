@@ -6,9 +6,7 @@ done, never changed again), ``work/`` (those that are running), ``failed/KEY.jso
 of searches ``searches/NAME.json`` (which systems one has tried) and ``crossings.csv`` (what they have found).
 """
 
-import hashlib
 import json
-import os
 from pathlib import Path
 
 from continuum.errors import InputError, OutputError
@@ -54,11 +52,10 @@ class Folder:
 
     def failure_reason(self, key: str) -> str:
         """The first line of the reason why a system or a search failed; empty if there is no record."""
-        path = self.failure(key)
-        if not path.is_file():
-            return ""
         try:
-            return str(json.loads(path.read_text())["reason"]).splitlines()[0]
+            return str(json.loads(self.failure(key).read_text())["reason"]).splitlines()[0]
+        except FileNotFoundError:
+            return ""
         except (OSError, ValueError, KeyError, IndexError, TypeError):
             return "its record cannot be read"
 
@@ -98,24 +95,10 @@ class Folder:
         if self.crossings.exists() and not _begins_with(self.crossings, b"search,"):
             raise _of_another(self.crossings)
 
-    def keep_earlier(self) -> None:
-        """Keep input and listing, before they are replaced, under names made from their content."""
-        for path in (self.description, self.listing):
-            if path.is_file():
-                content = path.read_bytes()
-                digest = hashlib.sha256(content).hexdigest()[:12]
-                output.save(
-                    output.folder(self.root / "earlier") / f"{path.stem}-{digest}{path.suffix}", content, own=True
-                )
-
 
 def names(path: Path) -> frozenset[str]:
     """Stems of the files of a folder, without hidden ones; empty if there is no such folder."""
-    try:
-        with os.scandir(path) as entries:
-            return frozenset(entry.name.rpartition(".")[0] for entry in entries if not entry.name.startswith("."))
-    except (FileNotFoundError, NotADirectoryError):
-        return frozenset()
+    return frozenset(entry.stem for entry in path.glob("[!.]*"))
 
 
 def _begins_with(path: Path, start: bytes) -> bool:

@@ -24,7 +24,7 @@ from continuum.sweeps.bisection import Bisection
 from continuum.sweeps.conditions import dotted
 from continuum.sweeps.folder import Folder, SweepError, names
 from continuum.sweeps.measured import add_measurements
-from continuum.sweeps.workers import Death, Task, TaskResult, say
+from continuum.sweeps.workers import Task, TaskResult, say
 
 _EVERY = 20.0
 """Largest time of a path that a killed process loses; shorter pieces are not stored."""
@@ -274,8 +274,11 @@ def _require_same_sweep(folder: Folder, listing: SweepListing, grown: Sequence[s
             f"{folder.root}: holds another sweep, and none of its {len(before)} systems is one of this sweep; choose "
             "another output folder, or give the input another name"
         )
-    if before - now:
-        folder.keep_earlier()
+    if before - now:  # input and listing are kept before they are replaced, under names made from their content
+        for path in filter(Path.is_file, (folder.description, folder.listing)):
+            content = path.read_bytes()
+            kept = f"{path.stem}-{hashlib.sha256(content).hexdigest()[:12]}{path.suffix}"
+            output.save(output.folder(folder.root / "earlier") / kept, content, own=True)
     changes = _changes(earlier, listing, grown)
     return [f"{folder.root}: the sweep has changed: {changes[0]}", *changes[1:]] if changes else []
 
@@ -337,7 +340,7 @@ def _save_once(path: Path, text: str) -> None:
     output.save(path, text, own=True)
 
 
-def record_death(root: Path, task: Task, death: Death) -> None:
+def record_death(root: Path, task: Task, death: str) -> None:
     """Record the death of a process at a system until the system is done."""
     with suppress(OutputError):
         output.save(Folder(root).death(task.path.stem), f"{death}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n", own=True)

@@ -58,8 +58,9 @@ class Worker:
             assert self._process is not None
             process = self._process
             self.end(now=True)
-            by = signal.Signals(-process.returncode).name if process.returncode < 0 else ""
-            return Message(death=Death(process.pid, by))
+            killed = process.returncode < 0
+            how = f"was killed by {signal.Signals(-process.returncode).name}" if killed else "ended without a message"
+            return Message(death=f"process {process.pid} {how}")
         return found
 
     def stop(self) -> None:
@@ -198,18 +199,6 @@ Job = Callable[[Any], None]
 
 
 @dataclass(frozen=True)
-class Death:
-    """The death of a process before it reported the result of its task."""
-
-    process: int
-    signal: str
-    """Signal that killed it, as ``SIGKILL``; empty if it ended by itself."""
-
-    def __str__(self) -> str:
-        return f"process {self.process} {f'was killed by {self.signal}' if self.signal else 'ended without a message'}"
-
-
-@dataclass(frozen=True)
 class Message:
     """A message about a task from its process; one of these is set."""
 
@@ -219,8 +208,8 @@ class Message:
     """Time that a finished task took."""
     error: Exception | None = None
     """What it raised."""
-    death: Death | None = None
-    """The end of its process."""
+    death: str = ""
+    """How its process ended before it reported the result, as "process 7 was killed by SIGKILL"."""
 
 
 _listener: ContextVar[Callable[[Message], None] | None] = ContextVar("listener", default=None)

@@ -23,7 +23,6 @@ from continuum.sweeps.axes import Sweep
 from continuum.sweeps.collect import sweep_status
 from continuum.sweeps.folder import Folder
 from continuum.sweeps.sweep import begin, record_death, solve_system
-from continuum.sweeps.workers import Death
 from tests.problems import SMALL
 from tests.stored import same
 
@@ -93,7 +92,7 @@ def test_a_death_is_said_until_the_system_is_done(tmp_path: Path, capsys: pytest
     (tmp_path / "many.toml").write_text(SMALL + '[sweep.axes]\n"surface.seed" = [1, 2]\n')
     root = tmp_path / "many"
     one, _ = begin(Sweep.read(tmp_path / "many.toml"), root)
-    record_death(root, one, Death(4711, "SIGKILL"))
+    record_death(root, one, "process 4711 was killed by SIGKILL")
     (said,) = sweep_status(root).died
     assert said.startswith(f"{one.label}: process 4711 was killed by SIGKILL, ")
     assert main(["sweep", "status", str(root)]) == 0
